@@ -1,7 +1,8 @@
 //! Keyed random streams: every random number comes from a ChaCha8 stream that is keyed by its purpose.
 //!
 //! A stream is keyed by `(seed, purpose, frame, layer, index)`, so that results do not depend on the order in which
-//! threads ask for numbers. A normal deviate is drawn by [`normal`].
+//! threads ask for numbers. A normal deviate is drawn by [`normal`]. Streams of an observation are keyed by a secret too:
+//! [`KeyedSeed`].
 //!
 //! ```
 //! use rand::RngExt;
@@ -10,6 +11,12 @@
 //! let b: f64 = stream(7, Purpose::Perturbation, 3, 1, 42).random();
 //! assert_eq!(a, b);
 //! ```
+
+mod keyed_seed;
+mod observation_key;
+
+pub use keyed_seed::KeyedSeed;
+pub use observation_key::{KeyError, ObservationKey};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -33,6 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "benchmark_set",
         &[
             "npz",
+            "rng",
             "scene",
             "observation",
             "body",

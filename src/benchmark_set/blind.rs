@@ -37,8 +37,11 @@ pub struct BlindSet {
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
     pub start: Start,
-    /// SHA-256 (hexadecimal) of the list of files: the same for a set in memory and for its copy on any disk.
+    /// SHA-256 (hexadecimal) of what is tested, without layers and shards: the same for a set in memory and for its copy
+    /// on any disk. Runs are known to be of a set by it.
     pub set_hash: String,
+    /// SHA-256 (hexadecimal) of `files.sha256`: of every file, truth images and shards included.
+    pub full_hash: String,
     files: Arc<SetFiles>,
 }
 
@@ -74,6 +77,7 @@ impl BlindSet {
             forward: manifest.sequence.forward,
             start: Start::from_files(files)?,
             set_hash: files.set_hash(),
+            full_hash: files.full_hash().to_owned(),
             files: files.clone(),
         })
     }

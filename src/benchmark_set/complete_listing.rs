@@ -1,17 +1,12 @@
-//! `complete.sha256` of a set without its truth: the lines of the complete set.
+//! `complete.sha256` of a set without its truth: the lines that the complete set is known by.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::SetError;
-use super::listing::{COMPLETE, LAYERS, LISTING, READER, README, digests_in};
-use super::shard_plan::is_packing;
+use super::identity::{SEALED, counts};
+use super::listing::{COMPLETE, LISTING, READER, README, digests_in};
 use crate::input::{self, hex_sha256, limits};
-
-/// Whether a file belongs to what a set is known by.
-pub(super) fn counts(path: &str) -> bool {
-    !path.starts_with(LAYERS) && !is_packing(path)
-}
 
 /// The lines of the complete set, in a set without its truth whose files are `listed`, those in shards included; each
 /// file that is there must be among them.
@@ -30,7 +25,7 @@ pub(super) fn complete_lines(
     }
     let complete = digests_in(directory, COMPLETE, &text)?;
     let shared = |path: &str| {
-        let is_apart = path.starts_with("truth/") || [README, READER, COMPLETE].contains(&path);
+        let is_apart = path.starts_with("truth/") || [README, READER, COMPLETE, SEALED].contains(&path);
         counts(path) && !is_apart
     };
     let here = listed.iter().map(|(path, digest)| (*path, *digest)).filter(|(path, _)| shared(path));

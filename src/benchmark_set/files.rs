@@ -13,7 +13,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::SetError;
-use super::complete_listing::{complete_lines, counts};
+use super::complete_listing::complete_lines;
+use super::identity::identity_lines;
+use super::key_file::KEY_FILE;
 use super::listing::{COMPLETE, LISTING, Stop, digests_in, files_below, listing_line, unless};
 use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
@@ -31,8 +33,10 @@ pub(super) struct SetFiles {
     digests: BTreeMap<String, String>,
     /// The files in shards, if the set has any.
     packed: Option<Arc<PackedFiles>>,
-    /// The lines of the complete set, in a set without its truth.
+    /// The lines that the complete set is known by, in a set without its truth.
     complete: Option<String>,
+    /// SHA-256 of the list of files, as it is or would be on the disk.
+    listing_hash: String,
     place: FileStore,
 }
 
@@ -48,8 +52,9 @@ impl SetFiles {
             unless(stop)?;
             Ok((path.clone(), hex_sha256(bytes)))
         };
-        let digests = files.par_iter().map(digest).collect::<Result<_, SetError>>()?;
-        Ok(Self { digests, packed: None, complete: None, place: FileStore::Memory(files) })
+        let digests = files.par_iter().map(digest).collect::<Result<BTreeMap<_, _>, SetError>>()?;
+        let listing_hash = hex_sha256(digests.iter().map(listing_line).collect::<String>().as_bytes());
+        Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
     }
 
     /// The files of a set on disk; their contents are read and checked when they are asked for.
@@ -65,7 +70,8 @@ impl SetFiles {
         let digests = digests_in(directory, LISTING, &listing)?;
         let packed = PackedFiles::open(directory, &digests)?.map(Arc::new);
         let place = FileStore::Directory(directory.to_path_buf());
-        let mut files = Self { digests, packed, complete: None, place };
+        let listing_hash = hex_sha256(listing.as_bytes());
+        let mut files = Self { digests, packed, complete: None, listing_hash, place };
         let listed = files.digests.iter().chain(files.packed_digests()).collect();
         files.complete = complete_lines(directory, files.digests.get(COMPLETE), &listed)?;
         Ok(files)
@@ -173,14 +179,20 @@ impl SetFiles {
         hex_sha256(self.identity().as_bytes())
     }
 
-    /// The listing that the complete set has without layers and shards.
+    /// SHA-256 of `files.sha256`: every file that is there, with layers and shards.
+    pub(super) fn full_hash(&self) -> &str {
+        &self.listing_hash
+    }
+
+    /// The lines that the complete set is known by.
     pub(super) fn identity(&self) -> String {
-        if let Some(complete) = &self.complete {
-            return complete.clone();
-        }
-        let files: BTreeMap<&String, &String> =
-            self.digests.iter().chain(self.packed_digests()).filter(|(path, _)| counts(path)).collect();
-        files.into_iter().map(listing_line).collect()
+        let own = || identity_lines(&self.digests.iter().chain(self.packed_digests()).collect());
+        self.complete.clone().unwrap_or_else(own)
+    }
+
+    /// Whether nobody can confirm a guess of the truth by [`Self::identity`].
+    pub(super) fn is_sealed(&self) -> bool {
+        self.complete.is_some() || self.digests.contains_key(KEY_FILE)
     }
 
     /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the

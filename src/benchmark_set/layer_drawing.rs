@@ -8,6 +8,7 @@ use super::{Layer, SetError, depth_png, exr_layers};
 use crate::camera::{Camera, FilmingRig};
 use crate::observation::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
 use crate::parallel;
+use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
 /// Memory limit of images while layers are written, unless a single image takes more: it bounds the number of drawing
@@ -34,7 +35,7 @@ pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
     pub(super) filming: Cow<'a, FilmingRig>,
     /// How colour images look, and the seed of what is random in them.
-    pub(super) scene: (ImageSettings, u64),
+    pub(super) scene: (ImageSettings, KeyedSeed),
     pub(super) layers: &'a [Layer],
 }
 

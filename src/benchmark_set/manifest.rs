@@ -9,6 +9,7 @@ use super::files::SetFiles;
 use super::{ContactFacts, RetargetFacts, SetError};
 use crate::input::{self, excerpt, foreign, limits};
 use crate::observation::{ImageSettings, ObservationFacts};
+use crate::rng::{KeyedSeed, ObservationKey};
 
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
@@ -103,10 +104,19 @@ pub struct TruthFacts {
 
 impl TruthFacts {
     /// How images of the scene look, and the seed of what is random in them: those that silhouettes were cut out of,
-    /// else those that the truth alone has.
-    pub(super) fn scene(&self, observation: Option<&ObservationFacts>) -> (ImageSettings, u64) {
+    /// else those that the truth alone has. `key` is the set's.
+    pub(super) fn scene(
+        &self,
+        observation: Option<&ObservationFacts>,
+        key: ObservationKey,
+    ) -> (ImageSettings, KeyedSeed) {
         let images = observation.and_then(|facts| facts.images).or(self.images);
-        (images.unwrap_or_default(), self.observation_seed.unwrap_or(USUAL_SEED).into())
+        (images.unwrap_or_default(), self.keyed_seed(key))
+    }
+
+    /// What streams of the observation are keyed by, in a set of this key.
+    pub(super) fn keyed_seed(&self, key: ObservationKey) -> KeyedSeed {
+        KeyedSeed { key, seed: self.observation_seed.unwrap_or(USUAL_SEED).into() }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
-//! and the whole set has one hash. `readme.txt`, in every set as `README.txt`, describes the files.
+//! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`, describes the files.
 //!
 //! ```
 //! use skiagraph::benchmark_set::{BlindSet, TruthSet};
@@ -41,8 +41,10 @@ mod fixture;
 #[doc(hidden)]
 pub mod fuzzing;
 mod grey_png;
+mod identity;
 mod journal;
 mod json;
+mod key_file;
 mod layer_drawing;
 mod leaks;
 mod listing;
@@ -75,6 +77,8 @@ pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
 pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 pub use exr_layers::{Layer, layer_channels};
+pub use identity::{FULL_HASH_COVERS, SET_HASH_COVERS};
+pub use key_file::KEY_FILE;
 pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;

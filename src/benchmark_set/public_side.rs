@@ -1,13 +1,15 @@
 //! A set without its truth, and the truth that is kept apart.
 //!
-//! Its `files.sha256` lists the files that are there. `complete.sha256` has the lines of the complete set, whose
-//! SHA-256 is the hash of both: runs of the one are measured with the other.
+//! Its `files.sha256` lists the files that are there. `complete.sha256` has the lines that the complete set is known by,
+//! whose SHA-256 is the hash of both: runs of the one are measured with the other. All lines of the truth are one, which
+//! depends on the set's key, too: with a hash of the truth alone a guess could be confirmed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::blind::BlindSet;
 use super::files::SetFiles;
+use super::key_file::KEY_FILE;
 use super::listing::{COMPLETE, LISTING, READER, README, listing_line};
 use super::shard_plan::PACKED;
 use super::{BenchmarkSet, SetError};
@@ -77,9 +79,15 @@ impl BlindSet {
     /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too.
     ///
     /// # Errors
-    /// [`SetError`] if a file cannot be written.
+    /// [`SetError`] if a file cannot be written; [`SetError::Inconsistent`] of a set without a key, whose hash would
+    /// confirm a guess of its truth.
     pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
         let files = self.files();
+        if !files.is_sealed() {
+            let detail =
+                format!("a set whose truth is kept apart needs a key of its own, {KEY_FILE}; render it with one");
+            return Err(SetError::inconsistent(detail));
+        }
         let own = |path: &str| [README, READER, PACKED, COMPLETE].contains(&path);
         let goes_along = |path: &str| !path.starts_with("truth/") && files.is_loose(path) && !own(path);
         files.hand_out(folder, goes_along)?;

@@ -14,13 +14,14 @@ use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
     Layer, RigMoments, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file,
-    filming_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
+    filming_file, key_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
 use crate::camera::{CameraRig, FilmingRig, RigMoment};
 use crate::npz::Npz;
 use crate::observation::{Observation, ObservationFacts};
 use crate::parallel;
+use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;
 
 /// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep
@@ -78,6 +79,8 @@ pub struct TruthSet {
     /// How these cameras move and when they took their images; `None` where all stand still and took an image of every
     /// frame at its time.
     pub filming: Option<FilmingRig>,
+    /// The secret that everything drawn for the observations depends on; the public key where there is none.
+    pub key: ObservationKey,
 }
 
 /// How observations differ from what the true cameras see.
@@ -92,6 +95,8 @@ pub struct Observed<'a> {
     pub filming: Option<&'a FilmingRig>,
     /// What a tracker is told of the cameras in every frame, where they film so.
     pub moments: Option<&'a RigMoments>,
+    /// The secret that everything drawn for them depends on, which is kept with the truth; the public key is not.
+    pub key: ObservationKey,
 }
 
 /// The parts of a set.
@@ -159,7 +164,8 @@ impl TruthSet {
             }
             false => None,
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings, cameras, filming })
+        let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
+        Ok(Self { ground_truth, refitted, facts, recordings, cameras, filming, key })
     }
 }
 
@@ -277,7 +283,7 @@ impl BenchmarkSet {
     }
 
     fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
-        let scene = self.truth.facts.scene(self.blind.observation.as_ref());
+        let scene = self.truth.facts.scene(self.blind.observation.as_ref(), self.truth.key);
         let filming = Cow::Owned(self.true_filming());
         LayerDrawing { truth: &self.truth.ground_truth, filming, scene, layers }
     }
@@ -378,6 +384,9 @@ impl SetParts<'_> {
         take(training_path, bytes(training))?;
         take(start_file::BODY_PATH, bytes(body_file::to_json(start_file::BODY_PATH, &self.start.body)?))?;
         take(truth_file::ACTOR_PATH, bytes(body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?))?;
+        if !self.observed.key.is_public() {
+            take(key_file::KEY_FILE, bytes(key_file::to_text(self.observed.key)))?;
+        }
         if !self.recordings.is_empty() {
             take(recording_file::PATH, bytes(recording_file::to_npz(recording_file::PATH, self.recordings)?))?;
         }

@@ -111,7 +111,7 @@ fn draw_frames(
         let layers = LayerDrawing {
             truth: parts.ground_truth,
             filming: parts.observed.filming.map_or_else(|| Cow::Owned(FilmingRig::from(parts.rig)), Cow::Borrowed),
-            scene: parts.facts.scene(parts.observed.facts),
+            scene: parts.facts.scene(parts.observed.facts, parts.observed.key),
             layers: drawing.layers,
         };
         layers.write(writer, frames, drawing.tick)?;

@@ -11,7 +11,7 @@
 use rand::RngExt;
 
 use super::{Person, Sex};
-use crate::rng::{Purpose, normal, stream};
+use crate::rng::{KeyedSeed, Purpose, normal};
 
 /// Ages of the growth charts, years.
 pub const CHILD_YEARS: std::ops::RangeInclusive<f64> = 2.0..=20.0;
@@ -129,13 +129,13 @@ impl Person {
     /// [`CHILD_YEARS`], else of any of these with equal chance; of `stature_m`, if it is given, with a mass as people
     /// of that age and stature have. The same seed and index give the same person.
     pub fn drawn_child(
-        seed: u64,
+        seed: impl Into<KeyedSeed>,
         index: u64,
         sex: Option<Sex>,
         age_years: Option<f64>,
         stature_m: Option<f64>,
     ) -> Self {
-        let mut rng = stream(seed, Purpose::BodyShape, 1, 0, index);
+        let mut rng = seed.into().stream(Purpose::BodyShape, 1, 0, index);
         let (coin, share): (f64, f64) = (rng.random(), rng.random());
         let sex = sex.unwrap_or(if coin < 0.5 { Sex::Female } else { Sex::Male });
         let (youngest, oldest) = (*CHILD_YEARS.start(), *CHILD_YEARS.end());

@@ -4,24 +4,34 @@ use nalgebra::Vector3;
 use rand::RngExt;
 
 use super::{BodyShape, Humanoid, LinkShape};
-use crate::rng::{Purpose, stream};
+use crate::rng::{KeyedSeed, Purpose};
 
 impl BodyShape {
     /// Lengths and girths drawn for every segment, uniform within `1 ± length_fraction` and `1 ± girth_fraction`.
     ///
     /// A segment is a link with mass or geometry; other links connect the axes of a compound joint and follow the
     /// segment below them. Links whose names differ only by left and right get the same values.
-    pub fn random_mismatch(humanoid: &Humanoid, seed: u64, length_fraction: f64, girth_fraction: f64) -> Self {
-        Self::drawn(humanoid, (seed, Purpose::BodyMismatch), length_fraction, girth_fraction)
+    pub fn random_mismatch(
+        humanoid: &Humanoid,
+        seed: impl Into<KeyedSeed>,
+        length_fraction: f64,
+        girth_fraction: f64,
+    ) -> Self {
+        Self::drawn(humanoid, (seed.into(), Purpose::BodyMismatch), length_fraction, girth_fraction)
     }
 
     /// The same from a stream of random numbers of its own: what observations are corrupted by is independent of a
     /// mismatch, also under one seed.
-    pub fn random_corruption(humanoid: &Humanoid, seed: u64, fraction: f64) -> Self {
-        Self::drawn(humanoid, (seed, Purpose::BodyCorruption), fraction, fraction)
+    pub fn random_corruption(humanoid: &Humanoid, seed: impl Into<KeyedSeed>, fraction: f64) -> Self {
+        Self::drawn(humanoid, (seed.into(), Purpose::BodyCorruption), fraction, fraction)
     }
 
-    fn drawn(humanoid: &Humanoid, (seed, purpose): (u64, Purpose), length_fraction: f64, girth_fraction: f64) -> Self {
+    fn drawn(
+        humanoid: &Humanoid,
+        (seed, purpose): (KeyedSeed, Purpose),
+        length_fraction: f64,
+        girth_fraction: f64,
+    ) -> Self {
         let mut shape = Self::identity(humanoid);
         let mut drawn: Vec<(String, LinkShape)> = Vec::new();
         for link in 0..humanoid.links.len() {
@@ -30,7 +40,7 @@ impl BodyShape {
                 shape.links[link] = *known;
                 continue;
             }
-            let mut rng = stream(seed, purpose, 0, 0, drawn.len() as u64);
+            let mut rng = seed.stream(purpose, 0, 0, drawn.len() as u64);
             let mut within = |fraction: f64| 1.0 + fraction * (2.0 * rng.random::<f64>() - 1.0);
             let length = Vector3::repeat(within(length_fraction));
             shape.links[link] = LinkShape { length, girth: within(girth_fraction) };

@@ -9,7 +9,7 @@
 //! [`LENGTH_SPREAD`], its girth at a given mass by [`GIRTH_SPREAD`], independently of each other. Lengths are then
 //! scaled to the stature.
 
-use crate::rng::{Purpose, normal, stream};
+use crate::rng::{KeyedSeed, Purpose, normal};
 use rand::RngExt;
 
 /// Standard deviation of a segment's share of the stature, relative; assumed.
@@ -80,8 +80,8 @@ pub struct Person {
 impl Person {
     /// An adult of the United States: of `sex`, else of either with equal chance; of `stature_m`, if it
     /// is given, with a mass as people of that stature have. The same seed and index give the same person.
-    pub fn drawn(seed: u64, index: u64, sex: Option<Sex>, stature_m: Option<f64>) -> Self {
-        let mut rng = stream(seed, Purpose::BodyShape, 0, 0, index);
+    pub fn drawn(seed: impl Into<KeyedSeed>, index: u64, sex: Option<Sex>, stature_m: Option<f64>) -> Self {
+        let mut rng = seed.into().stream(Purpose::BodyShape, 0, 0, index);
         let coin: f64 = rng.random();
         let sex = sex.unwrap_or(if coin < 0.5 { Sex::Female } else { Sex::Male });
         let clusters: &[Cluster] = if sex == Sex::Female { &WOMEN } else { &MEN };

@@ -1,6 +1,7 @@
 //! Text output of `skiagraph inspect`.
 
 use super::output::counted;
+use crate::benchmark_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
@@ -151,7 +152,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         s.fault.as_ref().map_or_else(|| "all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
         "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {training}\n  \
-         masks    {}\n  layers   {}\n  set hash {}\n  files    {hashes}\n",
+         masks    {}\n  layers   {}\n  set hash {} ({SET_HASH_COVERS})\n  full hash {} ({FULL_HASH_COVERS})\n  files    {hashes}\n",
         s.name,
         s.frames,
         s.frames_per_second,
@@ -159,6 +160,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         s.observation,
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
+        s.full_hash,
     );
     if let Some(fit) = &s.retargeting {
         text.push_str(&format!("  fit      {}\n", fit.in_words()));

@@ -13,8 +13,9 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set};
-use crate::experiment::{ExperimentError, LadderProgress, RenderOptions, render_with};
+use crate::experiment::{ExperimentError, KeySource, LadderProgress, RenderOptions, render_with};
 use crate::observation::{AXES, CorruptionAxis};
+use crate::rng::{KeyError, ObservationKey};
 use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
@@ -25,6 +26,7 @@ use crate::scenario::ScenarioFile;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
+                        skiagraph render scenarios/walk.toml calibration_mm=20 --key default --out sets/same-for-all\n  \
                         skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk\n  \
                         skiagraph render scenarios/walk.toml layers='[\"depth\"]' --shards 8 --out sets/training\n  \
                         skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
@@ -47,7 +49,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     shards: Option<usize>,
 
-    /// Make one set per level of a corruption, SET/AXIS-LEVEL
+    /// Secret that everything drawn for the observations depends on: 32 hexadecimal digits, or "default" for the public
+    /// one, with which everybody draws the same. By default it is the scenario's observation.key; where it states none
+    /// and trackers must not know what is drawn, or with --truth, a fresh one, kept in SET/truth/key.txt
+    #[arg(long, value_name = "HEX", value_parser = key_named)]
+    key: Option<ObservationKey>,
+
+    /// Make one set per level of a corruption, SET/AXIS-LEVEL; all have one key, so that they differ in strength alone
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
     ladder: Option<String>,
 
@@ -59,13 +67,21 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
+fn key_named(text: &str) -> Result<ObservationKey, String> {
+    match text {
+        "default" => Ok(ObservationKey::PUBLIC),
+        digits => digits.parse().map_err(|e: KeyError| format!("{e}, and no \"default\"")),
+    }
+}
+
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     if let Some(truth) = &arguments.truth {
         check_apart(&arguments.out, truth)?;
     }
     match arguments.ladder.as_deref().and_then(CorruptionAxis::named) {
         None => {
-            let (_, made) = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
+            let (_, made) =
+                one_set(arguments, (&arguments.scenario.open()?, &arguments.out), source(arguments), volume)?;
             if arguments.output.json {
                 output::print_json(&made)?;
             }
@@ -73,6 +89,10 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         Some(axis) => ladder(arguments, axis, volume)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn source(arguments: &Arguments) -> KeySource {
+    arguments.key.map_or(KeySource::Fresh, KeySource::Given)
 }
 
 /// Refuses a place of the truth that is the other set's, or within it, or around it.
@@ -103,6 +123,8 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
     };
     let sets = levels.iter().map(of_level).collect::<Result<Vec<_>, ExperimentError>>()?;
     let mut progress = LadderProgress::read(&arguments.out, axis.name);
+    let (key, note) = progress.settle_key(source(arguments), &sets)?;
+    volume.notes(note.as_slice());
     for (file, place) in &sets {
         let is_others = is_set(place) && !progress.has(file, arguments.shards, place)?;
         if is_others && !arguments.output.destination(place).force {
@@ -117,7 +139,7 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
             made.push(told(arguments, place, &BlindSet::read(place).map_err(ExperimentError::from)?, &[note])?);
             continue;
         }
-        let (blind, said) = one_set(arguments, file, place, volume)?;
+        let (blind, said) = one_set(arguments, (file, place), KeySource::Given(key), volume)?;
         progress.add(file, arguments.shards, &blind.set_hash)?;
         made.push(said);
     }
@@ -133,13 +155,13 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
 /// Makes a set and tells of it: in words at once, or as the object that is returned.
 fn one_set(
     arguments: &Arguments,
-    file: &ScenarioFile,
-    place: &Path,
+    (file, place): (&ScenarioFile, &Path),
+    key: KeySource,
     volume: Volume,
 ) -> Result<(BlindSet, Value), CommandError> {
     let progress = Progress::new(volume);
     let to = arguments.output.destination(place);
-    let options = RenderOptions { whole: arguments.truth.as_deref(), shards: arguments.shards };
+    let options = RenderOptions { whole: arguments.truth.as_deref(), shards: arguments.shards, key };
     let (BenchmarkSet { blind, .. }, notes) =
         render_with(file, arguments.scenario.mocap_directory().as_deref(), to, &options, &progress)
             .map_err(|e| e.about(&file.origin))?;
@@ -154,12 +176,16 @@ fn one_set(
 fn told(arguments: &Arguments, place: &Path, blind: &BlindSet, notes: &[String]) -> Result<Value, CommandError> {
     let (place, frames, cameras) = (place.display(), blind.frame_count, blind.rig.cameras.len());
     if !arguments.output.json {
-        output::print(&format!("{place}: {frames} frames of {cameras} cameras, hash {}", blind.set_hash))?;
+        output::print(&format!(
+            "{place}: {frames} frames of {cameras} cameras, set hash {}, full hash {}",
+            blind.set_hash, blind.full_hash
+        ))?;
     }
     Ok(serde_json::json!({
         "schema": "skiagraph.render/1",
         "set": place.to_string(),
         "set_hash": blind.set_hash,
+        "full_hash": blind.full_hash,
         "frames": frames,
         "frames_per_second": blind.frames_per_second,
         "cameras": cameras,

@@ -10,7 +10,7 @@ use super::CommandError;
 use super::output::{self, counted};
 use super::progress::Progress;
 use super::volume::Volume;
-use crate::benchmark_set::{Checked, SetPlace, Verification};
+use crate::benchmark_set::{Checked, FULL_HASH_COVERS, SET_HASH_COVERS, SetPlace, Verification};
 use crate::experiment::verify_set;
 
 /// Faults of one check that are printed; `--json` and `--verbose` list all.
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             "set": place,
             "name": found.name,
             "set_hash": found.set_hash,
+            "full_hash": found.full_hash,
             "sound": found.is_sound(),
             "checks": found.checks,
         }))?;
@@ -69,6 +70,8 @@ fn in_words(place: &str, found: &Verification, most: usize) -> String {
     let mut lines: Vec<String> = found.checks.iter().flat_map(|check| check_in_words(check, most)).collect();
     let (faults, broken) = (found.faults().count(), found.checks.iter().filter(|c| !c.faults.is_empty()).count());
     let left_out = found.checks.iter().filter(|check| !check.made).count();
+    lines.push(format!("  set hash    {} ({SET_HASH_COVERS})", found.set_hash));
+    lines.push(format!("  full hash   {} ({FULL_HASH_COVERS})", found.full_hash));
     lines.push(match (faults, left_out) {
         (0, 0) => format!("{place} is sound: {}, no fault", counted(found.checks.len(), "check")),
         (0, _) => format!("{place} is not proved: {} could not be made", counted(left_out, "check")),
@@ -104,7 +107,12 @@ mod tests {
     fn many_faults_are_counted_and_a_check_that_was_not_made_is_no_proof() {
         let fault = |i: usize| Fault { file: format!("f{i}"), detail: "is wrong".into() };
         let checked = |made, faults| Checked { name: "masks", proves: "", looked_at: "9 masks".into(), made, faults };
-        let of = |check| Verification { name: "x".into(), set_hash: String::new(), checks: vec![check] };
+        let of = |check| Verification {
+            name: "x".into(),
+            set_hash: "aa".into(),
+            full_hash: "bb".into(),
+            checks: vec![check],
+        };
         let words = in_words("s", &of(checked(true, (0..11).map(fault).collect())), 8);
         assert!(words.contains("FAULT masks") && words.contains("f7: is wrong") && !words.contains("f8"), "{words}");
         assert!(words.contains("and 3 more") && words.ends_with("s is NOT sound: 11 faults in 1 check"), "{words}");

@@ -7,6 +7,7 @@ use crate::body::Motion;
 use crate::camera::{CameraError, CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig, RigMoment};
 use crate::input::excerpt;
 use crate::observation::{Corruption, tracker_rig};
+use crate::rng::KeyedSeed;
 use crate::scenario::{CameraTimingSettings, KeyframeSettings, ScenarioFile, did_you_mean};
 use crate::scene::GroundTruth;
 
@@ -46,7 +47,7 @@ pub(super) fn moments(
     truth: &GroundTruth,
     filming: &FilmingRig,
     corruption: &Corruption,
-    seed: u64,
+    seed: KeyedSeed,
 ) -> Option<RigMoments> {
     if filming.is_still() {
         return None;

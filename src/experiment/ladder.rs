@@ -8,11 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::ExperimentError;
 use super::error::output;
+use super::key_source::{KeySource, fresh_key, has_secrets, note, without_key};
 use super::place::write_synced;
 use super::scenario_copy::scenario_text;
-use super::unfinished_set::settings_of;
+use super::unfinished_set::{UnfinishedSet, settings_of};
 use crate::benchmark_set::BlindSet;
 use crate::input::{self, hex_sha256, limits};
+use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 
 const SCHEMA: &str = "skiagraph.ladder-progress/1";
@@ -27,6 +29,9 @@ pub struct LadderProgress {
 #[derive(Debug, Serialize, Deserialize)]
 struct ProgressRecord {
     schema: String,
+    /// The key of all of them.
+    #[serde(default)]
+    key: ObservationKey,
     #[serde(default)]
     made: Vec<MadeSet>,
 }
@@ -44,8 +49,34 @@ impl LadderProgress {
         let path = folder.join(format!("{axis}.partial"));
         let text = input::read_to_string(&path, limits::SETTINGS).unwrap_or_default();
         let record = toml::from_str(&text).ok().filter(|record: &ProgressRecord| record.schema == SCHEMA);
-        let none = ProgressRecord { schema: SCHEMA.to_owned(), made: Vec::new() };
+        let none = ProgressRecord { schema: SCHEMA.to_owned(), key: ObservationKey::PUBLIC, made: Vec::new() };
         Self { path, record: record.unwrap_or(none) }
+    }
+
+    /// The key of all sets of this ladder, so that they differ in a strength alone: the one that is stated, that of what
+    /// was begun, or a fresh one; with a note of one that was drawn.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Argument`] where the operating system gives no random numbers.
+    pub fn settle_key(
+        &mut self,
+        source: KeySource,
+        sets: &[(ScenarioFile, PathBuf)],
+    ) -> Result<(ObservationKey, Option<String>), ExperimentError> {
+        let stated = sets.first().and_then(|(file, _)| source.stated(file));
+        let of_made = || (!self.record.made.is_empty()).then_some(self.record.key);
+        let begun = || of_made().or_else(|| sets.iter().find_map(|(_, place)| UnfinishedSet::key_begun(place)));
+        let key = match stated.or_else(begun) {
+            Some(key) => key,
+            None if sets.iter().any(|(file, _)| has_secrets(file)) => fresh_key()?,
+            None => ObservationKey::PUBLIC,
+        };
+        if self.record.key != key {
+            self.record.made.clear();
+        }
+        self.record.key = key;
+        let place = sets.first().map(|(_, place)| place).filter(|_| stated.is_none() && !key.is_public());
+        Ok((key, place.map(|place| note(place))))
     }
 
     /// Whether `place` holds the set of these settings that this ladder made.
@@ -91,5 +122,5 @@ impl LadderProgress {
 }
 
 fn digest(file: &ScenarioFile, shards: Option<usize>) -> Result<String, ExperimentError> {
-    Ok(hex_sha256(settings_of(&scenario_text(&file.scenario)?, shards)?.to_string().as_bytes()))
+    Ok(hex_sha256(settings_of(&scenario_text(&without_key(file))?, shards)?.to_string().as_bytes()))
 }

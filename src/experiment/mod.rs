@@ -27,10 +27,12 @@ mod filming;
 mod gating;
 mod inputs;
 mod inspect;
+mod key_source;
 mod ladder;
 mod learning;
 mod measuring;
 mod memory;
+mod mismatch_seed;
 mod model_file;
 mod model_store;
 mod model_training;
@@ -95,6 +97,7 @@ pub use inspect::{
     FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
     SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
+pub use key_source::KeySource;
 pub use ladder::LadderProgress;
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};

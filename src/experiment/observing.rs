@@ -27,7 +27,7 @@ impl<'a> Observing<'a> {
         filming: &FilmingRig,
         settings: &ObservationSettings,
     ) -> Result<Self, ExperimentError> {
-        let seed = u64::from(settings.seed);
+        let seed = settings.keyed_seed();
         Ok(match settings.silhouette {
             SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
             SilhouetteSource::Corrupted => {

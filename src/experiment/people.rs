@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use super::ExperimentError;
 use super::error::scenario_error;
+use super::mismatch_seed::mismatch_seed;
 use crate::body::{BodyShape, Humanoid, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::editing::carried_over;
 use crate::retarget::{Physique, Retargeted, physique_shape};
+use crate::rng::KeyedSeed;
 use crate::scenario::{PopulationName, ScenarioFile, SexName, ShapeSettings};
 
 /// Whom a draw is for: the same seed draws another person for the tracker than for the actor.
@@ -28,7 +30,7 @@ pub(super) fn given_to_person(
     let Some(settings) = &file.scenario.actor.shape else { return Ok(()) };
     let unmet = |detail: String| scenario_error(file, "actor.shape", detail);
     // who is drawn replaces the recorded subject; what is only said changes that subject
-    let person = is_drawn(settings).then(|| drawn(settings, DrawnFor::Actor, settings.stature_m));
+    let person = is_drawn(settings).then(|| drawn_actor(settings));
     let subject = if person.is_some() { BodyShape::identity(template) } else { performed.shape.clone() };
     let base = template.reshaped(&subject);
     let physique = physique_of(settings, person.as_ref(), base.total_mass());
@@ -47,16 +49,16 @@ pub(super) fn given_to_person(
 /// What cannot be met, in words.
 pub(super) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let shape = file.scenario.actor.shape.as_ref();
-    let own = shape.filter(|shape| is_drawn(shape)).map(|shape| drawn(shape, DrawnFor::Actor, shape.stature_m));
+    let own = shape.filter(|shape| is_drawn(shape)).map(|shape| drawn_actor(shape));
     let age_years = own.and_then(|person| person.age_years);
     let settings = ShapeSettings {
         population: Some(if age_years.is_some() { PopulationName::Children } else { PopulationName::Adults }),
-        seed: Some(file.scenario.tracker_body.seed),
         sex: shape.and_then(|shape| shape.sex),
         age_years,
         ..ShapeSettings::default()
     };
-    let person = drawn(&settings, DrawnFor::Tracker, actor.stature());
+    let seed = mismatch_seed(file, actor);
+    let person = drawn(&settings, seed, DrawnFor::Tracker, actor.stature());
     Ok(template.reshaped(&physique_shape(template, &Physique::from(&person))?))
 }
 
@@ -74,13 +76,18 @@ fn is_drawn(settings: &ShapeSettings) -> bool {
     settings.population.is_some() || settings.age_years.is_some()
 }
 
-fn drawn(settings: &ShapeSettings, whose: DrawnFor, stature_m: Option<f64>) -> Person {
+fn drawn_actor(settings: &ShapeSettings) -> Person {
+    let seed = u64::from(settings.seed.unwrap_or(1));
+    drawn(settings, seed.into(), DrawnFor::Actor, settings.stature_m)
+}
+
+fn drawn(settings: &ShapeSettings, seed: KeyedSeed, whose: DrawnFor, stature_m: Option<f64>) -> Person {
     let by_population = match settings.population {
         Some(PopulationName::Women) => Some(Sex::Female),
         Some(PopulationName::Men) => Some(Sex::Male),
         Some(PopulationName::Adults | PopulationName::Children) | None => None,
     };
-    let (sex, seed) = (by_population.or(settings.sex.map(sex)), u64::from(settings.seed.unwrap_or(1)));
+    let sex = by_population.or(settings.sex.map(sex));
     match settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
         true => Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m),
         false => Person::drawn(seed, whose as u64, sex, stature_m),

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use super::ExperimentError;
 use super::destination::Destination;
 use super::inputs::Inputs;
+use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::Observing;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
@@ -16,6 +17,7 @@ use super::unfinished_set::{UnfinishedSet, settings_of};
 use super::watch::{Stage, Watch};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
 use crate::observation::{Observation, ObservationFacts};
+use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 
 /// Draws what the cameras see of a scenario: a benchmark set in memory, and notes for the user.
@@ -90,10 +92,13 @@ pub struct RenderOptions<'a> {
     pub whole: Option<&'a Path>,
     /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
     pub shards: Option<usize>,
+    /// Where the key comes from that everything drawn for the observations depends on.
+    pub key: KeySource,
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns it and notes for the user. What is drawn when it is
-/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it.
+/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it. Everything drawn depends
+/// on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
 ///
 /// # Errors
 /// [`ExperimentError`]; then no set has changed on the disk. [`ExperimentError::ProgressSaved`] and
@@ -126,12 +131,23 @@ pub fn render_with(
     let inputs = Inputs::from_scenario(file, mocap_directory);
     inputs.keep_from(to.path)?;
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
-    let settings = settings_of(&scenario_text(&file.scenario.of_set())?, options.shards)?;
+    let stated = options.key.stated(file);
+    if options.whole.is_some() && stated.is_some_and(|key| key.is_public()) {
+        let detail = "expected a key of its own for a set whose truth is kept apart, found the public one: anybody could                       confirm a guess of the truth by its hash; leave out `default`, or give 32 hexadecimal digits";
+        return Err(ExperimentError::Argument { argument: "--key", detail: detail.to_owned() });
+    }
+    let is_secret = options.whole.is_some() || has_secrets(file);
+    let settings = settings_of(&scenario_text(&without_key(file).of_set())?, options.shards)?;
     let complete = Destination { path: options.whole.unwrap_or(to.path), ..to };
-    let unfinished = UnfinishedSet::begin(complete, &settings)?;
+    let public = (!is_secret).then_some(ObservationKey::PUBLIC);
+    let unfinished = UnfinishedSet::begin(complete, &settings, stated.or(public))?;
+    let file = &with_key(file, unfinished.key());
     let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;
     let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, watch);
-    let notes = notes.map_err(|e| unfinished.told(e))?;
+    let mut notes = notes.map_err(|e| unfinished.told(e))?;
+    if stated.is_none() && !unfinished.key().is_public() {
+        notes.push(note(complete.path));
+    }
     if let Some(public) = public {
         BlindSet::read(&unfinished.folder())?.write_without_truth(public.folder())?;
         unfinished.finish()?;

@@ -6,6 +6,7 @@ use nalgebra::{Unit, Vector3};
 
 use super::error::scenario_error;
 use super::filming::{self, filming, moments};
+use super::mismatch_seed::mismatch_seed;
 use super::passers_by::{Passers, passers_by};
 use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
@@ -25,9 +26,10 @@ use crate::motion_model::{Prediction, ProposalScales};
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
+use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending, VariationSettings,
-    did_you_mean,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending,
+    VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -63,6 +65,8 @@ pub struct Staged {
     pub report: RetargetReport,
     /// Facts for the set.
     pub facts: TruthFacts,
+    /// The secret that everything drawn for the observations depends on.
+    pub key: ObservationKey,
     /// Notes: guesses, repaired frames, doubtful views.
     pub notes: Vec<String>,
 }
@@ -125,7 +129,7 @@ impl Staged {
             return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let scenario_observation = &scenario.observation;
-        let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
+        let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
         let tracker_rig = corruption.changes_cameras().then(|| tracker_rig(&rig, corruption, seed));
         let moments = moments(&ground_truth, &filming, corruption, seed);
@@ -171,6 +175,7 @@ impl Staged {
                 images: scenario_observation.images_of_truth(),
                 retargeting: Some(RetargetFacts::new(&performed.report)),
             },
+            key: seed.key,
             report: performed.report,
             notes,
             ground_truth,
@@ -185,7 +190,8 @@ impl Staged {
     /// How observations that are described so differ from what the true cameras see.
     pub(super) fn observed<'a>(&'a self, facts: Option<&'a ObservationFacts>) -> Observed<'a> {
         let filming = (!self.filming.is_still()).then_some(&self.filming);
-        Observed { facts, tracker_rig: self.tracker_rig.as_ref(), filming, moments: self.moments.as_ref() }
+        let (tracker_rig, moments) = (self.tracker_rig.as_ref(), self.moments.as_ref());
+        Observed { facts, tracker_rig, filming, moments, key: self.key }
     }
 }
 
@@ -311,14 +317,14 @@ fn tracker_body(
     let body = match settings.mismatch.percents() {
         None => body,
         Some((length, girth)) => {
-            let seed = u64::from(settings.seed);
+            let seed = mismatch_seed(file, &actor.humanoid);
             body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
         }
     };
     let observation = &file.scenario.observation;
     Ok(match observation.corruption.wrong_body_percent / 100.0 {
         0.0 => body,
-        share => body.reshaped(&BodyShape::random_corruption(&body, u64::from(observation.seed), share)),
+        share => body.reshaped(&BodyShape::random_corruption(&body, observation.keyed_seed(), share)),
     })
 }
 
@@ -405,14 +411,18 @@ fn edits_in_words(motion: &MotionSettings) -> String {
 fn mismatch_in_words(file: &ScenarioFile) -> String {
     let scenario = &file.scenario;
     let (actor, tracker) = (&scenario.actor.robot, &scenario.tracker_body.robot);
+    let by = match scenario.tracker_body.mismatch_by {
+        MismatchBy::Seed => "",
+        MismatchBy::Subject => ", by subject",
+    };
     let robots = (actor != tracker).then(|| format!("actor `{actor}` against tracker's `{tracker}`"));
     let percents = scenario.tracker_body.mismatch.percents().map(|(length, girth)| {
         let name = if scenario.tracker_body.mismatch == Mismatch::Standard { "standard mismatch: " } else { "" };
         let seed = scenario.tracker_body.seed;
-        format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
+        format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}{by}")
     });
     let another = (scenario.tracker_body.mismatch == Mismatch::Population)
-        .then(|| format!("another adult of the same stature, seed {}", scenario.tracker_body.seed));
+        .then(|| format!("another adult of the same stature, seed {}{by}", scenario.tracker_body.seed));
     let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
     let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
     let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));

@@ -1,7 +1,7 @@
 //! A set that is being drawn: what is whole survives an interruption, and the same command goes on with it.
 //!
-//! Everything lies in `NAME.partial` beside the set: `settings.toml`, by which the same command is known,
-//! `finished.sha256`, the journal of whole files, and `set`, which moves to its place when it is complete.
+//! Everything lies in `NAME.partial` beside the set: `settings.toml`, by which the same command is known, with the key
+//! that everything is drawn from, `finished.sha256`, the journal of whole files, and `set`, which moves to its place when it is complete.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::destination::Destination;
 use super::error::output;
+use super::key_source::fresh_key;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::partial_file::beside;
@@ -17,10 +18,12 @@ use super::place::{sync_parent, write_synced};
 use super::{ExperimentError, unfinished};
 use crate::benchmark_set::SetError;
 use crate::input::{self, excerpt, limits};
+use crate::rng::ObservationKey;
 
 const SETTINGS: &str = "settings.toml";
 const JOURNAL: &str = "finished.sha256";
 const SCHEMA: &str = "skiagraph.unfinished/1";
+const KEY: &str = "--key";
 const HEAD: &str = "# A set that is being drawn, or was interrupted. The same `skiagraph render` goes on with it; to begin \
                     anew, remove this folder.\n";
 
@@ -30,32 +33,45 @@ pub(super) struct UnfinishedSet {
     /// `None` once it is finished.
     directory: Option<PartialDirectory>,
     around: PathBuf,
+    key: ObservationKey,
     /// Whether something is there that is worth keeping.
     is_kept: AtomicBool,
 }
 
 impl UnfinishedSet {
-    /// Begins a set, or goes on with one of the same settings.
+    /// Begins a set, or goes on with one of the same settings. Without a key that is `stated` the one that was begun
+    /// with stays, or a fresh one is drawn.
     ///
     /// # Errors
     /// As [`PartialDirectory::begin`]; [`ExperimentError::OtherUnfinished`] where one of other settings was begun,
     /// unless `force` is given, which removes it.
-    pub(super) fn begin(to: Destination<'_>, settings: &toml::Table) -> Result<Self, ExperimentError> {
+    pub(super) fn begin(
+        to: Destination<'_>,
+        settings: &toml::Table,
+        stated: Option<ObservationKey>,
+    ) -> Result<Self, ExperimentError> {
         let around = beside(to.path, ".partial");
         let directory = PartialDirectory::begin_in(around.join("set"), to.path, ResultKind::Set, to.force)?;
         let there = match around.symlink_metadata() {
             Ok(_) => found_in(&around)?,
             Err(_) => FoundProgress::Nothing,
         };
-        match there {
-            FoundProgress::Settings(there) => match difference(&there, settings) {
-                Some(_) if to.force => remove(&around)?,
-                Some(difference) => return Err(ExperimentError::OtherUnfinished { partial: around, difference }),
-                None => {}
-            },
-            FoundProgress::Nothing => remove(&around)?,
+        let begun = match there {
+            FoundProgress::Settings(mut there) => {
+                let known = take_key(&mut there);
+                match difference(&there, settings).or_else(|| other_key(known, stated)) {
+                    Some(_) if to.force => None,
+                    Some(difference) => return Err(ExperimentError::OtherUnfinished { partial: around, difference }),
+                    None => Some(known),
+                }
+            }
+            FoundProgress::Nothing => None,
+        };
+        if begun.is_none() {
+            remove(&around)?;
         }
-        let this = Self { directory: Some(directory), around, is_kept: AtomicBool::new(false) };
+        let key = begun.or(stated).map_or_else(fresh_key, Ok)?;
+        let this = Self { directory: Some(directory), around, key, is_kept: AtomicBool::new(false) };
         if this.around.join("set").is_dir() {
             this.keep();
         } else {
@@ -65,9 +81,24 @@ impl UnfinishedSet {
         Ok(this)
     }
 
+    /// The key of the drawing that was interrupted before it came to `place`; `None` where there is none.
+    pub(super) fn key_begun(place: &Path) -> Option<ObservationKey> {
+        match found_in(&beside(place, ".partial")) {
+            Ok(FoundProgress::Settings(mut settings)) => Some(take_key(&mut settings)),
+            _ => None,
+        }
+    }
+
+    /// The key that everything drawn for the observations depends on.
+    pub(super) fn key(&self) -> ObservationKey {
+        self.key
+    }
+
     fn write_settings(&self, settings: &toml::Table) -> Result<(), ExperimentError> {
         let path = self.around.join(SETTINGS);
-        let text = toml::to_string(settings)
+        let mut settings = settings.clone();
+        settings.insert(KEY.to_owned(), self.key.to_hex().into());
+        let text = toml::to_string(&settings)
             .map_err(|e| ExperimentError::Malformed { path: path.clone(), detail: e.to_string() })?;
         fs::create_dir(&self.around).map_err(output(&self.around, "create the directory"))?;
         write_synced(&path, (HEAD.to_owned() + &text).as_bytes()).map_err(output(&path, "write"))?;
@@ -155,6 +186,18 @@ pub(super) fn settings_of(scenario: &str, shards: Option<usize>) -> Result<toml:
     Ok(settings)
 }
 
+/// Takes the key out of settings; those of older versions know the public one alone.
+fn take_key(settings: &mut toml::Table) -> ObservationKey {
+    let text = settings.remove(KEY);
+    text.and_then(|text| text.as_str()?.parse().ok()).unwrap_or_default()
+}
+
+/// What to say of a key that is not the one that was begun with; it is not told.
+fn other_key(begun: ObservationKey, stated: Option<ObservationKey>) -> Option<String> {
+    let words = "another key was begun with; leave out --key and observation.key to go on with that one";
+    stated.filter(|stated| *stated != begun).map(|_| format!("{KEY}: {words}"))
+}
+
 enum FoundProgress {
     /// Nothing that could be gone on with.
     Nothing,
@@ -222,7 +265,38 @@ mod tests {
     }
 
     fn begin(path: &Path, text: &str, force: bool) -> Result<UnfinishedSet, ExperimentError> {
-        UnfinishedSet::begin(Destination { path, force }, &settings(text))
+        begin_with(path, text, force, Some(ObservationKey::PUBLIC))
+    }
+
+    fn begin_with(
+        path: &Path,
+        text: &str,
+        force: bool,
+        key: Option<ObservationKey>,
+    ) -> Result<UnfinishedSet, ExperimentError> {
+        UnfinishedSet::begin(Destination { path, force }, &settings(text), key)
+    }
+
+    #[test]
+    fn a_key_that_was_drawn_is_kept_and_another_one_is_refused_without_being_told() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("walk");
+        let set = begin_with(&place, "", false, None).unwrap();
+        let key = set.key();
+        assert!(!key.is_public());
+        set.keep();
+        drop(set);
+        assert_eq!(UnfinishedSet::key_begun(&place), Some(key));
+        for same in [None, Some(key)] {
+            assert_eq!(begin_with(&place, "", false, same).unwrap().key(), key);
+        }
+        let refused = begin(&place, "", false).unwrap_err().to_string();
+        assert!(refused.contains("--key: another key") && !refused.contains(&key.to_hex()), "{refused}");
+        let anew = begin(&place, "", true).unwrap();
+        assert!(anew.key().is_public());
+        drop(anew);
+        assert!(UnfinishedSet::key_begun(&place).is_none());
+        assert_ne!(begin_with(&place, "", false, None).unwrap().key(), key);
     }
 
     #[test]

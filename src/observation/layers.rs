@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::{ImageSettings, Observer, SceneCamera};
 use crate::body::{DepthImage, LinkFrames, SurfacePixel};
 use crate::camera::{Camera, CameraRig, FilmingRig};
+use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
 /// Samples a pixel's side is divided into for coverage.
@@ -22,7 +23,7 @@ pub struct WantedLayers {
     /// Anti-aliased coverage.
     pub coverage: bool,
     /// Brightness of the scene before the sensor, with its looks and their seed.
-    pub colour: Option<(ImageSettings, u64)>,
+    pub colour: Option<(ImageSettings, KeyedSeed)>,
 }
 
 /// The exact images of one camera and frame, row by row. Images that were not wanted are empty.

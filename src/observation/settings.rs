@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BackgroundSettings, Corruption, ImageSettings};
+use crate::rng::{KeyedSeed, ObservationKey};
 
 /// What trackers are given in place of perfect observations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -15,6 +16,11 @@ pub struct ObservationSettings {
     pub silhouette: SilhouetteSource,
     /// Seed of all that is drawn for observations; every seed of a run sees the same observations. Default: 1.
     pub seed: u32,
+    /// Secret that all that is drawn for observations depends on besides the seed: 32 hexadecimal digits, in quotation
+    /// marks. Whoever knows a scenario that states it can undo the errors of its sets. Default: `render` draws a fresh
+    /// one where it matters; everywhere else the public one, all zeros.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key: Option<ObservationKey>,
     /// Corruption, axis by axis. Axes of masks need `silhouette = "corrupted"`; errors of cameras, body and start do
     /// not. Default: none.
     #[serde(skip_serializing_if = "Corruption::is_none")]
@@ -37,6 +43,7 @@ impl Default for ObservationSettings {
         Self {
             silhouette: SilhouetteSource::Exact,
             seed: 1,
+            key: None,
             corruption: Corruption::default(),
             images: ImageSettings::default(),
             background: BackgroundSettings::default(),
@@ -81,6 +88,16 @@ impl ObservationSettings {
     /// Whether a tracker is given the truth as the cameras see it.
     pub fn is_exact(&self) -> bool {
         self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+    }
+
+    /// Whether random numbers are drawn for what a tracker is given; whoever knew them could undo its errors.
+    pub fn is_drawn(&self) -> bool {
+        self.silhouette == SilhouetteSource::Segmented || self.corruption.is_drawn()
+    }
+
+    /// What streams are keyed by; with the public key where none is stated.
+    pub fn keyed_seed(&self) -> KeyedSeed {
+        KeyedSeed { key: self.key.unwrap_or_default(), seed: self.seed.into() }
     }
 
     /// Looks of colour images that are truth alone; `None` for the usual ones, and where silhouettes are cut out of

@@ -167,6 +167,10 @@ pub struct TrackerBodySettings {
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
     pub seed: u32,
+    /// What the mismatch is drawn by: `"seed"`, the same factors for all subjects; or `"subject"`, others for every
+    /// subject, known by the lengths of his limbs, and for every `observation.key`. Default: `"seed"`.
+    #[serde(skip_serializing_if = "MismatchBy::is_seed")]
+    pub mismatch_by: MismatchBy,
     /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
     /// all radii (or of the skin, which follows) are solved together with the poses of the first 20 frames, a
     /// fifteenth of a second apart, on the outlines that the cameras saw, seed by seed. A gate decides whether the
@@ -198,6 +202,23 @@ pub enum Mismatch {
     },
 }
 
+/// What a mismatch is drawn by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MismatchBy {
+    /// The seed alone.
+    #[default]
+    Seed,
+    /// The seed, the subject and the observation's key.
+    Subject,
+}
+
+impl MismatchBy {
+    fn is_seed(&self) -> bool {
+        *self == Self::Seed
+    }
+}
+
 impl Mismatch {
     /// Greatest error of lengths and of girths, %, or none.
     pub fn percents(self) -> Option<(f64, f64)> {
@@ -226,6 +247,13 @@ impl Default for ActorSettings {
 
 impl Default for TrackerBodySettings {
     fn default() -> Self {
-        Self { robot: "tracker25".to_owned(), skin: None, mismatch: Mismatch::Standard, seed: 1, calibrate: false }
+        Self {
+            robot: "tracker25".to_owned(),
+            skin: None,
+            mismatch: Mismatch::Standard,
+            seed: 1,
+            mismatch_by: MismatchBy::Seed,
+            calibrate: false,
+        }
     }
 }

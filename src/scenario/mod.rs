@@ -44,8 +44,8 @@ mod tracker_ranges;
 mod tree;
 
 pub use bodies::{
-    ActorSettings, ContactMode, Mismatch, PopulationName, PushSettings, SexName, ShapeSettings, SkinBlending,
-    TrackerBodySettings,
+    ActorSettings, ContactMode, Mismatch, MismatchBy, PopulationName, PushSettings, SexName, ShapeSettings,
+    SkinBlending, TrackerBodySettings,
 };
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;

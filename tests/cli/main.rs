@@ -14,6 +14,7 @@ mod export;
 mod filming;
 mod gate;
 mod inspect;
+mod keys;
 mod options;
 mod poses;
 mod program;

@@ -89,7 +89,7 @@ fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
 #[test]
 fn a_ladder_goes_on_after_the_sets_that_are_made() {
     let room = room();
-    let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --out ladder";
+    let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --key 00112233445566778899aabbccddeeff --out ladder";
     room.succeed(&format!("{ladder} -q"));
     let whole = [0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256")));
     // the second level can be written only once somebody's file is out of the way

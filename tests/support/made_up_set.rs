@@ -64,7 +64,7 @@ pub(crate) fn assemble_filmed(
     let is_filmed = !filming.is_still();
     let training = Training::none(&actor);
     let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
-    let (exact, seed) = (settings.is_exact(), u64::from(settings.seed));
+    let (exact, seed) = (settings.is_exact(), settings.keyed_seed());
     let facts = TruthFacts {
         motion: "made up".into(),
         matched: true,
@@ -85,6 +85,7 @@ pub(crate) fn assemble_filmed(
             tracker_rig: None,
             filming: is_filmed.then_some(filming),
             moments: is_filmed.then_some(&moments),
+            key: seed.key,
         },
     };
     match settings.silhouette {

@@ -71,7 +71,7 @@ fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize])
     wanted.flow = image.floats(surface::FLOW).is_some();
     wanted.coverage = image.floats(surface::COVERAGE).is_some();
     let colour = image.floats(surface::COLOUR).is_some() || image.floats(surface::GREY).is_some();
-    wanted.colour = colour.then(|| parts.images());
+    wanted.colour = parts.images().filter(|_| colour);
     wanted
 }
 

@@ -2,6 +2,7 @@
 
 use super::parts::ReadParts;
 use super::{Fault, Outcome, Thoroughness};
+use crate::benchmark_set::KEY_FILE;
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::silhouette_png;
@@ -11,6 +12,7 @@ use crate::observation::{
 };
 use crate::parallel;
 use crate::raster::{Mask, overlap};
+use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
 /// Pixels in which a silhouette may differ from the new one: the camera's numbers are rounded once in `cameras.json`,
@@ -24,6 +26,7 @@ const SPOILED_SHARE: f64 = 0.005;
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
+    let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;
     let filming = parts.filming()?;
     let observing = SetObserver::new(truth, &filming, &facts, seed)?;
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
@@ -54,7 +57,12 @@ enum SetObserver<'a> {
 }
 
 impl<'a> SetObserver<'a> {
-    fn new(truth: &'a GroundTruth, filming: &FilmingRig, facts: &ObservationFacts, seed: u64) -> Result<Self, String> {
+    fn new(
+        truth: &'a GroundTruth,
+        filming: &FilmingRig,
+        facts: &ObservationFacts,
+        seed: KeyedSeed,
+    ) -> Result<Self, String> {
         Ok(match facts.silhouette {
             SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
             SilhouetteSource::Corrupted => {

@@ -61,8 +61,10 @@ pub const CHECKS: [(&str, &str); 11] = [
 pub struct Verification {
     /// The set's name; empty where `set.toml` cannot be read.
     pub name: String,
-    /// SHA-256 of the list of files.
+    /// SHA-256 of what is tested, without layers and shards.
     pub set_hash: String,
+    /// SHA-256 of `files.sha256`: of every file, truth images and shards included.
+    pub full_hash: String,
     /// All checks, in the order of [`CHECKS`].
     pub checks: Vec<Checked>,
 }
@@ -170,7 +172,7 @@ pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verifica
     add(contacts::check(files, &parts))?;
     add(blindfold::check(directory, set.truth.unwrap_or(directory), &own))?;
     let name = parts.manifest.map(|manifest| manifest.name).unwrap_or_default();
-    Ok(Verification { name, set_hash: own.set_hash(), checks })
+    Ok(Verification { name, set_hash: own.set_hash(), full_hash: own.full_hash().to_owned(), checks })
 }
 
 /// Faults of the files of a set, and of the truth of the complete one that is elsewhere. A file that no list names is

@@ -7,12 +7,13 @@ use crate::benchmark_set::manifest::{self, BlindManifest};
 use crate::benchmark_set::start_file::{self, Start};
 use crate::benchmark_set::{
     RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
-    filming_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
+    filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::{CameraRig, FilmingRig};
 use crate::npz::Npz;
 use crate::observation::{ImageSettings, ObservationFacts, SilhouetteSource};
+use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
 
 /// What a set consists of; `None` for a part that cannot be read.
@@ -31,6 +32,8 @@ pub(super) struct ReadParts {
     pub(super) refitted: Option<Motion>,
     /// What is known beyond the numbers.
     facts: Option<TruthFacts>,
+    /// The secret that everything drawn for the observations depends on.
+    key: Option<ObservationKey>,
 }
 
 impl ReadParts {
@@ -46,6 +49,7 @@ impl ReadParts {
         let rig = files.read(cameras_file::PATH).and_then(|b| cameras_file::from_json(&b)).map_err(&mut keep).ok();
         let start = Start::from_files(files).map_err(&mut keep).ok();
         let facts = manifest::truth_facts(files).map_err(&mut keep).ok();
+        let key = key_file::read(files).map_err(&mut keep).ok();
         if files.has(recording_file::PATH) {
             files
                 .read(recording_file::PATH)
@@ -70,7 +74,7 @@ impl ReadParts {
             filming.map_err(&mut keep).ok()
         });
         let refitted = refitted.flatten();
-        let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts };
+        let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts, key };
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
@@ -117,18 +121,18 @@ impl ReadParts {
         moment.and_then(|moment| moment.exposed_s.get(camera)).is_none_or(Option::is_some)
     }
 
-    /// How the set says that its observations were made, and the seed of what was drawn for them.
-    pub(super) fn observed(&self) -> (ObservationFacts, u64) {
+    /// How the set says that its observations were made, and the seed of what was drawn for them; `None` where the key
+    /// cannot be read.
+    pub(super) fn observed(&self) -> (ObservationFacts, Option<KeyedSeed>) {
         let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.clone());
-        let seed = self.facts.as_ref().and_then(|facts| facts.observation_seed).unwrap_or(1);
-        (facts.unwrap_or_default(), seed.into())
+        let seed = self.key.map(|key| self.facts.clone().unwrap_or_default().keyed_seed(key));
+        (facts.unwrap_or_default(), seed)
     }
 
-    /// How images of the scene look, and the seed of what is random in them.
-    pub(super) fn images(&self) -> (ImageSettings, u64) {
+    /// How images of the scene look, and the seed of what is random in them; `None` where the key cannot be read.
+    pub(super) fn images(&self) -> Option<(ImageSettings, KeyedSeed)> {
         let observation = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
-        let facts = self.facts.as_ref().map(|facts| facts.scene(observation));
-        facts.unwrap_or_else(|| TruthFacts::default().scene(observation))
+        Some(self.facts.clone().unwrap_or_default().scene(observation, self.key?))
     }
 
     /// Why silhouettes and the given cameras need not fit the truth, where the set says so.

@@ -57,8 +57,10 @@ pub struct SetSummary {
     pub learned_from: Vec<String>,
     /// The way the body faces in frame 0, a unit vector on the ground.
     pub forward: Option<[f64; 3]>,
-    /// SHA-256 of the list of files, which names the set.
+    /// SHA-256 of what is tested, without layers and shards, which names the set.
     pub set_hash: String,
+    /// SHA-256 of `files.sha256`: of every file, layers and shards included.
+    pub full_hash: String,
     /// Whether every file is there, unchanged, and none is there that is not listed.
     pub hashes_ok: bool,
     /// The first file that is not, and what is wrong with it.
@@ -123,6 +125,7 @@ impl SetSummary {
             learned_from: blind.start.training.in_words(),
             forward: blind.forward,
             set_hash: blind.set_hash.clone(),
+            full_hash: blind.full_hash.clone(),
             hashes_ok: fault.is_none(),
             fault,
         })

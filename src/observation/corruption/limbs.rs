@@ -6,6 +6,7 @@ use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
 use crate::body::{Humanoid, Landmark};
+use crate::rng::KeyedSeed;
 
 /// How long a limb stays missing, seconds.
 const SPELL_S: f64 = 0.5;
@@ -35,7 +36,13 @@ fn without_subtree(body: &Humanoid, root: usize) -> Humanoid {
 }
 
 /// Which of `limbs` limbs camera `camera` misses at `time_s`, if any.
-pub(super) fn missing(corruption: &Corruption, seed: u64, time_s: f64, camera: usize, limbs: usize) -> Option<usize> {
+pub(super) fn missing(
+    corruption: &Corruption,
+    seed: KeyedSeed,
+    time_s: f64,
+    camera: usize,
+    limbs: usize,
+) -> Option<usize> {
     if corruption.missing_limb == 0.0 || limbs == 0 {
         return None;
     }
@@ -87,11 +94,12 @@ mod tests {
     #[test]
     fn limbs_are_missing_for_half_a_second_in_the_share_of_time_that_was_asked_for() {
         let corruption = Corruption { missing_limb: 0.25, ..Corruption::default() };
-        let spells: Vec<_> = (0..4000).map(|i| missing(&corruption, 8, f64::from(i) * 0.5 + 0.01, 0, 4)).collect();
+        let spells: Vec<_> =
+            (0..4000).map(|i| missing(&corruption, 8.into(), f64::from(i) * 0.5 + 0.01, 0, 4)).collect();
         let share = spells.iter().flatten().count();
         assert!(share.abs_diff(1000) < 4 * 28, "{share}");
         for (i, spell) in spells.iter().enumerate() {
-            assert_eq!(missing(&corruption, 8, i as f64 * 0.5 + 0.49, 0, 4), *spell);
+            assert_eq!(missing(&corruption, 8.into(), i as f64 * 0.5 + 0.49, 0, 4), *spell);
         }
         let of_limb = |limb| spells.iter().flatten().filter(|l| **l == limb).count();
         assert!((0..4).all(|limb| of_limb(limb).abs_diff(share / 4) < 70));

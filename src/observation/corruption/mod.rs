@@ -2,7 +2,7 @@
 //!
 //! [`Corruption`] has one strength per axis; zero changes nothing. [`AXES`] lists the axes with their units, formulas
 //! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is given (cameras, body,
-//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by seed,
+//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by secret, seed,
 //! frame, axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the same
 //! whatever else is drawn.
 
@@ -23,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::rng::{Purpose, stream};
+use crate::rng::{KeyedSeed, Purpose};
 
 /// How strongly observations are corrupted, axis by axis; zero leaves them as they are. The formulas
 /// stand in `scenarios/README.md`, and in the code at `AXES`.
@@ -91,6 +91,11 @@ impl Corruption {
         *self == Self::default()
     }
 
+    /// Whether any axis draws random numbers; a rolling shutter and an ignored lens do not.
+    pub fn is_drawn(&self) -> bool {
+        !Self { line_delay_us: 0.0, lens_ignored: 0.0, ..*self }.is_none()
+    }
+
     /// Whether the cameras that a tracker is given differ from the true ones.
     pub fn changes_cameras(&self) -> bool {
         [self.calibration_mm, self.calibration_deg, self.calibration_px, self.lens_ignored].iter().any(|s| *s != 0.0)
@@ -120,6 +125,6 @@ enum Draw {
     Start = 10,
 }
 
-fn draws(seed: u64, frame: usize, draw: Draw, camera: usize) -> ChaCha8Rng {
-    stream(seed, Purpose::Corruption, frame as u64, draw as u64, camera as u64)
+fn draws(seed: KeyedSeed, frame: usize, draw: Draw, camera: usize) -> ChaCha8Rng {
+    seed.stream(Purpose::Corruption, frame as u64, draw as u64, camera as u64)
 }

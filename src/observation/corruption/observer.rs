@@ -10,6 +10,7 @@ use crate::observation::observe::Look;
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::raster::Mask;
+use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
 /// Sees any frame of the truth with corrupted masks, from any thread; the same bits in any order.
@@ -20,7 +21,7 @@ pub struct CorruptedObserver<'a> {
     /// How the cameras are said to film.
     filming: FilmingRig,
     corruption: Corruption,
-    seed: u64,
+    seed: KeyedSeed,
     /// The actor without one limb each, where limbs go missing.
     limbless: Vec<Humanoid>,
     shadow: Option<Shadow>,
@@ -35,13 +36,19 @@ struct Shadow {
 
 impl<'a> CorruptedObserver<'a> {
     /// An observer of `truth` through the cameras of `rig`, which are the true ones and stand still.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, corruption: Corruption, seed: u64) -> Self {
+    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, corruption: Corruption, seed: impl Into<KeyedSeed>) -> Self {
         Self::from_filming(truth, &FilmingRig::from(rig), corruption, seed)
     }
 
     /// An observer of `truth` through the true cameras, which may move and take their images at times of their own. The
     /// axes of time come on top of those.
-    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig, corruption: Corruption, seed: u64) -> Self {
+    pub fn from_filming(
+        truth: &'a GroundTruth,
+        filming: &FilmingRig,
+        corruption: Corruption,
+        seed: impl Into<KeyedSeed>,
+    ) -> Self {
+        let seed = seed.into();
         let offsets: Vec<f64> = match corruption.desynchronisation_ms {
             0.0 => Vec::new(),
             _ => (0..filming.cameras()).map(|camera| timing::offset_s(&corruption, seed, camera)).collect(),
@@ -210,8 +217,8 @@ mod tests {
         let truth = truth();
         let mut corruption = of_level("desynchronisation_ms", 1.0);
         // a strength at which the second camera's offset is one frame
-        corruption.desynchronisation_ms = 1.0 / 60.0 / timing::offset_s(&corruption, 5, 1);
-        let late = timing::offset_s(&corruption, 5, 1);
+        corruption.desynchronisation_ms = 1.0 / 60.0 / timing::offset_s(&corruption, 5.into(), 1);
+        let late = timing::offset_s(&corruption, 5.into(), 1);
         assert!((late.abs() - 1.0 / 60.0).abs() < 1e-12);
         let observer = CorruptedObserver::new(&truth, &rig(), corruption, 5);
         let next = if late > 0.0 { 4 } else { 2 };

@@ -3,11 +3,17 @@
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
-use crate::rng::normal;
+use crate::rng::{KeyedSeed, normal};
 
 /// The frame whose image camera `camera`, which takes one every so many frames, shows in `frame`: itself, or the last
 /// one before it that was not lost. The first frame is never lost.
-pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, camera: usize, every: usize) -> usize {
+pub(super) fn shown_frame(
+    corruption: &Corruption,
+    seed: KeyedSeed,
+    frame: usize,
+    camera: usize,
+    every: usize,
+) -> usize {
     if corruption.dropped_frames == 0.0 {
         return frame;
     }
@@ -16,7 +22,7 @@ pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, came
 }
 
 /// How much later than it should camera `camera` sees the scene, seconds.
-pub(super) fn offset_s(corruption: &Corruption, seed: u64, camera: usize) -> f64 {
+pub(super) fn offset_s(corruption: &Corruption, seed: KeyedSeed, camera: usize) -> f64 {
     match corruption.desynchronisation_ms {
         0.0 => 0.0,
         deviation => 1e-3 * deviation * normal(&mut draws(seed, 0, Draw::Offset, camera)),
@@ -30,22 +36,22 @@ mod tests {
     #[test]
     fn the_share_of_lost_frames_is_as_asked_for_and_the_last_image_stays() {
         let corruption = Corruption { dropped_frames: 0.3, ..Corruption::default() };
-        let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2, frame, 1, 1)).collect();
+        let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2.into(), frame, 1, 1)).collect();
         let lost = shown.iter().enumerate().filter(|(frame, shown)| frame != *shown).count();
         assert!(lost.abs_diff(1200) < 4 * 29, "{lost}");
         assert_eq!(shown[0], 0);
         assert!(shown.windows(2).enumerate().all(|(frame, pair)| pair[1] == pair[0] || pair[1] == frame + 1));
-        assert!((0..4000).step_by(3).all(|frame| shown_frame(&corruption, 2, frame, 1, 3).is_multiple_of(3)));
+        assert!((0..4000).step_by(3).all(|frame| shown_frame(&corruption, 2.into(), frame, 1, 3).is_multiple_of(3)));
         let all_lost = Corruption { dropped_frames: 1.0, ..Corruption::default() };
-        assert_eq!(shown_frame(&all_lost, 2, 50, 0, 1), 0);
+        assert_eq!(shown_frame(&all_lost, 2.into(), 50, 0, 1), 0);
     }
 
     #[test]
     fn offsets_differ_from_camera_to_camera_with_their_deviation() {
         let corruption = Corruption { desynchronisation_ms: 20.0, ..Corruption::default() };
-        let offsets: Vec<f64> = (0..2000).map(|camera| offset_s(&corruption, 2, camera)).collect();
+        let offsets: Vec<f64> = (0..2000).map(|camera| offset_s(&corruption, 2.into(), camera)).collect();
         let deviation = (offsets.iter().map(|o| o * o).sum::<f64>() / 2000.0).sqrt();
         assert!((deviation - 0.020).abs() < 0.0013, "{deviation}");
-        assert_eq!(offset_s(&Corruption::default(), 2, 3), 0.0);
+        assert_eq!(offset_s(&Corruption::default(), 2.into(), 3), 0.0);
     }
 }

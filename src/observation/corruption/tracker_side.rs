@@ -5,14 +5,15 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use super::{Corruption, Draw, draws};
 use crate::body::{Humanoid, Pose, rotation_from_vector};
 use crate::camera::{Camera, CameraRig, Distortion};
-use crate::rng::normal;
+use crate::rng::{KeyedSeed, normal};
 
 /// Least focal length that a tracker is given, as a share of the true one.
 const LEAST_FOCAL: f64 = 0.1;
 
 /// The cameras that a tracker is given: the true ones with errors along the axes `calibration_mm`, `calibration_deg`,
 /// `calibration_px` and `lens_ignored`.
-pub fn tracker_rig(rig: &CameraRig, corruption: &Corruption, seed: u64) -> CameraRig {
+pub fn tracker_rig(rig: &CameraRig, corruption: &Corruption, seed: impl Into<KeyedSeed>) -> CameraRig {
+    let seed = seed.into();
     if !corruption.changes_cameras() {
         return rig.clone();
     }
@@ -20,7 +21,7 @@ pub fn tracker_rig(rig: &CameraRig, corruption: &Corruption, seed: u64) -> Camer
     CameraRig { cameras: told.collect() }
 }
 
-fn told_camera(camera: &Camera, corruption: &Corruption, seed: u64, index: usize) -> Camera {
+fn told_camera(camera: &Camera, corruption: &Corruption, seed: KeyedSeed, index: usize) -> Camera {
     // all numbers are drawn whatever the strengths, so that a level changes a strength alone
     let mut random = draws(seed, 0, Draw::Camera, index);
     let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
@@ -41,9 +42,9 @@ fn told_camera(camera: &Camera, corruption: &Corruption, seed: u64, index: usize
 }
 
 /// The start pose that a tracker is given: the true one with errors along the axes `start_mm` and `start_deg`.
-pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: u64) -> Pose {
+pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: impl Into<KeyedSeed>) -> Pose {
     let mut told = start.clone();
-    let mut random = draws(seed, 0, Draw::Start, 0);
+    let mut random = draws(seed.into(), 0, Draw::Start, 0);
     let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
     let (shift, turn) = (vector(), vector());
     told.world_from_root.translation.vector += shift * (1e-3 * corruption.start_mm);

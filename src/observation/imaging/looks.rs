@@ -4,9 +4,9 @@ use nalgebra::{Point3, Vector3};
 use rand::RngExt;
 
 use super::settings::ImageSettings;
-use super::texture::noise;
+use super::texture::Textures;
 use crate::body::Humanoid;
-use crate::rng::{Purpose, normal, stream};
+use crate::rng::{KeyedSeed, Purpose, normal};
 
 /// Red, green and blue, grey values.
 pub(super) type Rgb = [f32; 3];
@@ -24,16 +24,18 @@ pub(super) fn light(normal: &Vector3<f64>, towards_sun: &Vector3<f64>, sunny: bo
 }
 
 /// The ground at a point: slabs of one metre, grain and stains.
-pub(super) fn ground(x: f32, y: f32) -> Rgb {
+pub(super) fn ground(textures: Textures, x: f32, y: f32) -> Rgb {
+    let noise = |x, y, cell, kind| textures.noise(x, y, 0.0, cell, kind);
     let joint = |v: f32| (v - v.floor() - 0.5).abs() > 0.492;
-    let stain = 14.0 * noise(x, y, 0.0, 0.7, 1) + 9.0 * noise(x, y, 0.0, 0.09, 2) + 5.0 * noise(x, y, 0.0, 0.02, 3);
-    let slab = 10.0 * noise(x.floor() * 3.7, y.floor() * 5.3, 0.0, 1.0, 4);
+    let stain = 14.0 * noise(x, y, 0.7, 1) + 9.0 * noise(x, y, 0.09, 2) + 5.0 * noise(x, y, 0.02, 3);
+    let slab = 10.0 * noise(x.floor() * 3.7, y.floor() * 5.3, 1.0, 4);
     let dark = if joint(x) || joint(y) { -35.0 } else { 0.0 };
     GROUND.map(|c| c + stain + slab + dark)
 }
 
 /// A wall at a point: plaster, and panels of 1.2 metres with dark seams.
-pub(super) fn wall(point: &Point3<f64>, along: f64) -> Rgb {
+pub(super) fn wall(textures: Textures, point: &Point3<f64>, along: f64) -> Rgb {
+    let noise = |x, y, z, cell, kind| textures.noise(x, y, z, cell, kind);
     let (along, z) = (along as f32, point.z as f32);
     let seam = (along / 1.2 - (along / 1.2).floor() - 0.5).abs() > 0.49 || (0.0..0.1).contains(&z);
     let plaster = 10.0 * noise(along, z, point.x as f32, 0.9, 5) + 6.0 * noise(along, z, point.y as f32, 0.06, 6);
@@ -43,7 +45,8 @@ pub(super) fn wall(point: &Point3<f64>, along: f64) -> Rgb {
 }
 
 /// A prop at a point.
-pub(super) fn prop(index: usize, point: &Point3<f64>) -> Rgb {
+pub(super) fn prop(textures: Textures, index: usize, point: &Point3<f64>) -> Rgb {
+    let noise = |x, y, z, cell, kind| textures.noise(x, y, z, cell, kind);
     let [x, y, z] = [point.x, point.y, point.z].map(|c| c as f32);
     let grain = 12.0 * noise(x, y, z, 0.05, 20 + index as u32);
     let shade = 30.0 * noise(index as f32 * 7.3, 0.0, 0.0, 1.0, 8);
@@ -53,19 +56,20 @@ pub(super) fn prop(index: usize, point: &Point3<f64>) -> Rgb {
 /// The colours of a body's links.
 pub(super) struct Clothing {
     of_link: Vec<Rgb>,
+    textures: Textures,
 }
 
 impl Clothing {
     /// One colour for links of the same garment, which left and right share: it lies `clothing_contrast` from the mean
     /// of ground and walls in a direction that is drawn.
-    pub(super) fn new(body: &Humanoid, settings: &ImageSettings, seed: u64) -> Self {
+    pub(super) fn new(body: &Humanoid, settings: &ImageSettings, seed: KeyedSeed) -> Self {
         let mut garments: Vec<(String, Rgb)> = Vec::new();
         let of_link = body.links.iter().map(|link| {
             let garment = garment_of(&link.name);
             if let Some((_, colour)) = garments.iter().find(|(name, _)| *name == garment) {
                 return *colour;
             }
-            let mut random = stream(seed, Purpose::Imaging, garments.len() as u64, 9, 0);
+            let mut random = seed.stream(Purpose::Imaging, garments.len() as u64, 9, 0);
             let direction = Vector3::from_fn(|_, _| normal(&mut random)).try_normalize(1e-9).unwrap_or_else(Vector3::x);
             // darker for two garments of three; what leaves the sensor's range saturates
             let side = if random.random::<f64>() < 0.65 { -1.0 } else { 1.0 };
@@ -77,13 +81,14 @@ impl Clothing {
             garments.push((garment, colour));
             colour
         });
-        Self { of_link: of_link.collect() }
+        Self { of_link: of_link.collect(), textures: Textures::new(seed) }
     }
 
     /// The colour of a point on a link, with the weave of its cloth.
     pub(super) fn at(&self, link: usize, point_in_link: &Point3<f64>) -> Rgb {
         let [x, y, z] = [point_in_link.x, point_in_link.y, point_in_link.z].map(|c| c as f32);
-        let folds = 10.0 * noise(x, y, z, 0.08, 40) + 5.0 * noise(x, y, z, 0.015, 41);
+        let noise = |cell, kind| self.textures.noise(x, y, z, cell, kind);
+        let folds = 10.0 * noise(0.08, 40) + 5.0 * noise(0.015, 41);
         self.of_link[link].map(|c| c + folds)
     }
 }

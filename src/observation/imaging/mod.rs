@@ -24,11 +24,12 @@ use crate::camera::{Camera, CameraRig};
 use crate::observation::light::{CastShadow, GroundPixels, Sun};
 use crate::observation::{Image, Observer};
 use crate::parallel;
-use crate::rng::{Purpose, stream};
+use crate::rng::{KeyedSeed, Purpose};
 use crate::scene::{Distractor, GroundTruth, SceneFigure};
 use looks::{Clothing, Rgb};
 use sensor::{Exposure, Sensor};
 use settings::PERIODS;
+use texture::Textures;
 
 /// How far behind the farthest camera the walls stand, metres.
 const WALL_DISTANCE: f64 = 1.5;
@@ -59,9 +60,9 @@ struct Backdrop {
 
 impl<'a> SceneCamera<'a> {
     /// Cameras of `rig`, which stand still, around the actor of `truth`; `seed` draws clothing, the sun's azimuth,
-    /// drift and noise.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: u64) -> Self {
-        Self::in_room(truth, rig, distance_of_walls(rig), settings, seed)
+    /// drift and noise, and with a secret key textures too.
+    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: impl Into<KeyedSeed>) -> Self {
+        Self::in_room(truth, rig, distance_of_walls(rig), settings, seed.into())
     }
 
     /// As [`Self::new`], of camera `index` alone; it sees the same scene as all of them.
@@ -70,22 +71,22 @@ impl<'a> SceneCamera<'a> {
         rig: &CameraRig,
         index: usize,
         settings: &ImageSettings,
-        seed: u64,
+        seed: KeyedSeed,
     ) -> Self {
         let alone = CameraRig { cameras: vec![rig.cameras[index].clone()] };
         Self::in_room(truth, &alone, distance_of_walls(rig), settings, seed)
     }
 
-    fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: u64) -> Self {
+    fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: KeyedSeed) -> Self {
         let observer = Observer::new(truth, rig);
-        let azimuth = std::f64::consts::TAU * stream(seed, Purpose::Imaging, 0, 10, 0).random::<f64>();
-        let sun = Sun::new(azimuth);
+        let azimuth = std::f64::consts::TAU * seed.stream(Purpose::Imaging, 0, 10, 0).random::<f64>();
+        let (sun, textures) = (Sun::new(azimuth), Textures::new(seed));
         let props = observer.props_surface(&truth.props);
         let backdrop = |index: usize| {
             let screen = observer.screen(index).map(|screen| screen.depth.clone()).unwrap_or_default();
             let ground = GroundPixels::new(&rig.cameras[index], observer.screen(index));
             let props = props.get(index).map_or(&[][..], Vec::as_slice);
-            Backdrop::new(&rig.cameras[index], walls, &sun, props, ground, screen)
+            Backdrop::new(&rig.cameras[index], (walls, textures), &sun, props, ground, screen)
         };
         let mut backdrops = parallel::map(rig.cameras.len(), backdrop);
         if settings.grey {
@@ -94,7 +95,7 @@ impl<'a> SceneCamera<'a> {
         let clothing = Clothing::new(&truth.actor, settings, seed);
         // each wears something else, the actor what they wear alone
         let other = |(index, other): (u64, &Distractor)| {
-            Clothing::new(&other.body, settings, seed.wrapping_add(1_000_003 * (index + 1)))
+            Clothing::new(&other.body, settings, seed.with_seed(seed.seed.wrapping_add(1_000_003 * (index + 1))))
         };
         let other_clothing = (0..).zip(&truth.distractors).map(other).collect();
         let sensor = Sensor::new(settings, seed);
@@ -219,7 +220,7 @@ fn distance_of_walls(rig: &CameraRig) -> f64 {
 impl Backdrop {
     fn new(
         camera: &Camera,
-        walls: f64,
+        (walls, textures): (f64, Textures),
         sun: &Sun,
         props: &[SurfacePixel],
         ground: GroundPixels,
@@ -229,13 +230,13 @@ impl Backdrop {
         let mut planes: Vec<Vec<f32>> = (0..3).map(|_| Vec::with_capacity(width as usize * height as usize)).collect();
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             let ray = camera.ray_through(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            let colour = ray.map_or([0.0; 3], |ray| room(&centre, &ray, walls, &sun.towards()));
+            let colour = ray.map_or([0.0; 3], |ray| room(&centre, &ray, (walls, textures), &sun.towards()));
             planes.iter_mut().zip(colour).for_each(|(plane, value)| plane.push(value));
         }
         for pixel in props {
             let index = pixel.y as usize * width as usize + pixel.x as usize;
             let light = looks::light(&pixel.normal_in_world, &sun.towards(), true);
-            let colour = looks::prop(pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
+            let colour = looks::prop(textures, pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
             planes.iter_mut().zip(colour).for_each(|(plane, value)| plane[index] = value);
         }
         Self { width, height, planes, ground, screen }
@@ -243,7 +244,7 @@ impl Backdrop {
 }
 
 /// The brightness of ground or wall where a ray from inside the room meets it first.
-fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>) -> Rgb {
+fn room(centre: &Point3<f64>, ray: &Vector3<f64>, (walls, textures): (f64, Textures), sun: &Vector3<f64>) -> Rgb {
     let to_ground = if ray.z < 0.0 { centre.z / -ray.z } else { f64::INFINITY };
     let to_wall = |axis: usize| match ray[axis] {
         0.0 => f64::INFINITY,
@@ -252,12 +253,12 @@ fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>
     let (axis, wall) = if to_wall(0) < to_wall(1) { (0, to_wall(0)) } else { (1, to_wall(1)) };
     let (colour, normal) = if to_ground < wall {
         let point = centre + ray * to_ground;
-        (looks::ground(point.x as f32, point.y as f32), Vector3::z())
+        (looks::ground(textures, point.x as f32, point.y as f32), Vector3::z())
     } else {
         let point = centre + ray * wall;
         let mut normal = Vector3::zeros();
         normal[axis] = -ray[axis].signum();
-        (looks::wall(&point, point[1 - axis]), normal)
+        (looks::wall(textures, &point, point[1 - axis]), normal)
     };
     let light = looks::light(&normal, sun, true);
     colour.map(|c| (c * light).clamp(0.0, 255.0))

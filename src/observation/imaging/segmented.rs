@@ -5,6 +5,7 @@ use crate::camera::CameraRig;
 use crate::observation::{BackgroundError, BackgroundSettings, Image, Observation, Segmenter};
 use crate::parallel;
 use crate::raster::Mask;
+use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
 /// Sees any frame of the truth by segmentation of its images, from any thread.
@@ -24,7 +25,7 @@ impl<'a> SegmentedObserver<'a> {
         rig: &CameraRig,
         images: &ImageSettings,
         background: &BackgroundSettings,
-        seed: u64,
+        seed: impl Into<KeyedSeed>,
     ) -> Result<Self, BackgroundError> {
         let camera = SceneCamera::new(truth, rig, images, seed);
         let learn = |index: usize| {

@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::settings::{ImageSettings, PERIODS};
 use super::texture::mixed;
 use crate::observation::Image;
-use crate::rng::{Purpose, normal, stream};
+use crate::rng::{KeyedSeed, Purpose, normal};
 
 /// Normal deviates that noise is taken from, a power of two.
 const DEVIATES: usize = 1 << 16;
@@ -22,18 +22,18 @@ pub(super) enum Exposure {
 /// Turns brightness into images of eight bits.
 pub(super) struct Sensor {
     settings: ImageSettings,
-    seed: u64,
+    seed: KeyedSeed,
     /// Gain and offset of each period.
     drift: [[f32; 2]; PERIODS],
     deviates: Vec<f32>,
 }
 
 impl Sensor {
-    pub(super) fn new(settings: &ImageSettings, seed: u64) -> Self {
-        let mut random = stream(seed, Purpose::Imaging, 0, 0, 0);
+    pub(super) fn new(settings: &ImageSettings, seed: KeyedSeed) -> Self {
+        let mut random = seed.stream(Purpose::Imaging, 0, 0, 0);
         let mut even = |most: f64| (most * (2.0 * random.random::<f64>() - 1.0)) as f32;
         let drift = [(); PERIODS].map(|()| [1.0 + even(settings.gain_drift), even(settings.offset_drift)]);
-        let mut random = stream(seed, Purpose::Imaging, 0, 0, 1);
+        let mut random = seed.stream(Purpose::Imaging, 0, 0, 1);
         let deviates = (0..DEVIATES).map(|_| normal(&mut random) as f32).collect();
         Self { settings: *settings, seed, drift, deviates }
     }
@@ -47,7 +47,7 @@ impl Sensor {
             Exposure::Frame(frame, _) => (frame as u64, 1),
             Exposure::Background(period, number) => (number as u64, 2 + period as u64),
         };
-        let key: u64 = stream(self.seed, Purpose::Imaging, time, layer, camera as u64).random();
+        let key: u64 = self.seed.stream(Purpose::Imaging, time, layer, camera as u64).random();
         let expose = |(channel, plane): (usize, &Vec<f32>)| {
             let start = mixed(key ^ channel as u64);
             let chunks = plane.chunks(4).enumerate();
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn noise_has_the_variance_of_read_and_shot_noise_and_of_rounding() {
         let settings = ImageSettings { gain_drift: 0.0, offset_drift: 0.0, ..ImageSettings::default() };
-        let sensor = Sensor::new(&settings, 3);
+        let sensor = Sensor::new(&settings, 3.into());
         for level in [40.0_f32, 160.0] {
             let plane = vec![vec![level; 300 * 200]];
             let (mean, variance) = moments(&sensor.expose(300, 200, &plane, 1, Exposure::Frame(5, 9)));
@@ -114,7 +114,8 @@ mod tests {
 
     #[test]
     fn frames_drift_from_the_first_period_by_the_second_to_the_last() {
-        let sensor = Sensor::new(&ImageSettings { read_noise: 0.0, shot_noise: 0.0, ..ImageSettings::default() }, 8);
+        let sensor =
+            Sensor::new(&ImageSettings { read_noise: 0.0, shot_noise: 0.0, ..ImageSettings::default() }, 8.into());
         for (frame, period) in [(0, 0), (5, 1), (10, 2)] {
             let pair = [Exposure::Frame(frame, 11), Exposure::Background(period, 0)].map(|of| sensor.drift_of(of));
             assert!((0..2).all(|i| (pair[0][i] - pair[1][i]).abs() < 1e-5), "{pair:?}");
@@ -125,7 +126,7 @@ mod tests {
 
     #[test]
     fn images_differ_and_each_is_the_same_whenever_it_is_taken() {
-        let sensor = Sensor::new(&ImageSettings::default(), 3);
+        let sensor = Sensor::new(&ImageSettings::default(), 3.into());
         let plane = vec![vec![100.0; 64]; 3];
         let image = |camera, of| sensor.expose(8, 8, &plane, camera, of);
         let all = [

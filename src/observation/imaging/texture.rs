@@ -1,14 +1,41 @@
 //! Textures made of noise: the same value at the same place, whatever else is drawn.
 
-/// Smooth noise between -1 and 1 that changes over `cell` metres, by its place in space; `salt` tells textures apart.
-pub(super) fn noise(x: f32, y: f32, z: f32, cell: f32, salt: u32) -> f32 {
-    let (ix, sx) = split(x / cell);
-    let (iy, sy) = split(y / cell);
-    let (iz, sz) = split(z / cell);
-    let mix = |a: f32, b: f32, s: f32| a + (b - a) * s;
-    let along_x = |dy: i32, dz: i32| mix(at(ix, iy + dy, iz + dz, salt), at(ix + 1, iy + dy, iz + dz, salt), sx);
-    let along_y = |dz: i32| mix(along_x(0, dz), along_x(1, dz), sy);
-    mix(along_y(0), along_y(1), sz)
+use rand::RngExt;
+
+use crate::rng::{KeyedSeed, Purpose};
+
+/// The textures of a scene. With the public key they are those of every scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Textures {
+    /// Tells the textures of one secret from those of another; 0 with the public key.
+    salt: u64,
+}
+
+impl Textures {
+    pub(super) fn new(seed: KeyedSeed) -> Self {
+        let drawn = || seed.stream(Purpose::Imaging, 0, 11, 0).random();
+        Self { salt: if seed.key.is_public() { 0 } else { drawn() } }
+    }
+
+    /// Smooth noise between -1 and 1 that changes over `cell` metres, by its place in space; `kind` tells textures of a
+    /// scene apart.
+    pub(super) fn noise(self, x: f32, y: f32, z: f32, cell: f32, kind: u32) -> f32 {
+        let (ix, sx) = split(x / cell);
+        let (iy, sy) = split(y / cell);
+        let (iz, sz) = split(z / cell);
+        let mix = |a: f32, b: f32, s: f32| a + (b - a) * s;
+        let at = |x: i32, y: i32, z: i32| self.at([x, y, z], kind);
+        let along_x = |dy: i32, dz: i32| mix(at(ix, iy + dy, iz + dz), at(ix + 1, iy + dy, iz + dz), sx);
+        let along_y = |dz: i32| mix(along_x(0, dz), along_x(1, dz), sy);
+        mix(along_y(0), along_y(1), sz)
+    }
+
+    /// A value of the lattice between -1 and 1, from a hash of its place (`[Steele 2014]`, the finaliser).
+    fn at(self, [x, y, z]: [i32; 3], kind: u32) -> f32 {
+        let place =
+            (u64::from(x as u32) << 32 | u64::from(y as u32)) ^ (u64::from(z as u32) << 16) ^ u64::from(kind) << 48;
+        (mixed(place ^ self.salt) >> 40) as f32 * (2.0 / (1 << 24) as f32) - 1.0
+    }
 }
 
 /// Whole part, and the smoothed rest.
@@ -16,12 +43,6 @@ fn split(value: f32) -> (i32, f32) {
     let whole = value.floor().clamp(-1e9, 1e9);
     let rest = value - whole;
     (whole as i32, rest * rest * (3.0 - 2.0 * rest))
-}
-
-/// A value of the lattice between -1 and 1, from a hash of its place (`[Steele 2014]`, the finaliser).
-fn at(x: i32, y: i32, z: i32, salt: u32) -> f32 {
-    let place = (u64::from(x as u32) << 32 | u64::from(y as u32)) ^ (u64::from(z as u32) << 16) ^ u64::from(salt) << 48;
-    (mixed(place) >> 40) as f32 * (2.0 / (1 << 24) as f32) - 1.0
 }
 
 /// The finaliser of SplitMix64.
@@ -35,9 +56,12 @@ pub(super) fn mixed(value: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rng::ObservationKey;
 
     #[test]
     fn noise_is_continuous_bounded_and_differs_from_place_to_place_and_texture_to_texture() {
+        let usual = Textures::new(1.into());
+        let noise = |x, y, z, cell, kind| usual.noise(x, y, z, cell, kind);
         let mut sum = 0.0;
         for i in 0..4000 {
             let (x, y, z) = (i as f32 * 0.013 - 20.0, i as f32 * 0.007, 0.3);
@@ -48,5 +72,7 @@ mod tests {
         }
         assert!((sum / 4000.0_f32).abs() < 0.1, "{sum}");
         assert_ne!(noise(1.0, 2.0, 3.0, 0.3, 1), noise(1.0, 2.0, 3.0, 0.3, 2));
+        let secret = Textures::new(KeyedSeed { key: ObservationKey::from_bytes([7; 16]), seed: 1 });
+        assert_ne!(noise(1.0, 2.0, 3.0, 0.3, 1), secret.noise(1.0, 2.0, 3.0, 0.3, 1));
     }
 }

@@ -1,0 +1,26 @@
+//! `truth/key.txt`: the secret that everything drawn for the observations depends on, 32 hexadecimal digits and a line
+//! feed. Absent with the public key. It also keeps hashes of the truth from confirming a guess.
+
+use std::str;
+
+use super::SetError;
+use super::files::SetFiles;
+use crate::rng::ObservationKey;
+
+/// Where the key is, below a set.
+pub const KEY_FILE: &str = "truth/key.txt";
+
+/// The file's bytes.
+pub(super) fn to_text(key: ObservationKey) -> Vec<u8> {
+    format!("{}\n", key.to_hex()).into_bytes()
+}
+
+/// The key of a set; the public one where it has none.
+pub(super) fn read(files: &SetFiles) -> Result<ObservationKey, SetError> {
+    if !files.has(KEY_FILE) {
+        return Ok(ObservationKey::PUBLIC);
+    }
+    let bytes = files.read(KEY_FILE)?;
+    let parsed = str::from_utf8(&bytes).unwrap_or_default().trim_end().parse();
+    parsed.map_err(|e: crate::rng::KeyError| SetError::malformed(KEY_FILE, e.to_string()))
+}

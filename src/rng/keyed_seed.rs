@@ -1,0 +1,142 @@
+//! A seed that is told, and the secret beside it.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::{ChaCha8Rng, ChaCha20Rng};
+
+use super::{ObservationKey, Purpose, stream};
+
+/// `u32` words in a block of ChaCha.
+const WORDS_A_BLOCK: u128 = 16;
+
+/// What streams of an observation are keyed by: a seed, and a key that only the side of the truth knows.
+///
+/// With the public key the streams are those of [`stream`]. With any other the key of a stream is derived by
+/// ChaCha20 in two steps, `(seed, purpose)` and `(frame, layer)` as nonce and block counter under a key that is never
+/// told, so that streams tell nothing of each other, of the key or of what another seed would give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeyedSeed {
+    /// The secret.
+    pub key: ObservationKey,
+    /// The seed.
+    pub seed: u64,
+}
+
+impl From<u64> for KeyedSeed {
+    /// The seed with the key that everybody knows.
+    fn from(seed: u64) -> Self {
+        Self { key: ObservationKey::PUBLIC, seed }
+    }
+}
+
+impl KeyedSeed {
+    /// The stream for `(purpose, frame, layer)`, substream `index`.
+    pub fn stream(&self, purpose: Purpose, frame: u64, layer: u64, index: u64) -> ChaCha8Rng {
+        if self.key.is_public() {
+            return stream(self.seed, purpose, frame, layer, index);
+        }
+        let mut twice = [0; 32];
+        twice.chunks_exact_mut(16).for_each(|half| half.copy_from_slice(&self.key.bytes()));
+        let of_purpose = derived(twice, self.seed, purpose as u64);
+        let mut rng = ChaCha8Rng::from_seed(derived(of_purpose, frame, layer));
+        rng.set_stream(index);
+        rng
+    }
+
+    /// The same key with another seed.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// A seed that depends on all of these numbers too, as secret as this one.
+    #[must_use]
+    pub fn of_numbers(self, purpose: Purpose, numbers: &[u64]) -> Self {
+        (0..).zip(numbers).fold(self, |known, (index, number)| {
+            let mut bytes = [0; 16];
+            known.stream(purpose, *number, index, 0).fill_bytes(&mut bytes);
+            Self { key: ObservationKey::from_bytes(bytes), seed: known.seed }
+        })
+    }
+}
+
+/// A key under another one: the block of ChaCha20 at this nonce and counter.
+fn derived(key: [u8; 32], nonce: u64, counter: u64) -> [u8; 32] {
+    let mut rng = ChaCha20Rng::from_seed(key);
+    rng.set_stream(nonce);
+    rng.set_word_pos(WORDS_A_BLOCK * u128::from(counter));
+    let mut bytes = [0; 32];
+    rng.fill_bytes(&mut bytes);
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::normal;
+    use rand::RngExt;
+
+    fn key(last: u8) -> ObservationKey {
+        let mut bytes = [0; 16];
+        bytes[15] = last;
+        ObservationKey::from_bytes(bytes)
+    }
+
+    #[test]
+    fn the_public_key_gives_the_streams_of_the_seed_alone() {
+        for (seed, frame, layer, index) in [(0, 0, 0, 0), (7, 3, 1, 42), (u64::MAX, 9, 9, 9)] {
+            let keyed = KeyedSeed::from(seed).stream(Purpose::Corruption, frame, layer, index).random::<[u64; 4]>();
+            assert_eq!(keyed, stream(seed, Purpose::Corruption, frame, layer, index).random::<[u64; 4]>());
+        }
+    }
+
+    #[test]
+    fn streams_differ_in_every_part_of_their_key_and_in_the_secret() {
+        let draw = |k, s, p, f, l, i| KeyedSeed { key: key(k), seed: s }.stream(p, f, l, i).random::<u64>();
+        let all = [
+            draw(1, 1, Purpose::Corruption, 2, 3, 4),
+            draw(2, 1, Purpose::Corruption, 2, 3, 4),
+            draw(1, 2, Purpose::Corruption, 2, 3, 4),
+            draw(1, 1, Purpose::Imaging, 2, 3, 4),
+            draw(1, 1, Purpose::Corruption, 3, 3, 4),
+            draw(1, 1, Purpose::Corruption, 2, 4, 4),
+            draw(1, 1, Purpose::Corruption, 2, 3, 5),
+            // numbers that meet in a sum
+            draw(1, 3, Purpose::StartPose, 3, 2, 4),
+            draw(1, 2, Purpose::Corruption, 3, 2, 4),
+        ];
+        assert!(all.iter().enumerate().all(|(i, one)| !all[..i].contains(one)), "{all:?}");
+    }
+
+    #[test]
+    fn the_derivation_is_that_of_another_chacha20() {
+        // Python's `cryptography`: ChaCha20(key, counter || nonce) of zeros, for seed 7, purpose 3, frame 5, layer 9
+        let expected = "8596f1e33c31558c5c8c4458c099e77881b6c4cddf67528ad7a8a3b410189e44";
+        let twice: [u8; 32] = std::array::from_fn(|i| i as u8 % 16);
+        let found = derived(derived(twice, 7, 3), 5, 9).map(|byte| format!("{byte:02x}")).concat();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn neighbouring_keys_share_no_bits_and_deviates_are_independent() {
+        let of = |last| -> Vec<f64> {
+            let mut rng = KeyedSeed { key: key(last), seed: 1 }.stream(Purpose::Corruption, 0, 9, 0);
+            (0..4000).map(|_| normal(&mut rng)).collect()
+        };
+        let (a, b) = (of(1), of(2));
+        let correlation = a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
+        assert!(correlation.abs() < 5.0 / 4000.0_f64.sqrt(), "{correlation}");
+        let squares = a.iter().map(|x| x * x).sum::<f64>() / 4000.0;
+        assert!((squares - 1.0).abs() < 0.12, "{squares}");
+    }
+
+    #[test]
+    fn numbers_make_another_seed_and_their_order_counts() {
+        let known = KeyedSeed::from(1);
+        let of = |numbers: &[u64]| known.of_numbers(Purpose::BodyMismatch, numbers);
+        assert_eq!(of(&[]), known);
+        assert_eq!(of(&[3, 4]), of(&[3, 4]));
+        assert!(of(&[3, 4]) != of(&[4, 3]) && of(&[3]) != of(&[4]) && of(&[3]) != known);
+        let secret = KeyedSeed { key: key(9), seed: 1 };
+        assert_ne!(secret.of_numbers(Purpose::BodyMismatch, &[3]), of(&[3]));
+    }
+}

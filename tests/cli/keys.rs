@@ -1,0 +1,327 @@
+//! Keys of sets: what is drawn for observations cannot be drawn again by others, and no public file confirms a guess.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use assert_cmd::cargo::cargo_bin;
+use nalgebra::Vector3;
+use skiagraph::benchmark_set::{BenchmarkSet, BlindSet};
+use skiagraph::observation::{Corruption, tracker_rig};
+use skiagraph::retarget::SegmentLengths;
+
+use super::sandbox::{Sandbox, TINY};
+
+const KEY: &str = "00112233445566778899aabbccddeeff";
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room
+}
+
+fn text(room: &Sandbox, path: &str) -> String {
+    String::from_utf8(room.read(path)).unwrap()
+}
+
+/// What the cameras and the start pose that a tracker is told are off by: metres and radians.
+fn errors(room: &Sandbox, set: &str) -> Vec<f64> {
+    let set = BenchmarkSet::read(&room.path(set)).unwrap();
+    let pairs = set.blind.rig.cameras.iter().zip(&set.true_rig().cameras);
+    let of_camera = |(told, seen): (&skiagraph::camera::Camera, &skiagraph::camera::Camera)| {
+        let turned = told.camera_from_world.rotation * seen.camera_from_world.rotation.inverse();
+        let parts: [Vector3<f64>; 2] = [told.centre() - seen.centre(), turned.scaled_axis()];
+        parts.map(|part| [part.x, part.y, part.z]).concat()
+    };
+    let refitted = &set.truth.refitted.as_ref().unwrap().poses[0];
+    let start = set.blind.start.pose.world_from_root.translation.vector - refitted.world_from_root.translation.vector;
+    pairs.flat_map(of_camera).chain(start.iter().copied()).collect()
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    product(a, b) / (product(a, a) * product(b, b)).sqrt()
+}
+
+#[test]
+fn errors_of_a_set_cannot_be_subtracted_by_those_of_another_motion_of_the_same_rig_and_seed() {
+    let room = room();
+    let settings = "rig.ring.count=32 rig.ring.size_px=[16,12] calibration_mm=20 calibration_deg=1 start_mm=40";
+    let (hidden, own) = ("motion.last_frame=3", "motion.first_frame=61 motion.last_frame=63");
+    for (place, key) in [("public", "--key default"), ("fresh", "")] {
+        room.succeed(&format!("render tiny.toml {hidden} {settings} {key} --out {place}-hidden -q"));
+        room.succeed(&format!("render tiny.toml {own} {settings} {key} --out {place}-own -q"));
+    }
+    // all have much the same size: 20 mm, 17 mrad, 40 mm
+    let [a, b] = ["public-hidden", "public-own"].map(|set| errors(&room, set));
+    let farthest = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(a.len() == 195 && farthest < 1e-9, "the attack: {farthest} in {} numbers", a.len());
+    let [a, b] = ["fresh-hidden", "fresh-own"].map(|set| errors(&room, set));
+    let shared = correlation(&a, &b);
+    assert!(shared.abs() < 5.0 / 195.0_f64.sqrt(), "{shared}");
+    let rest: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    let size = |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>();
+    assert!(size(&rest) > 1.2 * size(&a), "subtraction makes it worse: {} and {}", size(&rest), size(&a));
+}
+
+#[test]
+fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_with_its_own() {
+    let room = room();
+    let settings = "calibration_mm=20 observation.seed=2137";
+    room.succeed(&format!("render tiny.toml {settings} --key default --out public -q"));
+    room.succeed(&format!("render tiny.toml {settings} --out fresh -q"));
+    let corruption = Corruption { calibration_mm: 20.0, ..Corruption::default() };
+    let found = |set: &str| -> Vec<u64> {
+        let set = BenchmarkSet::read(&room.path(set)).unwrap();
+        let told = set.blind.rig.cameras[0].centre();
+        let draws = |seed: &u64| (tracker_rig(set.true_rig(), &corruption, *seed).cameras[0].centre() - told).norm();
+        (0..20_000).filter(|seed| draws(seed) < 1e-5).collect()
+    };
+    assert_eq!(found("public"), [2137]);
+    assert_eq!(found("fresh"), [] as [u64; 0]);
+}
+
+#[test]
+fn every_render_draws_a_key_that_is_told_once_and_renders_the_same_bytes_again() {
+    let room = room();
+    let settings = "observation.silhouette=corrupted boundary_px=1 wrong_body_percent=5 start_mm=10";
+    let render = |more: &str| room.succeed(&format!("render tiny.toml {settings} {more}")).stderr;
+    let said = render("--out a");
+    assert_eq!(said.matches("a/truth/key.txt alone").count(), 1, "{said}");
+    render("--out b");
+    let [a, b] = ["a", "b"].map(|set| text(&room, &format!("{set}/truth/key.txt")));
+    assert!(a != b && a.trim_end().len() == 32, "{a} {b}");
+    for file in ["observations/cam00/silhouette/000002.png", "start/start.json", "start/body.json"] {
+        assert_ne!(room.read(&format!("a/{file}")), room.read(&format!("b/{file}")), "{file}");
+    }
+    let said = render(&format!("--key {} --out again", a.trim_end()));
+    assert!(!said.contains("key"), "nothing was drawn: {said}");
+    assert_eq!(room.read("again/files.sha256"), room.read("a/files.sha256"));
+    // the public key is no key, and the one of a scenario counts as well
+    render("--key default --out public");
+    render("--key 00000000000000000000000000000000 --out zeros");
+    assert!(!room.path("public/truth/key.txt").exists());
+    assert_eq!(room.read("public/files.sha256"), room.read("zeros/files.sha256"));
+    room.write("keyed.toml", format!("{TINY}\n[observation]\nkey = \"{}\"\n", a.trim_end()));
+    room.succeed(&format!("render keyed.toml {settings} --out keyed"));
+    assert_eq!(room.read("keyed/files.sha256"), room.read("a/files.sha256"));
+    room.succeed(&format!("render keyed.toml {settings} --key default --out overridden"));
+    assert_eq!(room.read("overridden/files.sha256"), room.read("public/files.sha256"));
+}
+
+#[test]
+fn sets_for_which_nothing_is_drawn_have_no_key_and_runs_have_the_public_one() {
+    let room = room();
+    let layers = "layers=[\"colour\"]";
+    for (set, key) in [("a", ""), ("b", ""), ("c", "--key default")] {
+        let said = room.succeed(&format!("render tiny.toml {layers} {key} --out {set}")).stderr;
+        assert!(!said.contains("key"), "{said}");
+        assert_eq!(room.read(&format!("{set}/files.sha256")), room.read("a/files.sha256"));
+    }
+    assert!(!room.path("a/truth/key.txt").exists());
+    let settings = "observation.silhouette=corrupted holes=0.1 start_mm=10";
+    for run in ["one", "two"] {
+        room.succeed(&format!("run tiny.toml seeds=1 {settings} --out {run}"));
+    }
+    assert_eq!(room.read("one/poses.npz"), room.read("two/poses.npz"));
+    room.succeed(&format!("run tiny.toml seeds=1 {settings} observation.key=\"{KEY}\" --out other"));
+    assert_ne!(room.read("one/poses.npz"), room.read("other/poses.npz"));
+}
+
+#[test]
+fn wrong_keys_are_refused_with_what_is_expected() {
+    let room = room();
+    for (arguments, words) in [
+        ("--key 0011", "expected 32 hexadecimal digits, found 4 characters"),
+        ("observation.key=xy", "observation.key: expected 32 hexadecimal digits, found 2 characters"),
+        ("--key default --truth secret", "--key: expected a key of its own for a set whose truth is kept apart"),
+    ] {
+        let refused = room.skiagraph(format!("render tiny.toml {arguments} --out set").split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
+    }
+    assert_eq!(room.entries(), ["tiny.toml"]);
+}
+
+/// Every file below a folder.
+fn files(folder: &Path) -> Vec<Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![fs::read(path).unwrap()] }).collect()
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+#[test]
+fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirmed() {
+    let room = room();
+    for (name, settings) in [("exact", ""), ("spoiled", "calibration_mm=20 layers=[\"depth\"] --shards 2")] {
+        room.succeed(&format!("render tiny.toml {settings} --out {name} --truth {name}-secret -q"));
+        room.succeed(&format!("track {name} --tracker frozen --out {name}-run -q"));
+        let key = text(&room, &format!("{name}-secret/truth/key.txt"));
+        let raw: Vec<u8> = (0..32).step_by(2).map(|at| u8::from_str_radix(&key[at..at + 2], 16).unwrap()).collect();
+        // who guesses the motion renders it, exactly and with errors of his own
+        let mut known = Vec::new();
+        for (guess, arguments) in [("plain", "--key default"), ("own", ""), ("told", &format!("--key {KEY}"))] {
+            let guess = format!("{name}-{guess}");
+            room.succeed(&format!("render tiny.toml {settings} {arguments} --out {guess} -q"));
+            let listing = text(&room, &format!("{guess}/files.sha256"));
+            let of_truth = listing.lines().filter(|line| line.contains("  truth/"));
+            known.extend(of_truth.map(|line| line[..64].to_owned()));
+            known.push(BlindSet::read(&room.path(&guess)).unwrap().set_hash);
+        }
+        assert!(known.len() > 20, "{}", known.len());
+        for bytes in [files(&room.path(name)), files(&room.path(&format!("{name}-run")))].concat() {
+            assert!(!contains(&bytes, key.trim_end().as_bytes()) && !contains(&bytes, &raw));
+            let confirmed = known.iter().find(|hash| contains(&bytes, hash.as_bytes()));
+            assert_eq!(confirmed, None, "{}", String::from_utf8_lossy(&bytes));
+        }
+        // the two sides still know each other, and nobody else
+        room.succeed(&format!("evaluate {name} {name}-run --truth {name}-secret -q"));
+        let verified = room.succeed(&format!("verify {name} --truth {name}-secret")).stdout;
+        assert!(verified.contains(&format!("{name} is sound")), "{verified}");
+        let refused = room.skiagraph(["verify", name, "--truth", &format!("{name}-plain")]);
+        assert!(refused.code == 2 && refused.stderr.contains("is not the truth of"), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn verify_draws_again_with_the_key_of_the_set_and_finds_another_one() {
+    let room = room();
+    for (set, settings) in [
+        ("corrupted", "observation.silhouette=corrupted boundary_px=2 holes=0.2"),
+        ("segmented", "observation.silhouette=segmented layers=[\"colour\"] background_frames=3"),
+    ] {
+        room.succeed(&format!("render tiny.toml {settings} --out {set} -q"));
+        room.succeed(&format!("verify {set}"));
+        let (file, list) = (format!("{set}/truth/key.txt"), format!("{set}/files.sha256"));
+        let key = room.read(&file);
+        let digest = |bytes: &[u8]| {
+            use sha2::Digest;
+            sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+        };
+        let forged = format!("{KEY}\n");
+        room.write(&file, &forged);
+        let listing = text(&room, &list);
+        assert!(listing.contains(&digest(&key)), "{listing}");
+        room.write(&list, listing.replace(&digest(&key), &digest(forged.as_bytes())));
+        let told = room.skiagraph(["verify", set]);
+        assert!(told.code == 1 && told.stdout.contains("FAULT silhouettes"), "{}", told.stdout);
+        room.write(&file, "nonsense\n");
+        room.write(&list, listing.replace(&digest(&key), &digest(b"nonsense\n")));
+        let told = room.skiagraph(["verify", set]);
+        assert!(told.code == 1 && told.stdout.contains("truth/key.txt: expected 32"), "{}", told.stdout);
+    }
+}
+
+#[test]
+fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
+    let room = room();
+    let settings = "observation.silhouette=corrupted boundary_px=1 motion.last_frame=39 motion.loop_to_s=20";
+    let mut child = Command::new(cargo_bin("skiagraph"))
+        .args(format!("render tiny.toml {settings} --out set -q").split(' '))
+        .current_dir(room.path("."))
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let journal = room.path("set.partial/finished.sha256");
+    while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 40 {
+        assert!(child.try_wait().unwrap().is_none(), "it was too fast");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let begun: toml::Table = text(&room, "set.partial/settings.toml").parse().unwrap();
+    let begun = begun["--key"].as_str().unwrap().to_owned();
+    let other = room.skiagraph(format!("render tiny.toml {settings} --key {KEY} --out set").split(' '));
+    assert!(other.code == 2 && other.stderr.contains("--key: another key was begun with"), "{}", other.stderr);
+    assert!(!other.stderr.contains(&begun), "{}", other.stderr);
+    let resumed = room.succeed(&format!("render tiny.toml {settings} --out set")).stderr;
+    assert!(resumed.contains("note: resumed: "), "{resumed}");
+    assert_eq!(text(&room, "set/truth/key.txt").trim_end(), begun);
+    room.succeed(&format!("render tiny.toml {settings} --key {begun} --out whole -q"));
+    assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
+
+    let ladder = "render tiny.toml --ladder calibration_mm --levels 0,10,20 --out ladder";
+    fs::create_dir_all(room.path("ladder/calibration_mm-20.partial")).unwrap();
+    room.write("ladder/calibration_mm-20.partial/thesis.tex", "years of work");
+    assert_eq!(room.skiagraph(ladder.split(' ')).code, 2);
+    fs::remove_dir_all(room.path("ladder/calibration_mm-20.partial")).unwrap();
+    let said = room.succeed(ladder).stderr;
+    assert_eq!(said.matches("--key $(cat").count(), 1, "{said}");
+    let key = |level: &str| text(&room, &format!("ladder/calibration_mm-{level}/truth/key.txt"));
+    assert!(key("0") == key("10") && key("10") == key("20"));
+    let [exact, weak, strong] = ["0", "10", "20"].map(|level| errors(&room, &format!("ladder/calibration_mm-{level}")));
+    assert!(exact.iter().all(|e| e.abs() < 1e-9));
+    // start and turns are exact in both
+    assert!(weak.iter().zip(&strong).all(|(weak, strong)| (2.0 * weak - strong).abs() < 1e-9));
+}
+
+/// Lengths of limbs of the tracker's body, as shares of those without a mismatch.
+fn factors(room: &Sandbox, settings: &str) -> Vec<f64> {
+    let lengths = |set: &str, more: &str| {
+        room.succeed(&format!("render tiny.toml {settings} {more} --out {set} --force -q"));
+        let body = BlindSet::read(&room.path(set)).unwrap().start.body;
+        let SegmentLengths { upper_arm, forearm, thigh, shank, .. } = SegmentLengths::from_body(&body);
+        [upper_arm, forearm, thigh, shank].concat().into_iter().map(Option::unwrap).collect::<Vec<_>>()
+    };
+    let (wrong, right) = (lengths("wrong", ""), lengths("right", "mismatch=none"));
+    wrong.iter().zip(&right).map(|(wrong, right)| wrong / right).collect()
+}
+
+#[test]
+fn a_mismatch_is_that_of_all_subjects_or_of_each_and_of_the_key_where_asked() {
+    let room = room();
+    let tall = "actor.shape={stature_m=1.95}";
+    let key = format!("--key {KEY}");
+    let [one, other] = [key.as_str(), &format!("{tall} {key}")].map(|settings| factors(&room, settings));
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(near(&one, &other), "by the seed alone: {one:?} {other:?}");
+    let by = |settings: &str| factors(&room, &format!("mismatch_by=subject {settings}"));
+    let own = by("--key default");
+    assert!(!near(&own, &one) && own.iter().all(|factor| (factor - 1.0).abs() <= 0.0301), "{own:?}");
+    assert!(near(&by("--key default motion.first_frame=31 motion.last_frame=33"), &own), "the subject is the same");
+    assert!(!near(&by(&format!("--key default {tall}")), &own));
+    let keyed = by(&key);
+    assert!(!near(&keyed, &own) && near(&by(&key), &keyed));
+    assert!(!near(&by(""), &by("")), "fresh keys");
+}
+
+#[test]
+fn a_set_with_one_layer_and_one_with_five_have_one_set_hash_and_two_full_hashes() {
+    use sha2::Digest;
+    let room = room();
+    let five = "layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\"]";
+    for (set, arguments) in
+        [("none", ""), ("one", "layers=[\"depth\"]"), ("five", five), ("packed", &format!("{five} --shards 2"))]
+    {
+        room.succeed(&format!("render tiny.toml {arguments} --out {set} -q"));
+    }
+    let mut full = Vec::new();
+    for set in ["none", "one", "five", "packed"] {
+        let BlindSet { set_hash, full_hash, .. } = BlindSet::read(&room.path(set)).unwrap();
+        assert_eq!(set_hash, BlindSet::read(&room.path("none")).unwrap().set_hash);
+        let listing = sha2::Sha256::digest(room.read(&format!("{set}/files.sha256")));
+        assert_eq!(full_hash, listing.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
+        assert!(!full.contains(&full_hash), "{set}");
+        for command in ["verify", "inspect"] {
+            let said = room.succeed(&format!("{command} {set}")).stdout;
+            let has = |name: &str, hash: &str, covers: &str| {
+                said.lines().any(|line| line.contains(name) && line.contains(hash) && line.contains(covers))
+            };
+            assert!(has("set hash", &set_hash, "without layers and shards"), "{said}");
+            assert!(has("full hash", &full_hash, "every file, layers and shards included"), "{said}");
+        }
+        full.push(full_hash);
+    }
+    // a layer that is gone, with its line, is found by the full hash alone
+    let gone = "truth/layers/cam01/000002.exr";
+    let listing = text(&room, "one/files.sha256");
+    fs::remove_file(room.path(&format!("one/{gone}"))).unwrap();
+    let less: String = listing.lines().filter(|line| !line.ends_with(gone)).map(|line| format!("{line}\n")).collect();
+    assert_ne!(less, listing);
+    room.write("one/files.sha256", less);
+    let BlindSet { set_hash, full_hash, .. } = BlindSet::read(&room.path("one")).unwrap();
+    assert!(set_hash == BlindSet::read(&room.path("none")).unwrap().set_hash && !full.contains(&full_hash));
+}
