@@ -9,6 +9,7 @@ use crate::body::{
 };
 use crate::observation::Observer;
 use crate::raster::TaperedCapsule;
+use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;
 use crate::scene::fixture::rig;
 
@@ -36,7 +37,7 @@ pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &O
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
-        observed: Observed::default(),
+        observed: Observed { key: ObservationKey::from_bytes([7; 16]), ..Observed::default() },
     };
     make(&parts, &Observer::new(&truth, &rig()))
 }

@@ -9,10 +9,8 @@
 
 use std::collections::BTreeMap;
 
-use super::key_file::KEY_FILE;
-use super::listing::{LAYERS, READER, README, listing_line};
+use super::listing::{KEY_FILE, LAYERS, READER, README, listing_line};
 use super::shard_plan::is_packing;
-use super::{distractors_file, moments_file};
 use crate::input::hex_sha256;
 
 /// What [`super::BlindSet::set_hash`] covers, in words.
@@ -23,6 +21,10 @@ pub const FULL_HASH_COVERS: &str = "every file, layers and shards included; sha2
 
 /// The one line of a truth with a key.
 pub(super) const SEALED: &str = "truth";
+
+/// What sets with other people, and sets whose cameras film, have besides; `README.txt` explains it there.
+const DISTRACTORS: &str = "truth/distractors.npz";
+const MOMENTS: &str = "cameras.npz";
 
 /// SHA-256 of `README.txt` when sets were first known by their hash: without and with cameras that film, then the same
 /// with other people. Sets without a key are known by these, whatever the file explains since.
@@ -52,7 +54,7 @@ pub(super) fn identity_lines(files: &BTreeMap<&String, &String>) -> String {
         return sealed(counted);
     }
     let has = |path: &str| usize::from(files.keys().any(|known| *known == path));
-    let readme = FIRST_READMES[has(distractors_file::PATH)][has(moments_file::PATH)];
+    let readme = FIRST_READMES[has(DISTRACTORS)][has(MOMENTS)];
     let as_first = |(path, digest)| match path {
         README => line(path, readme),
         READER => line(path, FIRST_READER),
@@ -77,6 +79,7 @@ fn line(path: &str, digest: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::benchmark_set::{distractors_file, moments_file};
 
     fn lines_of(files: &[(&str, &str)]) -> String {
         let files: Vec<(String, String)> =
@@ -99,6 +102,7 @@ mod tests {
         (other[0].1, other[2].1, other[3].1) = ("better words", "x", "y");
         assert_eq!(lines_of(&other), whole);
         assert_eq!(lines_of(&[PLAIN[0], PLAIN[1], PLAIN[4]]), whole);
+        assert_eq!((DISTRACTORS, MOMENTS), (distractors_file::PATH, moments_file::PATH));
         assert!(whole.contains(FIRST_READMES[0][0]) && whole.lines().count() == 3, "{whole}");
         for at in [1, 4] {
             let mut other = PLAIN;

@@ -5,10 +5,8 @@ use std::str;
 
 use super::SetError;
 use super::files::SetFiles;
+use super::listing::KEY_FILE;
 use crate::rng::ObservationKey;
-
-/// Where the key is, below a set.
-pub const KEY_FILE: &str = "truth/key.txt";
 
 /// The file's bytes.
 pub(super) fn to_text(key: ObservationKey) -> Vec<u8> {

@@ -18,6 +18,9 @@ pub(super) const README: &str = "README.txt";
 /// The reader of the truth with NumPy alone.
 pub(super) const READER: &str = "read_truth.py";
 
+/// The secret that everything drawn for the observations depends on, where it is not public; below the set.
+pub const KEY_FILE: &str = "truth/key.txt";
+
 /// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 

@@ -9,8 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::blind::BlindSet;
 use super::files::SetFiles;
-use super::key_file::KEY_FILE;
-use super::listing::{COMPLETE, LISTING, READER, README, listing_line};
+use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README, listing_line};
 use super::shard_plan::PACKED;
 use super::{BenchmarkSet, SetError};
 use crate::input::hex_sha256;

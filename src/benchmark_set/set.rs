@@ -9,7 +9,7 @@ use super::blind::{BlindSet, silhouette_path};
 use super::file_content::FileContent;
 use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
-use super::listing::{LISTING, READER, README};
+use super::listing::{KEY_FILE, LISTING, READER, README};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -385,7 +385,7 @@ impl SetParts<'_> {
         take(start_file::BODY_PATH, bytes(body_file::to_json(start_file::BODY_PATH, &self.start.body)?))?;
         take(truth_file::ACTOR_PATH, bytes(body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?))?;
         if !self.observed.key.is_public() {
-            take(key_file::KEY_FILE, bytes(key_file::to_text(self.observed.key)))?;
+            take(KEY_FILE, bytes(key_file::to_text(self.observed.key)))?;
         }
         if !self.recordings.is_empty() {
             take(recording_file::PATH, bytes(recording_file::to_npz(recording_file::PATH, self.recordings)?))?;

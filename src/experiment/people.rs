@@ -49,7 +49,7 @@ pub(super) fn given_to_person(
 /// What cannot be met, in words.
 pub(super) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let shape = file.scenario.actor.shape.as_ref();
-    let own = shape.filter(|shape| is_drawn(shape)).map(|shape| drawn_actor(shape));
+    let own = shape.filter(|shape| is_drawn(shape)).map(drawn_actor);
     let age_years = own.and_then(|person| person.age_years);
     let settings = ShapeSettings {
         population: Some(if age_years.is_some() { PopulationName::Children } else { PopulationName::Adults }),

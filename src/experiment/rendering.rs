@@ -88,7 +88,8 @@ fn draw_by<T>(
 /// How a set is rendered.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
-    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge.
+    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge. It needs a key
+    /// that is not public: a fresh or a stated one.
     pub whole: Option<&'a Path>,
     /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
     pub shards: Option<usize>,

@@ -11,7 +11,7 @@ use skiagraph::benchmark_set::{BenchmarkSet, BlindSet};
 use skiagraph::observation::{Corruption, tracker_rig};
 use skiagraph::retarget::SegmentLengths;
 
-use super::sandbox::{Sandbox, TINY};
+use super::sandbox::{Sandbox, TINY, shipped};
 
 const KEY: &str = "00112233445566778899aabbccddeeff";
 
@@ -256,6 +256,23 @@ fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
     assert!(exact.iter().all(|e| e.abs() < 1e-9));
     // start and turns are exact in both
     assert!(weak.iter().zip(&strong).all(|(weak, strong)| (2.0 * weak - strong).abs() < 1e-9));
+}
+
+#[test]
+fn a_set_without_a_key_is_that_of_the_committed_baseline() {
+    let room = Sandbox::new();
+    let scenario = shipped("scenarios/smoke/matched.toml");
+    let said = room.succeed(&format!("render {} --out set --json -q", scenario.display())).stdout;
+    let rendered: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let baseline = fs::read(shipped("results/baselines/smoke-matched.json")).unwrap();
+    let baseline: serde_json::Value = serde_json::from_slice(&baseline).unwrap();
+    let mut hashes = Vec::new();
+    let mut look = vec![&baseline];
+    while let Some(value) = look.pop() {
+        hashes.extend(value.get("set_hash"));
+        look.extend(value.as_object().into_iter().flat_map(|object| object.values()));
+    }
+    assert_eq!(hashes, [&rendered["set_hash"]]);
 }
 
 /// Lengths of limbs of the tracker's body, as shares of those without a mismatch.
