@@ -9,7 +9,8 @@ use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-use super::place::write_synced;
+use super::ExperimentError;
+use super::place::{parent_of, write_synced};
 use crate::input::{hex_sha256, hex_sha256_of};
 
 /// The listing's name.
@@ -72,6 +73,38 @@ impl Listing {
 /// Lists all files of a folder that is finished, in the folder.
 pub(super) fn sign(folder: &Path) -> io::Result<()> {
     Listing::new(folder)?.store(folder)
+}
+
+/// Lists what was written into a folder that is finished, in the folder, as it was written. What else is there is
+/// removed: another process put it there. Folders with a listing of their own answer for themselves.
+pub(super) fn sign_written(folder: &Path, written: &Listing) -> io::Result<()> {
+    let mut listing = Listing::default();
+    for path in files_below(folder, "")? {
+        match written.0.iter().find(|(name, _)| *name == path) {
+            Some(entry) => drop(listing.0.insert(entry.clone())),
+            None => fs::remove_file(folder.join(path))?,
+        }
+    }
+    listing.store(folder)
+}
+
+/// Refuses a file that this program did not write, or that was changed since: the folder that it lies in has a listing,
+/// and the file is not in it as it is. Where there is no listing, as in a folder that somebody copied files into, the
+/// file is taken for what it is.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`].
+pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
+    let folder = parent_of(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if !folder.join(LISTING).is_file() || Listing::read(folder).holds(folder, &name) {
+        return Ok(());
+    }
+    let detail = format!(
+        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written);          measure the run again with skiagraph evaluate SET {}",
+        folder.display()
+    );
+    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }
 
 /// Whether all that is in `folder` was written by this program and is as it was.
