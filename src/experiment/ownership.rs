@@ -76,16 +76,22 @@ pub(super) fn sign(folder: &Path) -> io::Result<()> {
 }
 
 /// Lists what was written into a folder that is finished, in the folder, as it was written. What else is there is
-/// removed: another process put it there. Folders with a listing of their own answer for themselves.
+/// removed: another process put it there. Folders that were written into may have a listing of their own and answer for
+/// themselves.
 pub(super) fn sign_written(folder: &Path, written: &Listing) -> io::Result<()> {
-    let mut listing = Listing::default();
-    for path in files_below(folder, "")? {
-        match written.0.iter().find(|(name, _)| *name == path) {
-            Some(entry) => drop(listing.0.insert(entry.clone())),
-            None => fs::remove_file(folder.join(path))?,
+    for path in all_files_below(folder, "")? {
+        let around = path.strip_suffix(LISTING).filter(|around| around.is_empty() || around.ends_with('/'));
+        let is_ours = written.0.iter().any(|(name, _)| match around {
+            // the listing of a folder that we wrote into
+            Some(around) => name.starts_with(around),
+            None => *name == path,
+        });
+        if !is_ours {
+            fs::remove_file(folder.join(path))?;
         }
     }
-    listing.store(folder)
+    let listed = files_below(folder, "")?;
+    Listing(written.0.iter().filter(|(name, _)| listed.contains(name)).cloned().collect()).store(folder)
 }
 
 /// Refuses a file that this program did not write, or that was changed since: the folder that it lies in has a listing,
@@ -150,6 +156,20 @@ fn files_below(folder: &Path, prefix: &str) -> io::Result<Vec<String>> {
         }
     }
     found.sort();
+    Ok(found)
+}
+
+/// Everything below `folder` but folders.
+fn all_files_below(folder: &Path, prefix: &str) -> io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        match entry.file_type()?.is_dir() {
+            true => found.extend(all_files_below(&entry.path(), &format!("{name}/"))?),
+            false => found.push(name),
+        }
+    }
     Ok(found)
 }
 
