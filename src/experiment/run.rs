@@ -105,16 +105,26 @@ pub fn evaluate_run(
     Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
     tracked.estimate = Some(run.display().to_string());
     let made_by = MadeBy::evaluation(&whole.blind.set_hash, &run.display().to_string());
-    let place = match out {
-        Some(_) => place,
-        None => free_place(&place, |path| made_by.difference_at(path).is_none()),
+    let (place, other) = match out {
+        Some(_) => (place.clone(), made_by.difference_by(&place, real_path)),
+        // beside the estimate, so that its file's name says which it is, from wherever it is named
+        None => (free_place(&place, |path| made_by.difference_by(path, file_name).is_some()), None),
     };
-    let other = made_by.difference_at(&place);
     let directory = PartialDirectory::begin_unless(Destination { path: &place, force }, ResultKind::Run, other)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
+}
+
+/// The path without links; as it is where nothing is there.
+fn real_path(path: &str) -> String {
+    fs::canonicalize(path).map_or_else(|_| path.to_owned(), |real| real.display().to_string())
+}
+
+/// The last part of a path.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Where the results of somebody else's estimate go: `NAME-evaluation` beside it, with the file's whole name, so that

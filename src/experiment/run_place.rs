@@ -44,7 +44,7 @@ impl RunPlace {
     }
 
     fn first_free(first: &Path, text: &str) -> Self {
-        let path = free_place(first, |path| found_at(path, text) != Found::OtherRun);
+        let path = free_place(first, |path| found_at(path, text) == Found::OtherRun);
         let note = format!(
             "{} holds results of another scenario or of other settings; results were written to {}",
             first.display(),
@@ -54,16 +54,20 @@ impl RunPlace {
     }
 }
 
-/// The first of `NAME`, `NAME-2` and so on that is usable. What is not ours is: it is refused, or with --force moved
-/// aside, as anywhere.
-pub(super) fn free_place(first: &Path, is_usable: impl Fn(&Path) -> bool) -> PathBuf {
+/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is or
+/// the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
+pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> PathBuf {
     let numbered = |number: u32| {
         let mut name = first.file_name().unwrap_or_default().to_owned();
         name.push(format!("-{number}"));
         first.with_file_name(name)
     };
-    let further = (2..).map(numbered);
-    std::iter::once(first.to_owned()).chain(further).find(|path| is_usable(path)).unwrap_or_else(|| first.to_owned())
+    if !is_other(first) {
+        return first.to_owned();
+    }
+    let is_free = |path: &PathBuf| path.symlink_metadata().is_err() || is_ours(path, ResultKind::Run);
+    let further = (2..).map(numbered).find(|path| is_free(path) && !is_other(path));
+    further.unwrap_or_else(|| first.to_owned())
 }
 
 fn found_at(path: &Path, text: &str) -> Found {

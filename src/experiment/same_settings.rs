@@ -84,6 +84,16 @@ impl MadeBy {
         json(RUN_FILE).map(|run| Self::evaluation(&word(&run, "set_hash"), &word(&run, "estimate")))
     }
 
+    /// As [`Self::difference_at`] of an evaluation, its estimates compared by what `name` makes of their paths.
+    pub(super) fn difference_by(&self, folder: &Path, name: impl Fn(&str) -> String) -> Option<String> {
+        let named = |mut made_by: Self| {
+            let estimate = made_by.0.get_mut("estimate");
+            estimate.into_iter().for_each(|path| *path = name(path.as_str().unwrap_or_default()).into());
+            made_by.0
+        };
+        difference(&named(Self::at(folder)?), &named(self.clone()))
+    }
+
     /// The first key in which what made the result in a folder differs from this; `None` where nothing does, or nothing
     /// is told.
     pub(super) fn difference_at(&self, folder: &Path) -> Option<String> {
