@@ -87,7 +87,7 @@ fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
     let answer =
         Command::new(python).arg(script).args([room.path("set"), room.path("out")]).arg(program).output().unwrap();
     assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
-    let html = String::from_utf8(room.read("out/theirs-evaluation/report.html")).unwrap();
+    let html = String::from_utf8(room.read("out/theirs.npz-evaluation/report.html")).unwrap();
     assert!(html.contains("Metrics that could not be measured") && html.contains("Coverage, %"));
     let table = room.succeed("evaluate set out/theirs.npz").stdout;
     for words in [
@@ -174,7 +174,7 @@ fn columns_in_another_order_give_the_same_numbers_and_names_are_held_to() {
     room.write("b.npz", named(permuted, &permuted_names));
     room.succeed("evaluate set a.npz");
     room.succeed("evaluate set b.npz");
-    let [a, b] = ["a-evaluation", "b-evaluation"].map(|folder| record(&room, folder));
+    let [a, b] = ["a.npz-evaluation", "b.npz-evaluation"].map(|folder| record(&room, folder));
     assert_eq!(a["metrics"], b["metrics"]);
     let mut unknown = names.clone();
     unknown[2] = "tail".to_owned();
@@ -206,7 +206,7 @@ fn poses_with_lost_frames_are_measured_where_they_are() {
     room.write("gaps.npz", of_poses([root, angles]));
     room.succeed("evaluate set whole.npz");
     room.succeed("evaluate set gaps.npz");
-    let [whole, gaps] = ["whole-evaluation", "gaps-evaluation"].map(|folder| record(&room, folder));
+    let [whole, gaps] = ["whole.npz-evaluation", "gaps.npz-evaluation"].map(|folder| record(&room, folder));
     let verdict = gaps["verdict"]["line"].as_str().unwrap();
     assert!(verdict.contains("no estimate in ") && !verdict.contains("whole clip"), "{verdict}");
     assert!((mean(&gaps, "lost_frames") - 2.0 / (frames - 1) as f64).abs() < 1e-12);
@@ -224,7 +224,7 @@ fn poses_with_lost_frames_are_measured_where_they_are() {
         let bytes = room.read(&format!("{folder}/per_frame.csv"));
         csv::Reader::from_reader(bytes.as_slice()).deserialize().map(Result::unwrap).collect()
     };
-    let (whole, gaps) = (rows("whole-evaluation"), rows("gaps-evaluation"));
+    let (whole, gaps) = (rows("whole.npz-evaluation"), rows("gaps.npz-evaluation"));
     let voided = |metric: &str| -> Vec<usize> {
         (0..frames).filter(|f| gaps[*f][metric].is_empty() && !whole[*f][metric].is_empty()).collect()
     };
@@ -265,7 +265,7 @@ fn joints_alone_are_measured_on_the_markers_that_lie_on_them() {
     );
     let said = room.succeed("evaluate set theirs.npz").stderr;
     assert!(said.contains("gives 2 of the 15 markers"), "{said}");
-    let record = record(&room, "theirs-evaluation");
+    let record = record(&room, "theirs.npz-evaluation");
     assert!((mean(&record, "humaneva_mm") - 30.0).abs() < 1e-9);
     assert!((mean(&record, "coverage") - 2.0 / 15.0).abs() < 1e-12);
     assert_eq!(mean(&record, "lost_frames"), 0.0);
@@ -289,8 +289,11 @@ fn a_run_of_ours_is_completed_in_its_place_and_what_else_lies_there_stays() {
     assert!(refused.code == 2 && refused.stderr.contains("run/report.html: this exists"), "{}", refused.stderr);
     fs::remove_file(room.path("run/report.html")).unwrap();
     room.succeed("evaluate set run");
-    room.succeed("run tiny.toml --quiet --out run");
-    assert_eq!(room.entries(), ["run", "set", "tiny.toml"]);
+    let refused = room.skiagraph(["run", "tiny.toml", "--out", "run"]);
+    let words = "command: there skiagraph track, here skiagraph run";
+    assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+    room.succeed("run tiny.toml --quiet --force --out run");
+    assert_eq!(room.entries(), ["run", "run~", "set", "tiny.toml"]);
 }
 
 #[test]
@@ -321,7 +324,7 @@ fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_
     assert!(refused.stderr.contains("--angles deg"), "{}", refused.stderr);
     room.succeed("evaluate set --poses degrees.npz --angles deg");
     let error = |folder: &str| mean(&record(&room, folder), "humaneva_mm");
-    let apart = (error("right-evaluation") - error("degrees-evaluation")).abs();
+    let apart = (error("right.npz-evaluation") - error("degrees.npz-evaluation")).abs();
     assert!(apart < 1e-6, "{apart}");
     room.succeed("evaluate set --poses degrees.npz --angles rad --out as-said");
 }
@@ -365,6 +368,6 @@ fn a_file_that_holds_no_estimate_is_refused() {
     ] {
         let refused = room.skiagraph(["evaluate", "set", file]);
         assert!(refused.code == 2 && refused.stderr.contains(words), "{file}, {shape:?}: {}", refused.stderr);
-        assert!(!room.path(&file.replace(".npz", "-evaluation")).exists());
+        assert!(!room.path(&format!("{file}-evaluation")).exists());
     }
 }

@@ -81,15 +81,24 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
 }
 
 #[test]
-fn a_run_of_several_methods_takes_the_place_of_a_single_one_and_the_other_way_round() {
+fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_other_way_round() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     room.write("methods.toml", format!("{before}[methods.floor.frozen]\n[methods.truth.oracle]\n"));
-    for scenario in ["tiny.toml", "methods.toml", "methods.toml", "tiny.toml"] {
-        room.succeed(&format!("run {scenario} --out run -q"));
+    for (scenario, force) in
+        [("tiny.toml", ""), ("methods.toml", " --force"), ("methods.toml", ""), ("tiny.toml", " --force")]
+    {
+        if !force.is_empty() {
+            let refused = room.skiagraph(["run", scenario, "--out", "run"]);
+            assert!(refused.code == 2 && refused.stderr.contains("made otherwise"), "{}", refused.stderr);
+        }
+        room.succeed(&format!("run {scenario} --out run -q{force}"));
         assert_eq!(room.path("run/comparison.json").exists(), scenario == "methods.toml");
         assert_eq!(room.path("run/run.json").exists(), scenario == "tiny.toml");
+        if !force.is_empty() {
+            std::fs::remove_dir_all(room.path("run~")).unwrap();
+        }
     }
     assert_eq!(room.entries(), ["methods.toml", "run", "tiny.toml"]);
     // a set is no run

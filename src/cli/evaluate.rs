@@ -69,11 +69,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
 
-    /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation]
+    /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, with the file's whole name]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Replace another tracker's run at --out; move existing files that skiagraph did not write aside, to NAME~
+    /// Move what the same command did not make aside, to NAME~
     #[arg(long)]
     force: bool,
 

@@ -36,8 +36,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     seeds: Option<u32>,
 
-    /// Output directory; an existing skiagraph run is replaced [default: runs/NAME, or runs/NAME-2 and so on if
-    /// runs/NAME holds results of another scenario or of other settings]
+    /// Output directory; replaced if the same scenario with the same settings made what is there [default: runs/NAME,
+    /// or runs/NAME-2 and so on if runs/NAME holds results of another scenario or of other settings]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
 
-    /// Output directory; an existing result of skiagraph is replaced
+    /// Output directory; replaced if the same command made what is there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 

@@ -12,7 +12,8 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::is_public;
 use crate::experiment::{
-    Conformance, ExternalRecord, ProgramSettings, check_program, track_set_calibrating, track_set_with_program,
+    Conformance, ExternalRecord, ProgramSandbox, ProgramSettings, check_program, track_set_calibrating,
+    track_set_with_program,
 };
 use crate::scenario::{ScenarioError, TrackerSettings};
 
@@ -21,7 +22,7 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// Reads the set's cameras, observations and start pose. Only references such as oracle read the ground truth.
 ///
 /// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
-/// (docs/protocol.md). It gets a folder with the blind side of the set, and is started once per seed. A
+/// (docs/protocol.md). It gets a fresh folder with the blind side of the set, and is started once per seed. A
 /// frame without an answer in time, or with one that makes no sense, is lost; after a crash the program is started
 /// again. The exit code is 1 if no frame at all was answered. --dry-run asks for five frames and says whether the
 /// program follows the protocol.
@@ -30,7 +31,8 @@ use crate::scenario::{ScenarioError, TrackerSettings};
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter --calibrate --out runs/fitted\n  \
                         skiagraph track sets/walk --exec \"python my_tracker.py\" --dry-run\n  \
-                        skiagraph track sets/walk --exec \"python my_tracker.py\" --seeds 5 --out runs/mine")]
+                        skiagraph track sets/walk --exec \"python my_tracker.py\" --seeds 5 --out runs/mine\n  \
+                        skiagraph track sets/walk --exec \"python my_tracker.py\" --sandbox --readable my_tracker.py --out runs/mine")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
@@ -68,6 +70,15 @@ pub(super) struct Arguments {
     #[arg(long, requires = "exec")]
     inline: bool,
 
+    /// Run the program in a sandbox (bubblewrap): it sees the system and the blind side, read-only, and no network
+    #[arg(long, requires = "exec")]
+    sandbox: bool,
+
+    /// A file or folder that the program may read in the sandbox, the program itself for example; several times. Even
+    /// inside it the set is hidden
+    #[arg(long, value_name = "PATH", requires = "sandbox")]
+    readable: Vec<PathBuf>,
+
     /// First random seed
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
@@ -83,7 +94,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
-    /// Output directory of the run; an existing skiagraph run is replaced
+    /// Output directory of the run; replaced if the same command made what is there
+    ///
+    /// With several seeds, those that are finished are kept in RUN.partial until all are, and the same command goes on
+    /// with the others.
     #[arg(long, value_name = "RUN", required_unless_present = "dry_run", conflicts_with = "dry_run")]
     out: Option<PathBuf>,
 
@@ -149,6 +163,10 @@ impl Arguments {
             frame_limit: Duration::from_secs_f64(self.frame_limit),
             restarts: self.restarts as usize,
             inline: self.inline,
+            sandbox: self.sandbox.then(|| ProgramSandbox {
+                readable: self.readable.clone(),
+                hidden: self.out.iter().cloned().collect(),
+            }),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::rendering::draw;
 use super::run::MethodRun;
+use super::same_settings::MadeBy;
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::watch::Watch;
 use super::{Destination, ExperimentError, TrackTiming, to_json};
@@ -96,7 +97,8 @@ pub fn compare(
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
     Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
+    let other = MadeBy::run(&scenario_text(scenario)?)?.difference_at(to.path);
+    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
     let mut models = Models::new(file, &set.truth.recordings);

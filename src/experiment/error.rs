@@ -193,6 +193,19 @@ pub enum ExperimentError {
         /// The path.
         path: PathBuf,
     },
+    /// A result of skiagraph exists at the output path that was made otherwise.
+    #[error(
+        "{}: a result exists here that was made otherwise ({}); choose another --out, or use --force to move it aside, to \
+        NAME~",
+        plain(path.display()),
+        plain(difference)
+    )]
+    OtherResult {
+        /// The path.
+        path: PathBuf,
+        /// The first difference.
+        difference: String,
+    },
     /// A folder holds another sweep.
     #[error(
         "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
@@ -261,13 +274,13 @@ pub enum ExperimentError {
     /// The user interrupted the command.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// The user interrupted work that can be resumed: a training, a sweep, a set that is drawn.
+    /// The user interrupted work that can be resumed: a training, a sweep, a set that is drawn, seeds that are tracked.
     #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     ProgressSaved {
         /// The file or directory with the progress.
         partial: PathBuf,
     },
-    /// A set could not be drawn to its end, for a reason that may pass.
+    /// A set could not be drawn, or not all seeds tracked, for a reason that may pass.
     #[error("{source}; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     Unfinished {
         /// The directory with the progress.
@@ -275,10 +288,10 @@ pub enum ExperimentError {
         /// The reason.
         source: Box<ExperimentError>,
     },
-    /// Another set was begun at a place.
+    /// Something else was begun at a place.
     #[error(
-        "{}: a set was begun here and interrupted, which differs ({}); repeat that command to resume it, or remove it \
-        with --force",
+        "{}: another result was begun here and interrupted, which differs ({}); repeat that command to resume it, or \
+        remove it with --force",
         plain(partial.display()),
         plain(difference)
     )]
@@ -337,7 +350,7 @@ impl ExperimentError {
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
-            Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
+            Self::OtherPlan { .. } | Self::OtherResult { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::ProgressSaved { .. } => true,

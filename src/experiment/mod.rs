@@ -62,11 +62,13 @@ mod run;
 mod run_picture;
 mod run_place;
 mod run_reading;
+mod same_settings;
 mod scenario_copy;
 mod scene_check;
 mod search_file;
 mod seed_advice;
 mod segmenting;
+mod set_tracking;
 mod skins;
 mod staging;
 pub mod sweep;
@@ -75,6 +77,7 @@ mod tracker_factory;
 mod tracking;
 mod training;
 mod unfinished;
+mod unfinished_run;
 mod unfinished_set;
 mod verification;
 mod watch;
@@ -88,8 +91,8 @@ pub use destination::Destination;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use external::{
-    AnswerCount, Conformance, ExternalRecord, Incident, ProgramOptions, ProgramSettings, Programmed, ProtocolCheck,
-    dry_run, track_with_program,
+    AnswerCount, Conformance, ExternalRecord, Incident, LeftBehind, LeftFile, ProgramOptions, ProgramSandbox,
+    ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use inspect::{
@@ -109,15 +112,14 @@ pub use partial_file::{keep_others_from_junit, put_file};
 pub use poses_file::PosesDeclared;
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
-pub use run::{
-    Evaluated, RunOutcome, check_program, evaluate_run, run, track_set, track_set_calibrating, track_set_with_program,
-};
+pub use run::{Evaluated, RunOutcome, evaluate_run, run};
 pub use run_picture::run_picture;
 pub use run_place::RunPlace;
 pub use run_reading::{ComparedSide, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use search_file::SearchRecord;
-pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
+pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, SegmentedFrom, segment};
+pub use set_tracking::{check_program, track_set, track_set_calibrating, track_set_with_program};
 pub use staging::Staged;
 pub use track_timing::TrackTiming;
 pub use tracking::{TrackRecord, Tracked, track, track_with};

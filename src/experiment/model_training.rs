@@ -9,6 +9,7 @@ use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
+use super::same_settings::difference;
 use super::staging::robot_named;
 use super::{
     Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
@@ -201,9 +202,9 @@ pub fn train(
     let inputs = Inputs::new(input.files.iter().cloned());
     inputs.keep_from(to.path)?;
     inputs.keep_from(&partial)?;
-    let place = PartialFile::begin(to.path, to.force)?;
-    let keeping = PartialFile::begin(&partial, to.force)?;
     let facts = facts(input, settings);
+    let place = PartialFile::begin_unless(to, other_model(to.path, &facts))?;
+    let keeping = PartialFile::begin(&partial, to.force)?;
     let mut learner =
         GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
     let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
@@ -212,7 +213,7 @@ pub fn train(
         graph: graph.clone(),
         fingerprints: input.fingerprints.clone(),
     };
-    if let Some(kept) = kept(&partial, &facts, watch) {
+    if let Some(kept) = kept(&partial, &facts, to.force, watch)? {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
@@ -279,18 +280,42 @@ fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
     ModelFacts { whole: false, ..ModelFacts::new(&input.body, frames_per_second, learned_from, settings.clone()) }
 }
 
-/// The state of an interrupted training of the same motions with the same settings.
-fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<LearnedModel> {
-    let bytes = read_file(partial, limits::ARRAYS).ok()?;
-    match LearnedModel::from_bytes(partial, &bytes) {
-        Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
-        _ => {
-            watch.note(&format!(
-                "{} belongs to another training or is damaged: training starts again",
-                partial.display()
-            ));
-            None
+/// How the model of another training that is at a place differs from one of these facts; `None` where there is none.
+fn other_model(path: &Path, facts: &ModelFacts) -> Option<String> {
+    let there = LearnedModel::from_bytes(path, &read_file(path, limits::ARRAYS).ok()?).ok()?;
+    difference_of(&there.facts, facts)
+}
+
+/// The first difference of two trainings, whether they are whole or not.
+fn difference_of(there: &ModelFacts, here: &ModelFacts) -> Option<String> {
+    let tree = |facts: &ModelFacts| serde_json::to_value(ModelFacts { whole: true, ..facts.clone() }).ok();
+    difference(&tree(there)?, &tree(here)?)
+}
+
+/// The state of an interrupted training of the same motions with the same settings; `None` where there is none, or it
+/// is damaged.
+///
+/// # Errors
+/// [`ExperimentError::OtherUnfinished`] where it is another training's, unless `force` is given.
+fn kept(
+    partial: &Path,
+    facts: &ModelFacts,
+    force: bool,
+    watch: &dyn Watch,
+) -> Result<Option<LearnedModel>, ExperimentError> {
+    let Ok(bytes) = read_file(partial, limits::ARRAYS) else { return Ok(None) };
+    let kept = match LearnedModel::from_bytes(partial, &bytes) {
+        Ok(kept) => kept,
+        Err(_) => {
+            watch.note(&format!("{} is damaged: training starts again", partial.display()));
+            return Ok(None);
         }
+    };
+    match difference_of(&kept.facts, facts) {
+        _ if kept.graph.segments.is_empty() => Ok(None),
+        None => Ok(Some(kept)),
+        Some(_) if force => Ok(None),
+        Some(difference) => Err(ExperimentError::OtherUnfinished { partial: partial.to_owned(), difference }),
     }
 }
 

@@ -9,7 +9,8 @@ use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-use super::place::write_synced;
+use super::ExperimentError;
+use super::place::{parent_of, write_synced};
 use crate::input::{hex_sha256, hex_sha256_of};
 
 /// The listing's name.
@@ -74,6 +75,44 @@ pub(super) fn sign(folder: &Path) -> io::Result<()> {
     Listing::new(folder)?.store(folder)
 }
 
+/// Lists what was written into a folder that is finished, in the folder, as it was written. What else is there is
+/// removed: another process put it there. Folders that were written into may have a listing of their own and answer for
+/// themselves.
+pub(super) fn sign_written(folder: &Path, written: &Listing) -> io::Result<()> {
+    for path in all_files_below(folder, "")? {
+        let around = path.strip_suffix(LISTING).filter(|around| around.is_empty() || around.ends_with('/'));
+        let is_ours = written.0.iter().any(|(name, _)| match around {
+            // the listing of a folder that we wrote into
+            Some(around) => name.starts_with(around),
+            None => *name == path,
+        });
+        if !is_ours {
+            fs::remove_file(folder.join(path))?;
+        }
+    }
+    let listed = files_below(folder, "")?;
+    Listing(written.0.iter().filter(|(name, _)| listed.contains(name)).cloned().collect()).store(folder)
+}
+
+/// Refuses a file that this program did not write, or that was changed since: the folder that it lies in has a listing,
+/// and the file is not in it as it is. Where there is no listing, as in a folder that somebody copied files into, the
+/// file is taken for what it is.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`].
+pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
+    let folder = parent_of(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if !folder.join(LISTING).is_file() || Listing::read(folder).holds(folder, &name) {
+        return Ok(());
+    }
+    let detail = format!(
+        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written);          measure the run again with skiagraph evaluate SET {}",
+        folder.display()
+    );
+    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
+}
+
 /// Whether all that is in `folder` was written by this program and is as it was.
 pub(super) fn is_signed(folder: &Path) -> bool {
     let listing = Listing::read(folder);
@@ -117,6 +156,20 @@ fn files_below(folder: &Path, prefix: &str) -> io::Result<Vec<String>> {
         }
     }
     found.sort();
+    Ok(found)
+}
+
+/// Everything below `folder` but folders.
+fn all_files_below(folder: &Path, prefix: &str) -> io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        match entry.file_type()?.is_dir() {
+            true => found.extend(all_files_below(&entry.path(), &format!("{name}/"))?),
+            false => found.push(name),
+        }
+    }
     Ok(found)
 }
 

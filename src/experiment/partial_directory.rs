@@ -2,11 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use super::ExperimentError;
+use super::destination::Destination;
 use super::error::output;
 use super::ours::{ResultKind, is_ours};
-use super::ownership;
+use super::ownership::{self, Listing};
 use super::place::{LockedPlace, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 
@@ -19,6 +21,10 @@ pub(crate) struct PartialDirectory {
     place: LockedPlace,
     /// Whether the folder is another's to remove.
     is_anothers: bool,
+    /// Whether what stands in the place is moved aside although it is ours: other settings made it.
+    is_other: bool,
+    /// What was written, as it was written.
+    written: Mutex<Listing>,
 }
 
 impl PartialDirectory {
@@ -29,11 +35,33 @@ impl PartialDirectory {
     /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
     /// there, [`ExperimentError::Output`] if nothing can be written.
     pub(crate) fn begin(target: &Path, kind: ResultKind, force: bool) -> Result<Self, ExperimentError> {
-        let place = Self::claim(target, kind, force)?;
+        Self::begin_unless(Destination { path: target, force }, kind, None)
+    }
+
+    /// As [`Self::begin`], where a result that stands there may have been made with other settings: by the first
+    /// `difference`. Such a one is refused too, or moved aside with `force`.
+    ///
+    /// # Errors
+    /// As [`Self::begin`], and [`ExperimentError::OtherResult`].
+    pub(super) fn begin_unless(
+        to: Destination<'_>,
+        kind: ResultKind,
+        difference: Option<String>,
+    ) -> Result<Self, ExperimentError> {
+        let (target, is_other) = (to.path, difference.is_some());
+        let place = Self::claim(target, kind, to.force)?;
+        match difference {
+            Some(difference) if !to.force => {
+                return Err(ExperimentError::OtherResult { path: target.to_owned(), difference });
+            }
+            // report before the work if it cannot be moved aside
+            Some(_) => drop(backup_of(target)?),
+            None => {}
+        }
         let folder = place.beside("partial");
         fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
         unfinished::begin(&folder);
-        Ok(Self { kind, folder, place, is_anothers: false })
+        Ok(Self { kind, folder, place, is_anothers: false, is_other, written: Mutex::default() })
     }
 
     /// As [`Self::begin`], in `folder`, on the same file system: the caller makes it afterwards and removes what is
@@ -47,7 +75,8 @@ impl PartialDirectory {
         kind: ResultKind,
         force: bool,
     ) -> Result<Self, ExperimentError> {
-        Ok(Self { kind, folder, place: Self::claim(target, kind, force)?, is_anothers: true })
+        let place = Self::claim(target, kind, force)?;
+        Ok(Self { kind, folder, place, is_anothers: true, is_other: false, written: Mutex::default() })
     }
 
     fn claim(target: &Path, kind: ResultKind, force: bool) -> Result<LockedPlace, ExperimentError> {
@@ -73,20 +102,28 @@ impl PartialDirectory {
     /// [`ExperimentError::Output`] if it cannot be written.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ExperimentError> {
         let path = self.folder.join(name);
-        write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))
+        write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))?;
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).add(name, bytes);
+        Ok(())
     }
 
     /// Puts the directory in its place: what stood there is replaced in one step where the system can exchange
-    /// directories.
+    /// directories. Of a run it holds what was written by [`Self::write`] and nothing that another process put there.
     ///
     /// # Errors
     /// [`ExperimentError::Output`] if it cannot be moved; then what stood there stands there again.
     pub(crate) fn finish(self) -> Result<(), ExperimentError> {
         let target = &self.place.path;
-        // a set lists its files itself
-        if self.kind != ResultKind::Set {
-            ownership::sign(&self.folder).map_err(output(target, "list the files of the directory"))?;
-        }
+        let signed = match self.kind {
+            // a set lists its files itself
+            ResultKind::Set => Ok(()),
+            ResultKind::Export => ownership::sign(&self.folder),
+            ResultKind::Run => {
+                let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+                ownership::sign_written(&self.folder, &written)
+            }
+        };
+        signed.map_err(output(target, "list the files of the directory"))?;
         unfinished::finish(&self.folder, target, || self.put_in_place())?;
         sync_parent(target);
         Ok(())
@@ -97,7 +134,7 @@ impl PartialDirectory {
         if target.symlink_metadata().is_err() {
             return fs::rename(folder, target).map_err(output(target, "move the finished directory here"));
         }
-        if is_ours(target, self.kind) {
+        if !self.is_other && is_ours(target, self.kind) {
             let old = replace(folder, target, &self.place.beside("replaced"))?;
             return unfinished::remove(&old).map_err(output(&old, "remove the replaced directory"));
         }
@@ -215,5 +252,40 @@ mod tests {
         assert!(
             matches!(begin(&target, true).unwrap_err(), ExperimentError::Occupied { path } if path.ends_with("a~"))
         );
+    }
+
+    #[test]
+    fn a_run_of_ours_that_other_settings_made_is_refused_and_with_force_moved_aside() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("a");
+        run_of_ours(&target, "old");
+        let other = |force| {
+            let to = Destination { path: &target, force };
+            PartialDirectory::begin_unless(to, ResultKind::Run, Some("seeds: there 5, here 2".to_owned()))
+        };
+        let refused = other(false).unwrap_err();
+        assert!(refused.to_string().contains("seeds: there 5, here 2") && refused.exit_code() == 2, "{refused}");
+        assert!(refused.to_string().contains("--out") && refused.to_string().contains("--force"), "{refused}");
+        let partial = other(true).unwrap();
+        partial.write("track.json", TRACK).unwrap();
+        partial.finish().unwrap();
+        assert_eq!(names(&target), [ownership::LISTING, "track.json"]);
+        assert_eq!(fs::read_to_string(root.path().join("a~/report.html")).unwrap(), "old");
+    }
+
+    #[test]
+    fn what_another_process_puts_into_a_run_that_is_being_written_does_not_enter_it() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("a");
+        let partial = begin(&target, false).unwrap();
+        partial.write("track.json", TRACK).unwrap();
+        fs::create_dir_all(partial.folder().join("deep")).unwrap();
+        for name in ["run.json", "deep/run.json"] {
+            fs::write(partial.folder().join(name), "forged").unwrap();
+        }
+        partial.finish().unwrap();
+        assert_eq!(names(&target), ["deep", ownership::LISTING, "track.json"]);
+        assert_eq!(names(&target.join("deep")), [""; 0]);
+        assert!(is_ours(&target, ResultKind::Run));
     }
 }

@@ -21,6 +21,8 @@ pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
 #[derive(Debug)]
 pub(super) struct PartialFile {
     place: LockedPlace,
+    /// Whether what is there is moved aside although it is ours: other settings made it.
+    is_other: bool,
 }
 
 impl PartialFile {
@@ -31,14 +33,28 @@ impl PartialFile {
     /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
     /// there, [`ExperimentError::Output`] if nothing can be written.
     pub(super) fn begin(path: &Path, force: bool) -> Result<Self, ExperimentError> {
+        Self::begin_unless(Destination { path, force }, None)
+    }
+
+    /// As [`Self::begin`], where a file of ours that is there may have been made with other settings: by the first
+    /// `difference`. Such a one is refused too, or moved aside with `force`.
+    ///
+    /// # Errors
+    /// As [`Self::begin`], and [`ExperimentError::OtherResult`].
+    pub(super) fn begin_unless(to: Destination<'_>, difference: Option<String>) -> Result<Self, ExperimentError> {
+        let Destination { path, force } = to;
         let occupied = path.symlink_metadata().is_ok() && !is_file_of_ours(path);
         if path.file_name().is_none() || path.is_dir() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: path.to_owned() });
         }
-        if occupied {
+        let is_other = difference.is_some();
+        if let Some(difference) = difference.filter(|_| !force) {
+            return Err(ExperimentError::OtherResult { path: path.to_owned(), difference });
+        }
+        if occupied || is_other {
             backup_of(path)?;
         }
-        Ok(Self { place: LockedPlace::take(path)? })
+        Ok(Self { place: LockedPlace::take(path)?, is_other })
     }
 
     /// Puts the bytes in their place, whole; what was there stays until then. May be called again.
@@ -60,7 +76,7 @@ impl PartialFile {
 
     fn put_in_place(&self, meanwhile: &Path) -> Result<(), ExperimentError> {
         let path = &self.place.path;
-        if path.symlink_metadata().is_err() || is_file_of_ours(path) {
+        if path.symlink_metadata().is_err() || (!self.is_other && is_file_of_ours(path)) {
             return fs::rename(meanwhile, path).map_err(output(path, "write"));
         }
         let aside = backup_of(path)?;

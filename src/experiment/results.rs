@@ -88,6 +88,9 @@ pub struct RunRecord {
     /// The program that tracked, where one did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<ExternalRecord>,
+    /// The file or folder that was measured, as the command named it, where the results stand elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<String>,
 }
 
 /// Everything that a measured run leaves on disk.
@@ -215,6 +218,7 @@ fn record(
         report: REPORT_FILE.to_owned(),
         timing: track.map(|t| t.timing).or(tracked.program.as_ref().map(|program| program.timing)),
         program: tracked.program.clone(),
+        estimate: tracked.estimate.clone(),
     }
 }
 

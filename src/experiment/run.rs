@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::destination::Destination;
 use super::error::output;
-use super::external::{
-    ANSWERS_FILE, Conformance, EXTERNAL_FILE, ExternalRecord, ProgramSettings, dry_run, track_with_program,
-};
+use super::external::EXTERNAL_FILE;
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::ResultKind;
@@ -17,13 +15,14 @@ use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
+use super::run_place::free_place;
+use super::same_settings::MadeBy;
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
-use super::unfinished;
 use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetPlace, TruthSet, is_public};
-use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
+use crate::benchmark_set::{BenchmarkSet, SetPlace};
+use crate::scenario::{Scenario, ScenarioFile};
 
 /// A run that is done.
 #[derive(Clone, Debug)]
@@ -32,114 +31,6 @@ pub struct RunOutcome {
     pub record: RunRecord,
     /// What a user should know.
     pub notes: Vec<String>,
-}
-
-/// `skiagraph track`: runs a tracker over a set. Of the set it reads cameras, observations and start alone, unless the
-/// tracker is the oracle.
-///
-/// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
-pub fn track_set(
-    set: &Path,
-    settings: &TrackerSettings,
-    seeds: &[u64],
-    to: Destination<'_>,
-    watch: &dyn Watch,
-) -> Result<Tracked, ExperimentError> {
-    track_set_calibrating(set, settings, seeds, None, to, watch)
-}
-
-/// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
-///
-/// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
-pub fn track_set_calibrating(
-    set: &Path,
-    settings: &TrackerSettings,
-    seeds: &[u64],
-    calibrate: Option<bool>,
-    to: Destination<'_>,
-    watch: &dyn Watch,
-) -> Result<Tracked, ExperimentError> {
-    Inputs::from_set(set, settings).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
-    let mut blind = BlindSet::read(set)?;
-    blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
-    let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
-    let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
-    write_all(&directory, &tracked.files(&blind)?)?;
-    directory.finish()?;
-    Ok(tracked)
-}
-
-/// `skiagraph track --exec`: runs a program over a set, handed a folder that holds the blind side alone.
-///
-/// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
-pub fn track_set_with_program(
-    set: &Path,
-    settings: &ProgramSettings,
-    seeds: &[u64],
-    to: Destination<'_>,
-    watch: &dyn Watch,
-) -> Result<ExternalRecord, ExperimentError> {
-    Inputs::new([set.to_owned()]).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
-    let blind = BlindSet::read(set)?;
-    let handed = HandedOut::new(&blind, directory.folder())?;
-    let mut done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
-    drop(handed);
-    done.record.without_truth = is_public(set);
-    let tracked = Tracked {
-        record: None,
-        estimates: done.estimates,
-        search: Vec::new(),
-        sources: Vec::new(),
-        program: Some(done.record.clone()),
-    };
-    write_all(&directory, &tracked.files(&blind)?)?;
-    directory.write(ANSWERS_FILE, &done.answers)?;
-    directory.finish()?;
-    Ok(done.record)
-}
-
-/// `skiagraph track --exec --dry-run`: whether a program keeps to the protocol.
-///
-/// # Errors
-/// [`ExperimentError`] if the program never becomes ready, or the set cannot be read.
-pub fn check_program(
-    set: &Path,
-    settings: &ProgramSettings,
-    watch: &dyn Watch,
-) -> Result<Conformance, ExperimentError> {
-    let blind = BlindSet::read(set)?;
-    let beside = std::env::temp_dir().join(format!("skiagraph-dry-run-{}", std::process::id()));
-    fs::create_dir_all(&beside).map_err(output(&beside, "create the directory"))?;
-    unfinished::begin(&beside);
-    let found = HandedOut::new(&blind, &beside).and_then(|handed| dry_run(&blind, &handed.folder, settings, watch));
-    fs::remove_dir_all(&beside).ok();
-    unfinished::end(&beside);
-    found
-}
-
-/// The blind side of a set in a folder of its own; gone when dropped.
-struct HandedOut {
-    folder: PathBuf,
-}
-
-impl HandedOut {
-    fn new(set: &BlindSet, below: &Path) -> Result<Self, ExperimentError> {
-        let folder = fs::canonicalize(below).unwrap_or_else(|_| below.to_owned()).join("handed-out");
-        let handed = Self { folder };
-        set.hand_out(&handed.folder)?;
-        Ok(handed)
-    }
-}
-
-impl Drop for HandedOut {
-    fn drop(&mut self) {
-        fs::remove_dir_all(&self.folder).ok();
-    }
 }
 
 /// An evaluation that is done.
@@ -212,33 +103,34 @@ pub fn evaluate_run(
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
-    if !force {
-        keep_tracked(&place)?;
-    }
-    let directory = PartialDirectory::begin(&place, ResultKind::Run, force)?;
+    tracked.estimate = Some(run.display().to_string());
+    let made_by = MadeBy::evaluation(&whole.blind.set_hash, &run.display().to_string());
+    let (place, other) = match out {
+        Some(_) => (place.clone(), made_by.difference_by(&place, real_path)),
+        // beside the estimate, so that its file's name says which it is, from wherever it is named
+        None => (free_place(&place, |path| made_by.difference_by(path, file_name).is_some()), None),
+    };
+    let directory = PartialDirectory::begin_unless(Destination { path: &place, force }, ResultKind::Run, other)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
 }
 
-/// Refuses to replace what a tracker or a program did by results of another estimate.
-fn keep_tracked(place: &Path) -> Result<(), ExperimentError> {
-    let Some(file) = [TRACK_FILE, EXTERNAL_FILE].into_iter().find(|file| place.join(file).is_file()) else {
-        return Ok(());
-    };
-    let detail = format!(
-        "{} holds the run of a tracker ({file}), which would be lost; choose another directory, or use --force to \
-        replace it",
-        place.display()
-    );
-    Err(ExperimentError::Argument { argument: "--out", detail })
+/// The path without links; as it is where nothing is there.
+fn real_path(path: &str) -> String {
+    fs::canonicalize(path).map_or_else(|_| path.to_owned(), |real| real.display().to_string())
 }
 
-/// Where the results of somebody else's estimate go: `NAME-evaluation` beside it.
+/// The last part of a path.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Where the results of somebody else's estimate go: `NAME-evaluation` beside it, with the file's whole name, so that
+/// `mine.npz` and `mine.trc` have a place each.
 fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
-    let name = if run.is_dir() { run.file_name() } else { run.file_stem() };
-    let name = name.ok_or_else(|| ExperimentError::Argument {
+    let name = run.file_name().ok_or_else(|| ExperimentError::Argument {
         argument: "--out",
         detail: format!("cannot derive an output directory from {}; give one", run.display()),
     })?;
@@ -286,7 +178,8 @@ pub fn run(
     watch: &dyn Watch,
 ) -> Result<RunOutcome, ExperimentError> {
     Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
+    let other = MadeBy::run(&scenario_text(&file.scenario)?)?.difference_at(to.path);
+    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };

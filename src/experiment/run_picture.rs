@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::error::read_file;
+use super::ownership::check_listed;
 use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::evaluation::Summary;
 use crate::input::limits;
@@ -54,7 +55,7 @@ struct PicturedMethod {
 fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let path = run.join(COMPARISON_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-    let stored: PicturedComparison = json_tree::value_of_file(&read_file(&path, limits::JSON)?).map_err(malformed)?;
+    let stored: PicturedComparison = json_tree::value_of_file(&read_listed(&path, limits::JSON)?).map_err(malformed)?;
     if stored.schema != "skiagraph.comparison/1" {
         return Err(malformed(format!("expected schema skiagraph.comparison/1, found {:?}", stored.schema)));
     }
@@ -88,14 +89,14 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     }
     let path = run.join(RUN_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-    let bytes = read_file(&path, limits::JSON)?;
+    let bytes = read_listed(&path, limits::JSON)?;
     let stored: PicturedRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
     if stored.schema != "skiagraph.run/1" {
         return Err(malformed(format!("expected schema skiagraph.run/1, found {:?}", stored.schema)));
     }
     let errors = errors_of(&run.join(PER_FRAME_FILE), &stored.seeds)?;
     let sheet_path = run.join(CONTACT_SHEET_FILE);
-    let sheet = sheet_path.is_file().then(|| read_file(&sheet_path, limits::PICTURE)).transpose()?;
+    let sheet = sheet_path.is_file().then(|| read_listed(&sheet_path, limits::PICTURE)).transpose()?;
     let plural = if stored.seeds.len() == 1 { "" } else { "s" };
     let about = format!("{}, {} frames, {} seed{plural}", stored.tracker, stored.frames, stored.seeds.len());
     Ok(summary_picture(&SummaryPicture {
@@ -109,10 +110,16 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     })?)
 }
 
+/// A file that this program wrote, as it wrote it.
+fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
+    check_listed(path)?;
+    read_file(path, limit)
+}
+
 /// HumanEva errors of every seed over the frames.
 fn errors_of(path: &Path, seeds: &[u64]) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    let bytes = read_file(path, limits::RECORDING)?;
+    let bytes = read_listed(path, limits::RECORDING)?;
     let mut table = csv::Reader::from_reader(bytes.as_slice());
     let columns = table.headers().map_err(|e| malformed(e.to_string()))?.clone();
     let column = |name: &str| columns.iter().position(|column| column == name);

@@ -13,7 +13,7 @@ use crate::scenario::ScenarioFile;
 pub struct RunPlace {
     /// The directory.
     pub path: PathBuf,
-    /// That results of another scenario, or of other settings, are replaced or avoided.
+    /// That results of another scenario, or of other settings, are avoided.
     pub note: Option<String>,
 }
 
@@ -30,44 +30,44 @@ enum Found {
 
 impl RunPlace {
     /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of
-    /// `runs/NAME-2` and so on where nothing is or the results of the same scenario with the same settings.
+    /// `runs/NAME-2` and so on where nothing is or the results of the same scenario with the same settings. At a place
+    /// that was asked for another run is refused when it is begun.
     ///
     /// # Errors
     /// [`ExperimentError`] if the scenario cannot be written down.
     pub fn new(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
         let text = scenario_text(&file.scenario)?;
         if let Some(path) = asked {
-            let note = (found_at(path, &text) == Found::OtherRun).then(|| {
-                format!(
-                    "{} held results of another scenario or of other settings; they were \
-                    replaced",
-                    path.display()
-                )
-            });
-            return Ok(Self { path: path.to_owned(), note });
+            return Ok(Self { path: path.to_owned(), note: None });
         }
         Ok(Self::first_free(&Path::new("runs").join(&file.scenario.name), &text))
     }
 
     fn first_free(first: &Path, text: &str) -> Self {
-        let usable = |path: &Path| matches!(found_at(path, text), Found::Nothing | Found::Same);
-        // what is not ours is refused, or with --force moved aside, as anywhere
-        if usable(first) || found_at(first, text) == Found::NotOurs {
-            return Self { path: first.to_owned(), note: None };
-        }
-        let numbered = |number: u32| {
-            let mut name = first.file_name().unwrap_or_default().to_owned();
-            name.push(format!("-{number}"));
-            first.with_file_name(name)
-        };
-        let path = (2..).map(numbered).find(|path| usable(path)).unwrap_or_else(|| first.to_owned());
+        let path = free_place(first, |path| found_at(path, text) == Found::OtherRun);
         let note = format!(
             "{} holds results of another scenario or of other settings; results were written to {}",
             first.display(),
             path.display()
         );
-        Self { path, note: Some(note) }
+        Self { note: (path != first).then_some(note), path }
     }
+}
+
+/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is or
+/// the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
+pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> PathBuf {
+    let numbered = |number: u32| {
+        let mut name = first.file_name().unwrap_or_default().to_owned();
+        name.push(format!("-{number}"));
+        first.with_file_name(name)
+    };
+    if !is_other(first) {
+        return first.to_owned();
+    }
+    let is_free = |path: &PathBuf| path.symlink_metadata().is_err() || is_ours(path, ResultKind::Run);
+    let further = (2..).map(numbered).find(|path| is_free(path) && !is_other(path));
+    further.unwrap_or_else(|| first.to_owned())
 }
 
 fn found_at(path: &Path, text: &str) -> Found {

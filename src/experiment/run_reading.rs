@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::error::read_file;
+use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
 use crate::evaluation::{MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs};
@@ -140,7 +141,7 @@ fn nothing_here(path: &Path) -> String {
 }
 
 /// Files `run.json` in a folder with those of its further seeds, or else below it, in the order of their paths. Hidden
-/// folders and links are left out.
+/// folders and links are left out, and so are folders without a listing inside those that have one.
 fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
     let file = folder.join(RUN_FILE);
     if file.is_file() {
@@ -156,10 +157,13 @@ fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
 
 fn folders_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    // what others put into a result of ours is no run
+    let is_listed = folder.join(LISTING).is_file();
     let mut folders: Vec<PathBuf> = entries
         .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
         .filter(|entry| !entry.file_name().to_string_lossy().starts_with('.'))
         .map(|entry| entry.path())
+        .filter(|path| !is_listed || path.join(LISTING).is_file())
         .collect();
     folders.sort();
     folders
@@ -188,6 +192,7 @@ fn identity(program: &Value) -> Value {
 /// The clip of one `run.json`, with its name.
 fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    check_listed(path)?;
     let tree: Value = serde_json::from_slice(&read_file(path, limits::RECORD)?).map_err(|e| malformed(foreign(e)))?;
     let schema = tree.get("schema").and_then(Value::as_str).unwrap_or("none");
     if schema != SCHEMA {

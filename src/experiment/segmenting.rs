@@ -4,14 +4,18 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
+use super::error::read_file;
 use super::inputs::Inputs;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::pictures::{images_in, read_image};
+use super::same_settings::difference;
 use super::watch::{Stage, Watch, advance};
 use super::{Destination, ExperimentError, to_json};
 use crate::benchmark_set::silhouette_to_png;
+use crate::input::limits;
 use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
 use crate::parallel;
 use crate::raster::Mask;
@@ -54,8 +58,46 @@ pub struct Segmented {
     pub foreground: f64,
     /// Settings of the mixture, the shadow rule and the cleaning.
     pub settings: BackgroundSettings,
+    /// What it was made from.
+    #[serde(default)]
+    pub of: SegmentedFrom,
     /// Frames a second, reading and writing included, on all threads.
     pub frames_per_second: f64,
+}
+
+/// From which images masks were made and how, by which the same command is known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SegmentedFrom {
+    /// Directories of the background, as the command named them.
+    pub background: Vec<String>,
+    /// Directory of the frames, as the command named it.
+    pub frames: String,
+    /// Components of the mixture.
+    pub components: usize,
+    /// Learning rate, of the online method.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// Settings of the mixture, the shadow rule and the cleaning.
+    pub settings: BackgroundSettings,
+}
+
+impl SegmentedFrom {
+    fn new(input: &SegmentInput<'_>) -> Self {
+        Self {
+            background: input.background.iter().map(|path| path.display().to_string()).collect(),
+            frames: input.frames.display().to_string(),
+            components: input.components,
+            rate: input.online.map(|online| online.rate),
+            settings: input.settings,
+        }
+    }
+
+    /// How what lies in a folder was made otherwise; `None` where it was not, or is not ours.
+    fn difference_at(&self, folder: &Path) -> Option<String> {
+        let there = read_file(&folder.join(SEGMENT_FILE), limits::RECORD).ok()?;
+        let there: Value = serde_json::from_slice(&there).ok()?;
+        difference(&there["of"], &serde_json::to_value(self).ok()?)
+    }
 }
 
 /// Segments the images of a directory: one mask each, under the image's name with the ending `.png`.
@@ -65,7 +107,8 @@ pub struct Segmented {
 pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch) -> Result<Segmented, ExperimentError> {
     let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
     Inputs::new(inputs).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
+    let of = SegmentedFrom::new(input);
+    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, of.difference_at(to.path))?;
     let frames = images_in(input.frames)?;
     let names = names_of(&frames, input.frames)?;
     let periods = periods_of(input)?;
@@ -93,6 +136,7 @@ pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch)
         channels: shape.2,
         foreground: counts.iter().sum::<u64>() as f64 / pixels,
         settings: input.settings,
+        of,
         frames_per_second: frames.len() as f64 / begin.elapsed().as_secs_f64(),
     };
     directory.write(SEGMENT_FILE, &to_json(&segmented)?)?;

@@ -15,3 +15,17 @@ pub struct TrackTiming {
     /// Threads.
     pub threads: usize,
 }
+
+impl TrackTiming {
+    /// Of these seeds and the `other` ones after them.
+    pub(super) fn and(self, other: Self) -> Self {
+        let frames = self.frames_per_second * self.seconds + other.frames_per_second * other.seconds;
+        let seconds = self.seconds + other.seconds;
+        Self {
+            seconds,
+            frames_per_second: frames / seconds.max(f64::MIN_POSITIVE),
+            likelihood_evaluations: self.likelihood_evaluations + other.likelihood_evaluations,
+            threads: other.threads,
+        }
+    }
+}

@@ -49,6 +49,8 @@ pub struct Tracked {
     pub sources: Vec<SourceRecording>,
     /// Which program tracked, where one did.
     pub program: Option<ExternalRecord>,
+    /// The file or folder that is measured, as the command named it, where the results go elsewhere.
+    pub estimate: Option<String>,
 }
 
 /// Who tracked what: `track.json`.
@@ -205,7 +207,32 @@ impl Tracked {
         }
         let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
         let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
-        Self { record: None, estimates, search, sources: Vec::new(), program: None }
+        Self { record: None, estimates, search, sources: Vec::new(), program: None, estimate: None }
+    }
+
+    /// Runs of one tracker with a seed each, put together in their order.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Malformed`] where there is none.
+    pub(super) fn of_seeds(set: &BlindSet, seeds: Vec<Self>) -> Result<Self, ExperimentError> {
+        let own_body = |one: &Self| one.estimates.bodies.first().unwrap_or(&set.start.body).clone();
+        let are_calibrated = seeds.iter().any(|one| !one.estimates.bodies.is_empty());
+        let bodies = if are_calibrated { seeds.iter().map(own_body).collect() } else { Vec::new() };
+        let mut seeds = seeds.into_iter();
+        let mut all = seeds
+            .next()
+            .ok_or_else(|| ExperimentError::Malformed { path: POSES_FILE.into(), detail: "no seed".to_owned() })?;
+        for one in seeds {
+            all.estimates.seeds.extend(one.estimates.seeds);
+            all.estimates.sequences.extend(one.estimates.sequences);
+            all.search.extend(one.search);
+            if let (Some(record), Some(of_seed)) = (&mut all.record, one.record) {
+                record.calibration.extend(of_seed.calibration);
+                record.timing = record.timing.and(of_seed.timing);
+            }
+        }
+        all.estimates.bodies = bodies;
+        Ok(all)
     }
 
     /// The files of a run that has not been measured yet.
@@ -258,7 +285,7 @@ impl Tracked {
             false => Vec::new(),
             true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
         };
-        Ok(Self { record: Some(record), estimates, search, sources, program: None })
+        Ok(Self { record: Some(record), estimates, search, sources, program: None, estimate: None })
     }
 
     /// Reads what a program estimated in a run of `skiagraph track --exec`.
@@ -279,6 +306,6 @@ impl Tracked {
     /// [`ExperimentError`] if it cannot be read or is not what it should be.
     pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
-        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
+        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
     }
 }

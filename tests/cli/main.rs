@@ -9,9 +9,13 @@ mod compare;
 mod contact;
 mod corruption;
 mod distractors;
+mod documentation;
 mod edited;
+mod existing_outputs;
 mod export;
 mod filming;
+#[cfg(unix)]
+mod forgery;
 mod gate;
 mod inspect;
 mod keys;
@@ -21,6 +25,8 @@ mod program;
 mod props;
 mod public_sets;
 mod resume;
+#[cfg(unix)]
+mod resume_run;
 mod robots;
 mod same_numbers;
 mod sandbox;

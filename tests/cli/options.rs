@@ -58,12 +58,9 @@ fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
     notes("run tiny.toml particles=13");
     assert_eq!(runs(), ["tiny", "tiny-2"]);
     assert_eq!([particles(&room, "runs/tiny"), particles(&room, "runs/tiny-2")], [Some(12), Some(13)]);
-    let said = notes("run tiny.toml particles=14 --out runs/tiny");
-    assert!(
-        said.contains("runs/tiny held results of another scenario or of other settings; they were replaced"),
-        "{said}"
-    );
-    assert_eq!((particles(&room, "runs/tiny"), runs().len()), (Some(14), 2));
+    let refused = room.skiagraph(["run", "tiny.toml", "particles=14", "--out", "runs/tiny"]);
+    assert!(refused.code == 2 && refused.stderr.contains("particles: there 12, here 14"), "{}", refused.stderr);
+    assert_eq!((particles(&room, "runs/tiny"), runs().len()), (Some(12), 2));
 }
 
 #[test]

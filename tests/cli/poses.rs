@@ -101,10 +101,12 @@ fn an_estimate_replaces_the_run_of_a_tracker_only_when_told_to() {
     room.succeed("track set --tracker frozen --out run");
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     let refused = room.skiagraph(["evaluate", "set", "mine.csv", "--out", "run"]);
-    let words = "run holds the run of a tracker (track.json)";
+    let words =
+        "run: a result exists here that was made otherwise (command: there skiagraph track, here skiagraph evaluate)";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     assert!(room.path("run/track.json").exists());
     room.succeed("evaluate set mine.csv --out run --force");
+    assert!(room.path("run~/track.json").exists(), "it was moved aside");
     assert!(!room.path("run/track.json").exists());
     room.succeed("evaluate set mine.csv --out run");
 }

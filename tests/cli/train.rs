@@ -4,7 +4,7 @@ use std::fs;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Watch, train};
+use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Unwatched, Watch, train};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
 use super::sandbox::{Sandbox, TINY};
@@ -141,9 +141,12 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     learned.unwrap();
     assert!(heard.len() == 1 && heard[0].contains("resuming with 1 model saved"), "{heard:?}");
     assert_eq!(room.read("walk.model"), room.read("at_once.model"));
-    let (learned, heard) = learn("other.model", &GraphSettings { threshold_per_joint: 1e-5, ..settings }, usize::MAX);
-    learned.unwrap();
-    assert!(heard.len() == 1 && heard[0].contains("belongs to another training"), "{heard:?}");
+    let other = GraphSettings { threshold_per_joint: 1e-5, ..settings };
+    let refused = learn("other.model", &other, usize::MAX).0.unwrap_err();
+    let words = "other.model.partial: another result was begun here and interrupted, which differs (settings.threshold";
+    assert!(refused.to_string().contains(words) && refused.exit_code() == 2, "{refused}");
+    let forced = train(&input, &other, Destination { path: &room.path("other.model"), force: true }, &Unwatched);
+    forced.unwrap();
     assert!(room.entries().iter().all(|name| !name.contains("partial")), "{:?}", room.entries());
 }
 

@@ -43,7 +43,7 @@ answer = subprocess.run([program, "evaluate", root, out / "theirs.npz", "--json"
 assert answer.returncode == 0, answer.stderr
 run = json.loads(answer.stdout)
 assert (out / "theirs.npz").read_bytes() == written, "the estimate was changed"
-assert json.loads((out / "theirs-evaluation/run.json").read_text()) == run
+assert json.loads((out / "theirs.npz-evaluation/run.json").read_text()) == run
 
 # by hand: everything in mm over frames 1 to T - 1, the start pose left out
 x, y = 1000.0 * markers[1:], 1000.0 * estimate[:, 1:].astype(np.float64)

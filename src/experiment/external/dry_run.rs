@@ -1,12 +1,11 @@
 //! Whether a program follows the protocol: a few frames, and how it answered them.
 
-use std::path::Path;
-
 use serde::Serialize;
 
 use super::answers::estimates;
 use super::session::{Asked, Session};
 use super::settings::ProgramSettings;
+use super::workplace::Workplace;
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;
 use crate::experiment::watch::Watch;
@@ -51,20 +50,16 @@ impl Conformance {
 ///
 /// # Errors
 /// [`ExperimentError`] if it cannot be started, never becomes ready, or the set cannot be read.
-pub fn dry_run(
-    set: &BlindSet,
-    folder: &Path,
-    settings: &ProgramSettings,
-    watch: &dyn Watch,
-) -> Result<Conformance, ExperimentError> {
-    let mut session = Session::new(set, folder, settings, 0, watch);
+pub fn dry_run(set: &BlindSet, settings: &ProgramSettings, watch: &dyn Watch) -> Result<Conformance, ExperimentError> {
+    let place = Workplace::new(set)?;
+    let mut session = Session::new(set, &place, settings, 0, watch);
     session.start(0)?;
     let mut asked = Vec::new();
     for frame in 0..FRAMES.min(set.frame_count) {
         asked.push(session.frame(&set.observation(frame)?)?);
     }
-    session.end();
     let incidents: Vec<String> = session.incidents.iter().map(|incident| incident.in_words()).collect();
+    session.end();
     let answered = asked.iter().filter(|asked| !asked.failed).count();
     let with_pose = asked.iter().filter(|asked| has_pose(asked)).count();
     let mut checks = vec![
@@ -84,6 +79,12 @@ pub fn dry_run(
         },
     ];
     checks.extend(start_check(set, &asked)?);
+    checks.extend(session.ending.as_ref().map(|ending| ProtocolCheck {
+        what: "ends by itself after end, with exit code 0",
+        // a fault of the end is an incident
+        holds: session.incidents.len() == incidents.len(),
+        found: ending.status.clone(),
+    }));
     let slowest_ms = asked.iter().map(|asked| 1000.0 * asked.seconds).fold(0.0, f64::max);
     let name = session.ready.and_then(|ready| ready.name);
     Ok(Conformance { schema: "skiagraph.conformance/1".to_owned(), name, checks, slowest_ms })

@@ -2,13 +2,16 @@
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::guard::Guard;
+use super::settings::ProgramSettings;
 use crate::experiment::watch::Watch;
 use crate::input::excerpt;
 
@@ -21,7 +24,7 @@ const KEPT_ERRORS: usize = 12;
 /// How often a wait looks whether the user wants to stop.
 const PULSE: Duration = Duration::from_millis(100);
 /// How long a program may take to end by itself.
-const PATIENCE: Duration = Duration::from_secs(2);
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What comes out of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,6 +45,17 @@ pub(super) enum Silence {
 
 /// The variable by which what a program started is known, even where it left the program's group.
 const MARK: &str = "SKIAGRAPH_PROGRAM";
+/// Variables that begin so are not handed on: they say where recordings and other truth lie.
+const OURS: &str = "SKIAGRAPH_";
+
+/// How a program ended that was told that nothing follows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum ProgramEnd {
+    /// By itself; whether with success, and its status in words.
+    ByItself(bool, String),
+    /// Not in time: it is killed.
+    Killed,
+}
 
 /// A running program; killed with all its children when dropped.
 pub(super) struct Program {
@@ -51,16 +65,35 @@ pub(super) struct Program {
     to_program: Option<Sender<Vec<u8>>>,
     from_program: Receiver<Heard>,
     errors: Arc<Mutex<VecDeque<String>>>,
+    /// Ends all where this process is killed; `None` once they have ended.
+    guard: Option<Guard>,
+}
+
+/// Where a program works.
+pub(super) struct ProgramPlace<'a> {
+    /// The blind side of the set.
+    pub(super) folder: &'a Path,
+    /// What is removed should this process be killed.
+    pub(super) removed: Option<&'a Path>,
 }
 
 impl Program {
-    /// Starts a command line through the shell.
-    pub(super) fn start(command: &str) -> std::io::Result<Self> {
+    /// Starts a command line through the shell, in a sandbox where the settings say so.
+    pub(super) fn start(settings: &ProgramSettings, place: &ProgramPlace<'_>) -> std::io::Result<Self> {
         static STARTED: AtomicU64 = AtomicU64::new(0);
         let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
-        let mut shell = shell(command);
+        let mut guard = Guard::begin(&format!("{MARK}={mark}"), place.removed)?;
+        let mut shell = match &settings.sandbox {
+            Some(sandbox) => sandbox.command(&settings.command, place.folder, std::env::current_dir().ok()),
+            None => shell(&settings.command),
+        };
+        in_own_group(&mut shell);
+        for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OURS)) {
+            shell.env_remove(name);
+        }
         shell.env(MARK, &mark);
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+        guard.watch(&child);
         let (to_program, lines) = channel();
         let (heard, from_program) = sync_channel(WAITING_LINES);
         let errors = Arc::new(Mutex::new(VecDeque::new()));
@@ -74,7 +107,7 @@ impl Program {
             let kept = errors.clone();
             thread::spawn(move || keep_last_lines(stderr, &kept));
         }
-        Ok(Self { child, mark, to_program: Some(to_program), from_program, errors })
+        Ok(Self { child, mark, to_program: Some(to_program), from_program, errors, guard: Some(guard) })
     }
 
     /// Sends one line; whether anybody reads it shows in the answer.
@@ -99,18 +132,22 @@ impl Program {
         }
     }
 
-    /// Closes its input and waits a little for its end; returns how it ended, `None` if it had to be killed.
-    pub(super) fn finish(mut self) -> Option<String> {
+    /// Closes its input and waits a little for its end; how it ended. What does not end in time is killed when this is
+    /// dropped.
+    pub(super) fn finish(&mut self) -> ProgramEnd {
         self.to_program.take();
-        self.ended_within(PATIENCE)
+        match self.ended_within(PATIENCE) {
+            Some(status) => ProgramEnd::ByItself(status.success(), status.to_string()),
+            None => ProgramEnd::Killed,
+        }
     }
 
     /// How it ended, if it has.
-    pub(super) fn ended_within(&mut self, patience: Duration) -> Option<String> {
+    pub(super) fn ended_within(&mut self, patience: Duration) -> Option<ExitStatus> {
         let begin = Instant::now();
         loop {
             if let Ok(Some(status)) = self.child.try_wait() {
-                return Some(status.to_string());
+                return Some(status);
             }
             if begin.elapsed() >= patience {
                 return None;
@@ -130,17 +167,27 @@ impl Drop for Program {
         kill_with_children(&mut self.child);
         kill_detached(&self.mark);
         self.child.wait().ok();
+        // only now: until all have ended they are guarded
+        self.guard.take();
     }
 }
 
 #[cfg(unix)]
 fn shell(command: &str) -> Command {
-    use std::os::unix::process::CommandExt;
     let mut shell = Command::new("sh");
-    // a group of its own, so that what it starts ends with it
-    shell.arg("-c").arg(command).process_group(0);
+    shell.arg("-c").arg(command);
     shell
 }
+
+/// In a group of its own, so that what it starts ends with it.
+#[cfg(unix)]
+fn in_own_group(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    command.process_group(0);
+}
+
+#[cfg(not(unix))]
+fn in_own_group(_: &mut Command) {}
 
 #[cfg(not(unix))]
 fn shell(command: &str) -> Command {
@@ -234,16 +281,21 @@ mod tests {
     use super::*;
     use crate::experiment::Unwatched;
 
+    fn start(command: &str) -> Program {
+        let settings = ProgramSettings { command: command.to_owned(), ..ProgramSettings::usual() };
+        Program::start(&settings, &ProgramPlace { folder: Path::new("/"), removed: None }).unwrap()
+    }
+
     fn hear(program: &Program, milliseconds: u64) -> Result<Heard, Silence> {
         program.hear(Instant::now() + Duration::from_millis(milliseconds), &Unwatched)
     }
 
     #[test]
     fn lines_go_in_and_come_out_and_the_end_is_told() {
-        let program = Program::start("while read line; do echo \"got $line\"; done; echo bye >&2").unwrap();
+        let mut program = start("while read line; do echo \"got $line\"; done; echo bye >&2");
         program.send(b"one".to_vec());
         assert_eq!(hear(&program, 5000), Ok(Heard::Line("got one".to_owned())));
-        assert_eq!(program.finish(), Some("exit status: 0".to_owned()));
+        assert_eq!(program.finish(), ProgramEnd::ByItself(true, "exit status: 0".to_owned()));
     }
 
     #[test]
@@ -252,7 +304,7 @@ mod tests {
         let file = folder.path().join("alive");
         let command = format!("(sleep 1; echo > {}) & sleep 60", file.display());
         let begin = Instant::now();
-        let program = Program::start(&command).unwrap();
+        let program = start(&command);
         assert_eq!(hear(&program, 200), Err(Silence::TimeLimit));
         drop(program);
         assert!(begin.elapsed() < Duration::from_secs(1));
@@ -266,7 +318,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("alive");
         let command = format!("setsid sh -c 'sleep 1; echo > {}' & echo started; sleep 60", file.display());
-        let program = Program::start(&command).unwrap();
+        let program = start(&command);
         assert_eq!(hear(&program, 5000), Ok(Heard::Line("started".to_owned())));
         drop(program);
         thread::sleep(Duration::from_millis(1400));
@@ -275,9 +327,9 @@ mod tests {
 
     #[test]
     fn a_line_without_end_and_a_flood_of_lines_take_no_memory() {
-        let endless = Program::start("cat /dev/zero").unwrap();
+        let endless = start("cat /dev/zero");
         assert_eq!(hear(&endless, 5000), Ok(Heard::TooLong));
-        let flood = Program::start("yes").unwrap();
+        let flood = start("yes");
         assert_eq!(hear(&flood, 5000), Ok(Heard::Line("y".to_owned())));
         thread::sleep(Duration::from_millis(100));
         drop(flood);
@@ -285,11 +337,23 @@ mod tests {
 
     #[test]
     fn the_last_lines_of_standard_error_are_kept() {
-        let mut program = Program::start("for i in $(seq 1 30); do echo line $i >&2; done; exit 7").unwrap();
+        let mut program = start("for i in $(seq 1 30); do echo line $i >&2; done; exit 7");
         assert_eq!(hear(&program, 5000), Ok(Heard::End));
-        assert_eq!(program.ended_within(PATIENCE), Some("exit status: 7".to_owned()));
+        assert_eq!(program.finish(), ProgramEnd::ByItself(false, "exit status: 7".to_owned()));
         thread::sleep(Duration::from_millis(100));
         let errors = program.last_errors();
         assert_eq!((errors.len(), errors.last().map(String::as_str)), (KEPT_ERRORS, Some("line 30")));
+    }
+
+    #[test]
+    fn a_program_that_does_not_end_is_said_to_be_killed() {
+        assert_eq!(start("sleep 60").finish(), ProgramEnd::Killed);
+    }
+
+    #[test]
+    fn nothing_of_ours_is_in_its_environment_but_its_mark() {
+        let program = start("env | grep ^SKIAGRAPH_ | grep -v ^SKIAGRAPH_PROGRAM=; echo done");
+        // cargo and .ci/run set some; the command line is tested with SKIAGRAPH_MOCAP
+        assert_eq!(hear(&program, 5000), Ok(Heard::Line("done".to_owned())));
     }
 }

@@ -200,7 +200,7 @@ fn run_lengths(mask: &Mask) -> Vec<u32> {
 }
 
 /// What a program says when it is ready.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Ready {
     pub(super) protocol: Option<String>,
@@ -209,7 +209,7 @@ pub(super) struct Ready {
 }
 
 /// What a program says about a frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reply {
     pub(super) frame: usize,
     /// `None`: lost.
@@ -219,7 +219,7 @@ pub(super) struct Reply {
 }
 
 /// One of three ways to say where the body is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum RepliedPose {
     Markers(Named),
     Joints(Named),

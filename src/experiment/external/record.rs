@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::settings::ProgramSettings;
+use super::workplace::LeftBehind;
 use crate::experiment::track_timing::TrackTiming;
 use crate::input::excerpt;
 
@@ -38,6 +39,12 @@ pub struct ExternalRecord {
     pub answers: AnswerCount,
     /// What went wrong, in order; at most a hundred.
     pub incidents: Vec<Incident>,
+    /// How it ended after its last answer, a seed; a seed whose program was gone for good before has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub endings: Vec<SeedEnding>,
+    /// What it left in the folders that it was handed; none of it is kept.
+    #[serde(default, skip_serializing_if = "LeftBehind::is_empty")]
+    pub left_behind: LeftBehind,
     /// What differs from run to run.
     pub timing: TrackTiming,
 }
@@ -48,6 +55,17 @@ impl ExternalRecord {
         let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
         Self { name, version, ..self }
     }
+}
+
+/// How a program ended after the last answer of a seed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeedEnding {
+    /// The seed.
+    pub seed: u64,
+    /// Its exit status, or that it did not end.
+    pub status: String,
+    /// Whether it did not end by itself within two seconds and was killed.
+    pub killed: bool,
 }
 
 /// Options of `skiagraph track` that are not its defaults.
@@ -66,16 +84,25 @@ pub struct ProgramOptions {
     /// How often it is started again, a seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restarts: Option<usize>,
+    /// In a sandbox.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub sandbox: bool,
+    /// What it may read there besides the system and the blind side, as the command line has it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub readable: Vec<String>,
 }
 
 impl ProgramOptions {
-    pub(super) fn of(settings: &ProgramSettings) -> Self {
+    pub(in crate::experiment) fn of(settings: &ProgramSettings) -> Self {
         let seconds = |limit: Duration, usual: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != usual);
+        let readable = settings.sandbox.iter().flat_map(|sandbox| &sandbox.readable);
         Self {
             inline: settings.inline,
             frame_limit_s: seconds(settings.frame_limit, ProgramSettings::FRAME_LIMIT_S),
             start_limit_s: seconds(settings.start_limit, ProgramSettings::START_LIMIT_S),
             restarts: Some(settings.restarts).filter(|restarts| *restarts != ProgramSettings::RESTARTS as usize),
+            sandbox: settings.sandbox.is_some(),
+            readable: readable.map(|path| path.display().to_string()).collect(),
         }
     }
 
@@ -89,7 +116,12 @@ impl ProgramOptions {
         let frame = self.frame_limit_s.map(|seconds| format!(" --frame-limit {seconds}"));
         let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
         let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
-        [inline, frame, start, restarts].into_iter().flatten().collect()
+        let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
+        let plain = |path: &str| path.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+~".contains(c));
+        let quoted =
+            |path: &String| if plain(path) { path.clone() } else { format!("'{}'", path.replace('\'', "'\\''")) };
+        let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", quoted(path))));
+        [inline, frame, start, restarts, sandbox].into_iter().chain(readable).flatten().collect()
     }
 }
 
@@ -104,12 +136,23 @@ pub struct AnswerCount {
     pub failed: usize,
 }
 
+impl AnswerCount {
+    /// Counts a frame by its word in `answers.csv`.
+    pub(super) fn add(&mut self, word: &str) {
+        match word {
+            "failed" => self.failed += 1,
+            "pose" => self.poses += 1,
+            _ => self.lost += 1,
+        }
+    }
+}
+
 /// Something that went wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
     /// The seed.
     pub seed: u64,
-    /// The frame that was asked for; absent before the first.
+    /// The frame that was asked for; absent before the first and after the last.
     pub frame: Option<usize>,
     /// What happened.
     pub what: String,
@@ -132,6 +175,7 @@ impl Incident {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sandbox::ProgramSandbox;
     use super::*;
 
     #[test]
@@ -142,15 +186,17 @@ mod tests {
             frame_limit: Duration::from_secs_f64(0.5),
             restarts: 0,
             inline: true,
+            sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
         };
         let options = ProgramOptions::of(&settings);
-        assert_eq!(options.in_words(), " --inline --frame-limit 0.5 --restarts 0");
+        assert_eq!(options.in_words(), " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker'");
         let text = serde_json::to_string(&options).unwrap();
         assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
         let usual = ProgramSettings {
             frame_limit: Duration::from_secs_f64(ProgramSettings::FRAME_LIMIT_S),
             restarts: ProgramSettings::RESTARTS as usize,
             inline: false,
+            sandbox: None,
             ..settings
         };
         assert!(ProgramOptions::of(&usual).are_default());
@@ -170,6 +216,8 @@ mod tests {
             skiagraph: String::new(),
             answers: AnswerCount::default(),
             incidents: Vec::new(),
+            endings: Vec::new(),
+            left_behind: LeftBehind::default(),
             timing,
         };
         let harmless = record.harmless();

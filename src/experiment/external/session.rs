@@ -1,15 +1,16 @@
 //! A program over a whole set: a process a seed, started again after a crash, a few times.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::answers::{Poses, estimates};
-use super::program::{Heard, Program, Silence};
+use super::program::{Heard, PATIENCE, Program, ProgramEnd, ProgramPlace, Silence};
 use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, protocol_of, read_answer, read_ready};
-use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions};
+use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, SeedEnding};
 use super::settings::ProgramSettings;
+use super::workplace::{LeftBehind, Workplace};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::watch::{Stage, Watch, advance};
 use crate::experiment::{ExperimentError, TrackTiming};
@@ -33,78 +34,136 @@ pub struct Programmed {
     pub answers: Vec<u8>,
 }
 
-/// Runs a program with every seed over a set; `folder` holds the blind side of the set alone.
+/// What came of one seed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(in crate::experiment) struct ProgramSeed {
+    seed: u64,
+    /// One a frame.
+    frames: Vec<Asked>,
+    /// What kind of answers were given.
+    kind: Option<String>,
+    ready: Ready,
+    incidents: Vec<Incident>,
+    ending: Option<SeedEnding>,
+    left_behind: LeftBehind,
+}
+
+impl ProgramSeed {
+    /// What kind of answers the program gave: those of further seeds must be alike.
+    pub(in crate::experiment) fn kind(&self) -> Option<&str> {
+        self.kind.as_deref()
+    }
+
+    /// Name and version, as the program calls itself.
+    pub(in crate::experiment) fn program(&self) -> String {
+        let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "nothing".to_owned());
+        format!("{}, version {}", word(&self.ready.name), word(&self.ready.version))
+    }
+}
+
+/// Runs a program with every seed over a set. It is handed the blind side alone, in a fresh folder for every seed.
 ///
 /// # Errors
 /// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot
 /// be read.
 pub fn track_with_program(
     set: &BlindSet,
-    folder: &Path,
     settings: &ProgramSettings,
     seeds: &[u64],
     watch: &dyn Watch,
 ) -> Result<Programmed, ExperimentError> {
-    watch.begin(Stage::Track, set.frame_count * seeds.len());
-    let mut table = csv::Writer::from_writer(Vec::new());
-    let failed = |e: csv::Error| ExperimentError::Malformed { path: "answers.csv".into(), detail: e.to_string() };
-    table.write_record(["seed", "frame", "answer", "milliseconds", "confidence"]).map_err(failed)?;
-    let (mut poses, mut incidents, mut seconds) = (Poses::new(), Vec::new(), 0.0);
-    let (mut ready, mut count, mut kind) = (None, AnswerCount::default(), None);
+    let mut done: Vec<ProgramSeed> = Vec::new();
     for seed in seeds {
-        let mut session = Session::new(set, folder, settings, *seed, watch);
-        session.kind = kind;
-        let frames = session.run()?;
-        for (frame, asked) in frames.iter().enumerate() {
-            let word = match (&asked.answer, asked.failed) {
-                (_, true) => "failed",
-                (Some(Reply { pose: Some(_), .. }), _) => "pose",
-                _ => "lost",
-            };
-            match word {
-                "failed" => count.failed += 1,
-                "pose" => count.poses += 1,
-                _ => count.lost += 1,
-            }
-            seconds += asked.seconds;
-            let confidence = asked.answer.as_ref().and_then(|answer| answer.confidence);
-            let confidence = confidence.map(|share| share.to_string()).unwrap_or_default();
-            let milliseconds = format!("{:.3}", 1000.0 * asked.seconds);
-            let row = [seed.to_string(), frame.to_string(), word.to_owned(), milliseconds, confidence];
-            table.write_record(row).map_err(failed)?;
-        }
-        poses.push(frames.into_iter().map(|asked| asked.answer.and_then(|answer| answer.pose)).collect());
-        kind = session.kind;
-        ready = ready.or(session.ready);
-        incidents.extend(session.incidents);
+        let kind = done.iter().find_map(|seed| seed.kind().map(str::to_owned));
+        done.push(track_seed_with_program(set, settings, *seed, kind.as_deref(), watch)?);
     }
-    incidents.truncate(KEPT_INCIDENTS);
-    let ready = ready.unwrap_or_default();
-    let frames = (set.frame_count * seeds.len()) as f64;
-    let record = ExternalRecord {
-        schema: "skiagraph.program/1".to_owned(),
-        command: settings.command.clone(),
-        name: ready.name,
-        version: ready.version,
-        options: ProgramOptions::of(settings),
-        set_hash: set.set_hash.clone(),
-        without_truth: false,
-        skiagraph: env!("CARGO_PKG_VERSION").to_owned(),
-        answers: count,
-        incidents,
-        timing: TrackTiming {
-            seconds,
-            frames_per_second: frames / seconds.max(f64::MIN_POSITIVE),
-            likelihood_evaluations: 0,
-            threads: rayon::current_num_threads(),
-        },
-    };
-    let answers = table.into_inner().map_err(|e| failed(e.into_error().into()))?;
-    Ok(Programmed { estimates: estimates(set, seeds, &poses)?, record, answers })
+    Programmed::new(set, settings, done)
+}
+
+/// Runs a program with one seed over a set; its answers must be of a `kind` where one is given.
+///
+/// # Errors
+/// As [`track_with_program`].
+pub(in crate::experiment) fn track_seed_with_program(
+    set: &BlindSet,
+    settings: &ProgramSettings,
+    seed: u64,
+    kind: Option<&str>,
+    watch: &dyn Watch,
+) -> Result<ProgramSeed, ExperimentError> {
+    watch.begin(Stage::Track, set.frame_count);
+    let place = Workplace::new(set)?;
+    let mut session = Session::new(set, &place, settings, seed, watch);
+    session.kind = kind.map(str::to_owned);
+    let frames = session.run()?;
+    let Session { kind, ready, incidents, ending, .. } = session;
+    let left_behind = place.left_behind(seed);
+    Ok(ProgramSeed { seed, frames, kind, ready: ready.unwrap_or_default(), incidents, ending, left_behind })
+}
+
+impl Programmed {
+    /// Puts seeds together, in this order.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] for more than a file can hold.
+    pub(in crate::experiment) fn new(
+        set: &BlindSet,
+        settings: &ProgramSettings,
+        seeds: Vec<ProgramSeed>,
+    ) -> Result<Self, ExperimentError> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        let failed = |e: csv::Error| ExperimentError::Malformed { path: "answers.csv".into(), detail: e.to_string() };
+        table.write_record(["seed", "frame", "answer", "milliseconds", "confidence"]).map_err(failed)?;
+        let (mut poses, mut incidents, mut seconds) = (Poses::new(), Vec::new(), 0.0);
+        let (mut endings, mut left_behind) = (Vec::new(), LeftBehind::default());
+        let mut count = AnswerCount::default();
+        let numbers: Vec<u64> = seeds.iter().map(|seed| seed.seed).collect();
+        let ready = seeds.first().map(|seed| seed.ready.clone()).unwrap_or_default();
+        for ProgramSeed { seed, frames, incidents: of_seed, ending, left_behind: left, .. } in seeds {
+            for (frame, asked) in frames.iter().enumerate() {
+                let word = asked.word();
+                count.add(word);
+                seconds += asked.seconds;
+                let confidence = asked.answer.as_ref().and_then(|answer| answer.confidence);
+                let confidence = confidence.map(|share| share.to_string()).unwrap_or_default();
+                let milliseconds = format!("{:.3}", 1000.0 * asked.seconds);
+                let row = [seed.to_string(), frame.to_string(), word.to_owned(), milliseconds, confidence];
+                table.write_record(row).map_err(failed)?;
+            }
+            poses.push(frames.into_iter().map(|asked| asked.answer.and_then(|answer| answer.pose)).collect());
+            incidents.extend(of_seed);
+            endings.extend(ending);
+            left_behind.extend(left);
+        }
+        incidents.truncate(KEPT_INCIDENTS);
+        let frames = (set.frame_count * numbers.len()) as f64;
+        let record = ExternalRecord {
+            schema: "skiagraph.program/1".to_owned(),
+            command: settings.command.clone(),
+            name: ready.name,
+            version: ready.version,
+            options: ProgramOptions::of(settings),
+            set_hash: set.set_hash.clone(),
+            without_truth: false,
+            skiagraph: env!("CARGO_PKG_VERSION").to_owned(),
+            answers: count,
+            incidents,
+            endings,
+            left_behind,
+            timing: TrackTiming {
+                seconds,
+                frames_per_second: frames / seconds.max(f64::MIN_POSITIVE),
+                likelihood_evaluations: 0,
+                threads: rayon::current_num_threads(),
+            },
+        };
+        let answers = table.into_inner().map_err(|e| failed(e.into_error().into()))?;
+        Ok(Self { estimates: estimates(set, &numbers, &poses)?, record, answers })
+    }
 }
 
 /// What came of asking for one frame.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Asked {
     pub(super) answer: Option<Reply>,
     /// No answer in time, or none that makes sense.
@@ -113,10 +172,21 @@ pub(super) struct Asked {
     pub(super) seconds: f64,
 }
 
+impl Asked {
+    /// What it counts as.
+    fn word(&self) -> &'static str {
+        match (&self.answer, self.failed) {
+            (_, true) => "failed",
+            (Some(Reply { pose: Some(_), .. }), _) => "pose",
+            _ => "lost",
+        }
+    }
+}
+
 /// One seed.
 pub(super) struct Session<'a> {
     set: &'a BlindSet,
-    folder: &'a Path,
+    place: &'a Workplace,
     settings: &'a ProgramSettings,
     seed: u64,
     watch: &'a dyn Watch,
@@ -125,22 +195,24 @@ pub(super) struct Session<'a> {
     nonsense: usize,
     last_answer: Option<Value>,
     /// What kind of answers the program gives: all must be alike.
-    kind: Option<&'static str>,
+    kind: Option<String>,
     pub(super) ready: Option<Ready>,
     pub(super) incidents: Vec<Incident>,
+    /// How it ended after its last answer.
+    pub(super) ending: Option<SeedEnding>,
 }
 
 impl<'a> Session<'a> {
     pub(super) fn new(
         set: &'a BlindSet,
-        folder: &'a Path,
+        place: &'a Workplace,
         settings: &'a ProgramSettings,
         seed: u64,
         watch: &'a dyn Watch,
     ) -> Self {
         Self {
             set,
-            folder,
+            place,
             settings,
             seed,
             watch,
@@ -151,6 +223,7 @@ impl<'a> Session<'a> {
             kind: None,
             ready: None,
             incidents: Vec::new(),
+            ending: None,
         }
     }
 
@@ -171,7 +244,7 @@ impl<'a> Session<'a> {
             return Ok(failed);
         }
         let begin = Instant::now();
-        let message = FrameMessage::new(self.set, self.folder, observation, self.settings.inline);
+        let message = FrameMessage::new(self.set, &self.place.folder, observation, self.settings.inline);
         self.send(&Told::Frame(message))?;
         let answer = self.answer(observation.frame, begin)?;
         let seconds = begin.elapsed().as_secs_f64();
@@ -181,13 +254,27 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Tells the program that nothing follows.
+    /// Tells the program that nothing follows, and notes how it ended.
     pub(super) fn end(&mut self) {
-        let Some(program) = self.program.take() else { return };
+        let Some(mut program) = self.program.take() else { return };
         if let Ok(line) = serde_json::to_vec(&Told::End {}) {
             program.send(line);
         }
-        program.finish();
+        let (status, killed, fault) = match program.finish() {
+            ProgramEnd::ByItself(true, status) => (status, false, None),
+            ProgramEnd::ByItself(false, status) => {
+                let fault = format!("ended after its last answer ({status})");
+                (status, false, Some(fault))
+            }
+            ProgramEnd::Killed => {
+                let fault = format!("did not end within {PATIENCE:?} of its last answer and was killed");
+                ("did not end".to_owned(), true, Some(fault))
+            }
+        };
+        if let Some(what) = fault {
+            self.tell(None, what, program.last_errors());
+        }
+        self.ending = Some(SeedEnding { seed: self.seed, status, killed });
     }
 
     fn send(&self, message: &Told<'_>) -> Result<(), ExperimentError> {
@@ -205,11 +292,12 @@ impl<'a> Session<'a> {
         self.starts += 1;
         self.nonsense = 0;
         let begin = Instant::now();
-        let program = Program::start(&self.settings.command)
+        let place = ProgramPlace { folder: &self.place.folder, removed: Some(self.place.root()) };
+        let program = Program::start(self.settings, &place)
             .map_err(|e| self.never_ready(format!("cannot be started: {e}"), Vec::new()))?;
         let last_answer = self.last_answer.clone();
         let limit = self.settings.frame_limit.as_secs_f64();
-        let mut hello = Hello::new(self.set, self.folder, self.seed, limit);
+        let mut hello = Hello::new(self.set, &self.place.folder, self.seed, limit);
         (hello.first_frame, hello.last_answer) = (frame, last_answer.as_ref());
         self.program = Some(program);
         self.send(&Told::Hello(Box::new(hello)))?;
@@ -272,12 +360,13 @@ impl<'a> Session<'a> {
 
     fn of_one_kind(&mut self, answer: Reply, line: &str) -> Option<Reply> {
         let kind = answer.pose.as_ref().map(RepliedPose::kind);
-        if let (Some(kind), Some(before)) = (kind, self.kind)
+        if let (Some(kind), Some(before)) = (kind, &self.kind)
             && kind != before
         {
-            return self.nonsense(answer.frame, format!("answered with {kind} after {before}"));
+            let what = format!("answered with {kind} after {before}");
+            return self.nonsense(answer.frame, what);
         }
-        self.kind = self.kind.or(kind);
+        self.kind = self.kind.take().or(kind.map(str::to_owned));
         self.nonsense = 0;
         self.last_answer = serde_json::from_str(line).ok();
         Some(answer)

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use super::sandbox::ProgramSandbox;
+
 /// How a program is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSettings {
@@ -15,6 +17,8 @@ pub struct ProgramSettings {
     pub restarts: usize,
     /// Silhouettes within the messages instead of paths.
     pub inline: bool,
+    /// What it may see in a sandbox; `None` for none: it runs with the rights of its user.
+    pub sandbox: Option<ProgramSandbox>,
 }
 
 impl ProgramSettings {
@@ -24,4 +28,17 @@ impl ProgramSettings {
     pub const START_LIMIT_S: f64 = 60.0;
     /// How often a program is started again, unless told otherwise.
     pub const RESTARTS: u32 = 3;
+
+    /// As without options; the command is empty.
+    #[cfg(test)]
+    pub(super) fn usual() -> Self {
+        Self {
+            command: String::new(),
+            start_limit: Duration::from_secs_f64(Self::START_LIMIT_S),
+            frame_limit: Duration::from_secs_f64(Self::FRAME_LIMIT_S),
+            restarts: Self::RESTARTS as usize,
+            inline: false,
+            sandbox: None,
+        }
+    }
 }

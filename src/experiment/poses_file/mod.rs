@@ -90,13 +90,13 @@ pub(super) fn read_poses(
     };
     let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
     let estimates = points.into_estimates(path, set, declared, first)?;
-    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
+    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
 }
 
 fn from_npz(path: &Path, body: &Humanoid, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
     let bytes = angles::in_radians(path, read_file(path, limits::ARRAYS)?, declared.radians_per_unit)?;
     let estimates = Estimates::from_bytes(&path.display().to_string(), &bytes, body)?;
-    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
+    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
 }
 
 /// Joint positions of a BVH file, turned to metres, Z up. Y is up unless the user declares otherwise, and then Z is the

@@ -1,0 +1,286 @@
+//! Every command of README.md and docs/*.md, typed as it stands there, in the order of its page, in a folder that has what
+//! a fresh checkout has.
+//!
+//! What is altered: the scenarios in that folder ask for fewer frames, smaller images and fewer particles (`shrunk`), so
+//! that a page takes seconds. The commands are not altered. `skiagraph` is the program that the tests were built with, and so is
+//! `cargo run --release --` and the examples. Not typed: other commands of cargo (their targets must exist), and lines that end in a
+//! comment `# with your own ...`, which need what does not ship.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin;
+use toml::{Table, Value};
+
+use crate::sandbox::{Sandbox, shipped};
+use crate::support::{python_with_numpy, skip};
+
+/// Folders of the checkout that commands read.
+const FOLDERS: [&str; 2] = ["scenarios", "examples"];
+/// What ends a line that needs something that does not ship.
+const OWN: &str = "# with your own ";
+/// Such lines at most: they are not tested.
+const MOST_OWN: usize = 1;
+
+/// A block of a page that somebody would type or copy.
+#[derive(Debug)]
+struct Block {
+    page: String,
+    /// Its first line in the page, from 1.
+    line: usize,
+    language: Language,
+    text: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Language {
+    Shell,
+    Python,
+    /// Of a workflow of GitHub, whose `run` lines are typed.
+    Yaml,
+    /// JSON, listings of files.
+    Other,
+}
+
+/// Blocks of a page: those between fences, and those indented by four spaces.
+fn blocks(page: &str, text: &str) -> Vec<Block> {
+    let mut found = Vec::new();
+    let lines: Vec<&str> = text.lines().collect();
+    let mut at = 0;
+    while at < lines.len() {
+        let begin = at;
+        let (named, body): (Option<&str>, Vec<&str>) = match lines[at].strip_prefix("```") {
+            Some(named) => {
+                let body: Vec<&str> = lines[at + 1..].iter().take_while(|line| **line != "```").copied().collect();
+                at += body.len() + 2;
+                (Some(named), body)
+            }
+            None => {
+                let body: Vec<&str> = lines[at..].iter().map_while(|line| line.strip_prefix("    ")).collect();
+                at += body.len().max(1);
+                (None, body)
+            }
+        };
+        if !body.is_empty() {
+            let language = language(named, body[0]);
+            found.push(Block { page: page.to_owned(), line: begin + 1, language, text: body.join("\n") });
+        }
+    }
+    found
+}
+
+fn language(named: Option<&str>, first: &str) -> Language {
+    match (named, first.split([' ', '(']).find(|word| !word.is_empty()).unwrap_or_default()) {
+        (Some("bash" | "sh" | "shell"), _) => Language::Shell,
+        (Some("yaml"), _) => Language::Yaml,
+        (Some("python"), _) | (None, "import") => Language::Python,
+        (None, "skiagraph" | "cargo" | "cd" | "for" | "set") => Language::Shell,
+        _ => Language::Other,
+    }
+}
+
+/// The `run` steps of a workflow.
+fn steps(yaml: &str) -> String {
+    let (mut script, mut inside) = (String::new(), None);
+    for line in yaml.lines() {
+        let indent = line.len() - line.trim_start().len();
+        if inside.is_some_and(|around| indent > around) {
+            script += &format!("{}\n", line.trim_start());
+            continue;
+        }
+        inside = None;
+        match line.trim_start().trim_start_matches("- ").strip_prefix("run: ") {
+            Some("|") => inside = Some(indent),
+            Some(step) => script += &format!("{}\n", step.trim_matches('"')),
+            None => {}
+        }
+    }
+    script
+}
+
+/// What a shell runs for a block: lines of cargo become the programs that are built, or nothing.
+fn script(block: &Block) -> String {
+    let text = if block.language == Language::Yaml { steps(&block.text) } else { block.text.clone() };
+    let line = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words.as_slice() {
+            _ if line.contains(OWN) => String::new(),
+            ["cargo", "run", "--release", "--", ..] => line.replacen("cargo run --release --", "skiagraph", 1),
+            ["cargo", "run", "--release", "--example", name, ..] => {
+                assert!(shipped(&format!("examples/{name}.rs")).is_file(), "{}: no example {name}", block.page);
+                String::new()
+            }
+            ["cargo", ..] => String::new(),
+            _ => line.to_owned(),
+        }
+    };
+    text.lines().map(|text| line(text) + "\n").collect()
+}
+
+/// `skiagraph` as a shell's function: a gate may say no or that it does not know, which is an answer.
+const PRELUDE: &str = "set -eu\nskiagraph() {\n  local code=0; command skiagraph \"$@\" || code=$?\n  case \"$1-$code\" in \
+                       gate-1|gate-3) code=0;; esac\n  [ $code = 0 ] || echo \"exit code $code: skiagraph $*\" >&2\n  return \
+                       $code\n}\n";
+
+/// A scenario that takes little time: a dozen frames, small images, few particles. What is not there is not added, but for
+/// the last frame.
+fn shrunk(text: &str) -> String {
+    let mut scenario: Table = text.parse().unwrap();
+    let motion = |motion: &mut Table| {
+        motion.remove("loop_to_s");
+        motion.remove("frames");
+        if !motion.contains_key("path_m") {
+            let first = motion.get("first_frame").and_then(Value::as_integer).unwrap_or(1);
+            let last = motion.get("last_frame").and_then(Value::as_integer).unwrap_or(i64::MAX);
+            motion.insert("last_frame".to_owned(), Value::Integer(last.min(first + 19)));
+        }
+    };
+    if let Some(Value::Table(table)) = scenario.get_mut("motion") {
+        motion(table);
+    }
+    if let Some(Value::Array(clips)) = scenario.get_mut("training").and_then(|training| training.get_mut("clips")) {
+        for clip in clips.iter_mut().filter_map(Value::as_table_mut) {
+            let first = clip.get("first_frame").and_then(Value::as_integer).unwrap_or(1);
+            clip.insert("last_frame".to_owned(), Value::Integer(first + 99));
+        }
+    }
+    for rig in scenario.get_mut("rig").and_then(Value::as_table_mut).into_iter().flat_map(|rigs| rigs.iter_mut()) {
+        if let Some(table) = rig.1.as_table_mut().filter(|table| table.contains_key("size_px")) {
+            table.insert("size_px".to_owned(), Value::Array(vec![Value::Integer(96), Value::Integer(72)]));
+        }
+    }
+    let few = |tracker: &mut Table| {
+        for (name, settings) in tracker.iter_mut().filter_map(|(name, value)| Some((name, value.as_table_mut()?))) {
+            if ["annealed_particle_filter", "gpdm", "switching_gpdm", "gpdm_graph"].contains(&name.as_str()) {
+                settings.insert("particles".to_owned(), Value::Integer(10));
+                settings.insert("layers".to_owned(), Value::Integer(2));
+            }
+        }
+    };
+    if let Some(Value::Table(table)) = scenario.get_mut("tracker") {
+        few(table);
+    }
+    let methods = scenario.get_mut("methods").and_then(Value::as_table_mut);
+    methods.into_iter().flat_map(|methods| methods.iter_mut()).for_each(|(_, method)| {
+        method.as_table_mut().map(few);
+    });
+    toml::to_string(&scenario).unwrap()
+}
+
+/// Copies a folder; scenarios are shrunk.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let (path, target) = (entry.as_ref().unwrap().path(), to.join(entry.unwrap().file_name()));
+        if path.is_dir() {
+            copy(&path, &target);
+        } else if path.extension().is_some_and(|ending| ending == "toml") {
+            let text = fs::read_to_string(&path).unwrap();
+            let is_scenario = text.contains("\"skiagraph.scenario/1\"");
+            fs::write(&target, if is_scenario { shrunk(&text) } else { text }).unwrap();
+        } else {
+            fs::copy(&path, &target).unwrap();
+        }
+    }
+}
+
+fn pages() -> Vec<(String, String)> {
+    let mut paths: Vec<PathBuf> = fs::read_dir(shipped("docs")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
+    paths.sort();
+    paths.insert(0, shipped("README.md"));
+    let name = |path: &Path| path.strip_prefix(shipped("")).unwrap().display().to_string();
+    paths.into_iter().map(|path| (name(&path), fs::read_to_string(&path).unwrap())).collect()
+}
+
+/// Types the blocks of a page; what failed, in words.
+fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
+    let room = Sandbox::new();
+    FOLDERS.iter().for_each(|folder| copy(&shipped(folder), &room.path(folder)));
+    let path = std::env::join_paths(
+        [programs.to_owned()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+    );
+    let path = path.unwrap();
+    let mut failed = Vec::new();
+    for block in blocks {
+        let mut command = match block.language {
+            Language::Other => continue,
+            // a snippet goes on with what stands before it
+            Language::Python if !block.text.contains("savez") => continue,
+            Language::Python => {
+                let mut python = Command::new(programs.join("python3"));
+                python.args(["-c", &block.text]);
+                python
+            }
+            Language::Shell | Language::Yaml => {
+                let mut bash = Command::new("bash");
+                bash.arg("-c").arg(PRELUDE.to_owned() + &script(block));
+                bash
+            }
+        };
+        let command = command.current_dir(room.path(".")).env("PATH", &path).env_remove("SKIAGRAPH_MOCAP");
+        let output = command.env("GITHUB_STEP_SUMMARY", room.path("summary.md")).output().unwrap();
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            failed.push(format!("{}:{}: {}\n{said}", block.page, block.line, block.text));
+        }
+    }
+    failed
+}
+
+#[cfg(unix)]
+#[test]
+fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
+    let Some(python) = python_with_numpy() else { return };
+    let has_bubblewrap = Command::new("bwrap").args(["--unshare-all", "--ro-bind", "/", "/", "true"]).output();
+    if !has_bubblewrap.is_ok_and(|output| output.status.success()) {
+        return skip(
+            "no bubblewrap that can make namespaces (apt-get install bubblewrap), which docs/protocol.md uses",
+        );
+    }
+    let programs = tempfile::tempdir().unwrap();
+    let python = Command::new(python).args(["-c", "import sys; print(sys.executable)"]).output().unwrap();
+    let python = String::from_utf8(python.stdout).unwrap();
+    // a link would leave a virtual environment
+    let wrapper = format!("#!/bin/sh\nexec '{}' \"$@\"\n", python.trim());
+    fs::write(programs.path().join("python3"), wrapper).unwrap();
+    let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    fs::set_permissions(programs.path().join("python3"), executable).unwrap();
+    std::os::unix::fs::symlink(cargo_bin("skiagraph"), programs.path().join("skiagraph")).unwrap();
+    let pages: Vec<Vec<Block>> = pages().iter().map(|(page, text)| blocks(page, text)).collect();
+    let typed = pages.iter().flatten().filter(|block| block.language != Language::Other);
+    let commands = typed.flat_map(|block| block.text.lines()).filter(|line| line.contains("skiagraph ")).count();
+    assert!(commands > 50, "only {commands} commands were found");
+    let failed: Vec<String> = std::thread::scope(|scope| {
+        let begun: Vec<_> = pages.iter().map(|page| scope.spawn(|| type_page(page, programs.path()))).collect();
+        begun.into_iter().flat_map(|page| page.join().unwrap()).collect()
+    });
+    assert!(failed.is_empty(), "{} blocks fail as typed:\n{}", failed.len(), failed.join("\n"));
+}
+
+#[test]
+fn no_command_stands_where_it_is_not_typed_and_few_need_what_does_not_ship() {
+    let mut own = 0;
+    for (page, text) in pages() {
+        for block in blocks(&page, &text) {
+            let is_typed = block.language != Language::Other;
+            let commands = block.text.lines().filter(|line| line.trim_start().starts_with("skiagraph "));
+            assert!(is_typed || commands.count() == 0, "{page}:{}: {}", block.line, block.text);
+            own += block.text.lines().filter(|line| line.contains(OWN)).count();
+        }
+    }
+    assert!(own <= MOST_OWN, "{own} lines need what does not ship");
+}
+
+#[test]
+fn blocks_are_told_apart_and_steps_of_a_workflow_are_typed() {
+    let text = "text\n\n    skiagraph check a.toml    # b\n    cargo test\n\n```json\n{}\n```\n```yaml\nsteps:\n  - run: \"a b\"\n  - \
+                run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
+    let found = blocks("page", text);
+    let languages: Vec<(usize, Language)> = found.iter().map(|block| (block.line, block.language)).collect();
+    let expected = [(3, Language::Shell), (6, Language::Other), (9, Language::Yaml), (18, Language::Other)];
+    assert_eq!(languages, expected);
+    assert_eq!(script(&found[0]), "skiagraph check a.toml    # b\n\n");
+    assert_eq!(script(&found[2]), "a b\nc\nd\n");
+}

@@ -1,0 +1,100 @@
+//! One rule for what is there already: a command replaces what the same command made, and nothing else.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::sandbox::{CommandOutput, Sandbox, TINY};
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set -q");
+    room
+}
+
+fn ask(room: &Sandbox, command: &str) -> CommandOutput {
+    room.skiagraph(command.split(' '))
+}
+
+/// The same command again is done; another is refused with what differs, and with --force moves what is there aside.
+fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference: &str) {
+    room.succeed(same);
+    room.succeed(same);
+    let file = |place: &str| {
+        let path = room.path(place);
+        fs::read(if path.is_dir() { path.join("skiagraph.sha256") } else { path }).unwrap()
+    };
+    let before = file(place);
+    let refused = ask(room, other);
+    assert_eq!(refused.code, 2, "{other}: {}", refused.stderr);
+    assert!(refused.stderr.contains(difference), "{other}: {}", refused.stderr);
+    assert!(refused.stderr.contains("--out") && refused.stderr.contains("--force"), "{}", refused.stderr);
+    assert_eq!(file(place), before, "{other} changed nothing");
+    room.succeed(&format!("{other} --force"));
+    assert_eq!(file(&format!("{place}~")), before, "{other} --force moved it aside");
+    assert_ne!(file(place), before);
+}
+
+#[test]
+fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
+    let room = room();
+    let run = "run tiny.toml -q --out run";
+    assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: there 12, here 13");
+    let track = "track set --tracker frozen --seeds 2 -q --out track";
+    assert_rule(&room, "track", track, &track.replace("--seeds 2", "--seeds 3"), "seeds: there [0,1], here [0,1,2]");
+    let apf = "track set --tracker annealed_particle_filter particles=9 layers=1 -q --out apf";
+    assert_rule(&room, "apf", apf, &apf.replace("=9", "=8"), "particles: there 9, here 8");
+    let other_command = ask(&room, "track set --tracker frozen --out run");
+    let said = "command: there skiagraph run, here skiagraph track";
+    assert!(other_command.code == 2 && other_command.stderr.contains(said), "{}", other_command.stderr);
+    let exec = "track set --exec true --out track";
+    assert!(ask(&room, exec).stderr.contains("here skiagraph track --exec"), "refused before it is started");
+    // without --out there is a place for each
+    for (overrides, place) in [("", "tiny"), ("particles=13", "tiny-2"), ("", "tiny"), ("particles=13", "tiny-2")] {
+        room.succeed(&format!("run tiny.toml {overrides}"));
+        assert!(room.path(&format!("runs/{place}/run.json")).exists());
+    }
+    assert_eq!(fs::read_dir(room.path("runs")).unwrap().count(), 2);
+}
+
+#[test]
+fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
+    let room = room();
+    room.succeed("track set --tracker frozen -q --out run");
+    let poses = room.read("run/poses.npz");
+    fs::create_dir(room.path("mine")).unwrap();
+    for name in ["mine.npz", "mine/poses.npz", "yours.npz"] {
+        room.write(name, &poses);
+    }
+    for (estimate, place) in
+        [("mine.npz", "mine.npz-evaluation"), ("mine", "mine-evaluation"), ("mine.npz", "mine.npz-evaluation")]
+    {
+        room.succeed(&format!("evaluate set {estimate} -q"));
+        let run: Value = serde_json::from_slice(&room.read(&format!("{place}/run.json"))).unwrap();
+        assert_eq!(run["estimate"], estimate);
+    }
+    // another set: its place is the next
+    room.succeed("render tiny.toml name=other --out other -q");
+    room.succeed("evaluate other mine.npz -q");
+    assert!(room.path("mine.npz-evaluation-2/run.json").exists());
+    let entries = room.entries();
+    assert_eq!(entries.iter().filter(|name| name.contains("-evaluation")).count(), 3, "{entries:?}");
+    let evaluate = "evaluate set mine.npz -q --out results";
+    let other = "evaluate set yours.npz -q --out results";
+    assert_rule(&room, "results", evaluate, other, "estimate: there mine.npz, here yours.npz");
+    let tracked = ask(&room, "evaluate set mine.npz --out run");
+    let said = "command: there skiagraph track, here skiagraph evaluate";
+    assert!(tracked.code == 2 && tracked.stderr.contains(said), "{}", tracked.stderr);
+}
+
+#[test]
+fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone() {
+    let room = room();
+    let train = "train embedded:walk --model gpdm -q --out walk.model";
+    assert_rule(&room, "walk.model", train, &format!("{train} --last-frame 30"), "learned_from");
+    for (force, code) in [("", 2), (" --force", 0)] {
+        let again = ask(&room, &format!("render tiny.toml --out set{force}"));
+        assert_eq!(again.code, code, "{}", again.stderr);
+    }
+}
