@@ -77,7 +77,7 @@ pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 pub use exr_layers::{Layer, layer_channels};
 pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
-pub use manifest::TruthFacts;
+pub use manifest::{AGAINST_ROBOT, TruthFacts};
 pub use moments_file::RigMoments;
 pub use public_side::{SetPlace, is_public};
 pub use recording_file::{

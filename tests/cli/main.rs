@@ -12,6 +12,7 @@ mod distractors;
 mod edited;
 mod export;
 mod filming;
+mod forged_sets;
 mod gate;
 mod inspect;
 mod options;
