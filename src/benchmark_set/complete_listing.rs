@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::SetError;
-use super::listing::{COMPLETE, LAYERS, LISTING, READER, README, digests_in};
+use super::listing::{COMPLETE, FORMATS, LAYERS, LISTING, READER, README, digests_in};
 use super::shard_plan::is_packing;
 use crate::input::{self, hex_sha256, limits};
 
 /// Whether a file belongs to what a set is known by.
 pub(super) fn counts(path: &str) -> bool {
-    !path.starts_with(LAYERS) && !is_packing(path)
+    !path.starts_with(LAYERS) && !is_packing(path) && path != FORMATS
 }
 
 /// The lines of the complete set, in a set without its truth whose files are `listed`, those in shards included; each

@@ -14,7 +14,8 @@ use super::rig::rig;
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
+    AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
+    TruthFacts,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{CameraRig, FilmingRig};

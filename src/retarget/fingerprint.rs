@@ -87,7 +87,8 @@ impl MotionFingerprint {
     /// distances, leg lengths. `None` where either side has no rows, or the frame too few markers.
     pub fn nearest(&self, markers: &Markers) -> Option<f32> {
         let own = distances(markers);
-        let known = || PAIRS.iter().enumerate().filter(|(_, (a, b))| [a, b].iter().all(|m| markers[**m as usize].is_some()));
+        let known =
+            || PAIRS.iter().enumerate().filter(|(_, (a, b))| [a, b].iter().all(|m| markers[**m as usize].is_some()));
         let (count, mirrored) = (known().count(), PAIRS.map(mirror_image));
         let apart = |row: &DistanceRow, order: &dyn Fn(usize) -> usize| {
             known().map(|(i, _)| (own[i] - row[order(i)]).abs()).sum::<f32>() / count as f32

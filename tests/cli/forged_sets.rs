@@ -69,7 +69,8 @@ impl ForgedSet {
     /// Forges, looks for the fault, and puts everything back.
     #[track_caller]
     fn found(&self, check: &str, file: &str, words: &str, forge: impl FnOnce(&Self)) {
-        let before: Vec<(PathBuf, Vec<u8>)> = files(&self.0).map(|path| (path.clone(), fs::read(path).unwrap())).collect();
+        let before: Vec<(PathBuf, Vec<u8>)> =
+            files(&self.0).map(|path| (path.clone(), fs::read(path).unwrap())).collect();
         forge(self);
         let found = self.verified();
         let is_it = |(name, fault): (&str, &skiagraph::benchmark_set::Fault)| {
@@ -94,22 +95,31 @@ fn times(array: &Array, factor: f64) -> Array {
 
 fn rendered(room: &Sandbox, settings: &str) -> ForgedSet {
     room.write("tiny.toml", TINY);
-    room.succeed(&format!("render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"));
+    room.succeed(&format!("render tiny.toml rig.ring.size_px=[48,36] {settings} --quiet --out set"));
     ForgedSet(room.path("set"))
 }
 
 #[test]
 fn what_trackers_learn_from_and_are_known_by_is_recomputed_for_a_body_that_is_not_the_actor_s() {
     let room = Sandbox::new();
-    let set = rendered(&room, "actor.robot=actor tracker_body.robot=actor tracker_body.mismatch=standard");
+    let set = rendered(
+        &room,
+        "motion.last_frame=16 actor.robot=actor tracker_body.robot=actor tracker_body.mismatch=standard",
+    );
     set.is_sound();
     set.found("start", "start/spread.npz", "2.000", |set| {
-        set.arrays("start/spread.npz", |name, array| Some(if name == "names" { array.clone() } else { times(array, 2.0) }));
+        set.arrays("start/spread.npz", |name, array| {
+            Some(if name == "names" { array.clone() } else { times(array, 2.0) })
+        });
     });
     set.found("start", "start/spread.npz", "1.020", |set| {
-        set.arrays("start/spread.npz", |name, array| Some(if name == "names" { array.clone() } else { times(array, 1.02) }));
+        set.arrays("start/spread.npz", |name, array| {
+            Some(if name == "names" { array.clone() } else { times(array, 1.02) })
+        });
     });
-    set.found("start", "start/body.json", "times as thick", |set| set.json("start/body.json", |body| thicker(body, 1.05)));
+    set.found("start", "start/body.json", "times as thick", |set| {
+        set.json("start/body.json", |body| thicker(body, 1.05))
+    });
     set.found("poses", "truth/truth.npz", "1.0000 degrees", |set| {
         set.arrays("truth/truth.npz", |name, array| {
             let mut array = array.clone();
@@ -161,7 +171,8 @@ fn fingerprints_are_checked(set: &ForgedSet) {
 /// Makes the radii of the last link that has capsules greater.
 fn thicker(body: &mut serde_json::Value, factor: f64) {
     let links = body["links"].as_array_mut().unwrap();
-    let solids = links.iter_mut().rev().map(|link| link["solids"].as_array_mut().unwrap()).find(|solids| !solids.is_empty());
+    let solids =
+        links.iter_mut().rev().map(|link| link["solids"].as_array_mut().unwrap()).find(|solids| !solids.is_empty());
     for solid in solids.unwrap() {
         for radius in ["radius_a", "radius_b"] {
             let capsule = &mut solid["tapered_capsule"];
@@ -173,12 +184,16 @@ fn thicker(body: &mut serde_json::Value, factor: f64) {
 #[test]
 fn the_same_of_a_tracker_with_another_robot_as_far_as_it_can_be_told() {
     let room = Sandbox::new();
-    let set = rendered(&room, "actor.robot=actor tracker_body.robot=tracker25");
+    let set = rendered(&room, "motion.last_frame=16 actor.robot=actor tracker_body.robot=tracker25");
     set.is_sound();
     set.found("start", "start/spread.npz", "times those", |set| {
-        set.arrays("start/spread.npz", |name, array| Some(if name == "names" { array.clone() } else { times(array, 2.0) }));
+        set.arrays("start/spread.npz", |name, array| {
+            Some(if name == "names" { array.clone() } else { times(array, 2.0) })
+        });
     });
-    set.found("start", "start/body.json", "times as thick", |set| set.json("start/body.json", |body| thicker(body, 1.05)));
+    set.found("start", "start/body.json", "times as thick", |set| {
+        set.json("start/body.json", |body| thicker(body, 1.05))
+    });
 }
 
 #[test]
@@ -187,16 +202,30 @@ fn sets_of_many_kinds_are_sound_as_they_are_rendered() {
     let moving = "[[rig.motion]]\ncamera = \"ring0\"\nkeyframes = [{ time_s = 0.0, position_m = [3.5, 0.0, 1.5], look_at_m = [0.0, 0.0, 1.0] }, { time_s = 0.3, position_m = [3.4, 0.3, 1.5], look_at_m = [0.0, 0.0, 1.0] }]\n\
                   [[rig.timing]]\ncamera = \"ring1\"\noffset_ms = 4.0\nline_delay_us = 100.0\n";
     for (settings, more) in [
-        ("actor.shape.population=adults actor.shape.seed=3 tracker_body.mismatch=population layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\",\"colour\"]", prop),
-        ("actor.skin=person_coarse tracker_body.skin=person_coarse tracker_body.mismatch=standard layers=[\"depth\",\"normals\",\"flow\",\"coverage\"]", ""),
-        ("observation.silhouette=corrupted observation.seed=9 start_mm=30.0 start_deg=4.0 calibration_mm=8.0 calibration_deg=0.3 wrong_body_percent=4.0 boundary_px=1.0 salt_and_pepper=0.002 dropped_frames=0.1 desynchronisation_ms=8.0", ""),
+        (
+            "actor.shape.population=adults actor.shape.seed=3 tracker_body.mismatch=population layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\",\"colour\"]",
+            prop,
+        ),
+        (
+            "actor.skin=person_coarse tracker_body.skin=person_coarse tracker_body.mismatch=standard layers=[\"depth\",\"normals\",\"flow\",\"coverage\"]",
+            "",
+        ),
+        (
+            "observation.silhouette=corrupted observation.seed=9 start_mm=30.0 start_deg=4.0 calibration_mm=8.0 calibration_deg=0.3 wrong_body_percent=4.0 boundary_px=1.0 salt_and_pepper=0.002 dropped_frames=0.1 desynchronisation_ms=8.0",
+            "",
+        ),
         ("observation.silhouette=segmented actor.contact=fix motion.mirror=true", ""),
-        ("actor.contact=simulate root_wrench=0.2 motion.loop_to_s=1.4 motion.variation.posture_deg=4.0 tracker_body.robot=tracker40", ""),
+        (
+            "actor.contact=simulate root_wrench=0.2 motion.loop_to_s=1.4 motion.variation.posture_deg=4.0 tracker_body.robot=tracker40",
+            "",
+        ),
         ("observation.silhouette=corrupted calibration_mm=8.0 start_deg=2.0 layers=[\"depth\",\"flow\"]", moving),
     ] {
         let room = Sandbox::new();
         room.write("tiny.toml", format!("{TINY}{more}"));
-        room.succeed(&format!("render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"));
+        room.succeed(&format!(
+            "render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"
+        ));
         let answer = room.skiagraph(["verify", "set"]);
         assert_eq!(answer.code, 0, "{settings}\n{}", answer.stdout);
     }
@@ -366,20 +395,20 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("it has no", TRUE_SHARD, &|set| set.write(TRUE_SHARD, &set.read("truth/shards/000000.tar")));
     shard("it has no", SEEN_SHARD, &|set| set.write(SEEN_SHARD, &set.read("observations/shards/000001.tar")));
     // images that are listed so
-    let depth = "truth/layers/cam01/000013-depth.png";
+    let depth = "truth/layers/cam01/000003-depth.png";
     set.found("layers", depth, "other millimetres", |set| {
         repacked_and_listed(set, TRUE_SHARD, depth, |entries| {
-            let [at, other] = ["000013_cam01.depth.png", "000014_cam01.depth.png"]
+            let [at, other] = ["000003_cam01.depth.png", "000004_cam01.depth.png"]
                 .map(|key| entries.iter().position(|(name, _)| name == key).unwrap());
             entries[at].1 = entries[other].1.clone();
             entries[at].1.clone()
         });
     });
-    let mask = "observations/cam01/silhouette/000002.png";
-    set.found("silhouettes", mask, "it is that of frame 3", |set| {
+    let mask = "observations/cam01/silhouette/000000.png";
+    set.found("silhouettes", mask, "it is that of frame 1", |set| {
         repacked_and_listed(set, SEEN_SHARD, mask, |entries| {
             let at = |frame: usize| format!("observations/cam01/silhouette/{frame:06}.png");
-            let [own, next] = [2, 3].map(|frame| entries.iter().position(|(name, _)| *name == at(frame)).unwrap());
+            let [own, next] = [0, 1].map(|frame| entries.iter().position(|(name, _)| *name == at(frame)).unwrap());
             entries[own].1 = entries[next].1.clone();
             entries[own].1.clone()
         });

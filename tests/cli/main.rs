@@ -26,6 +26,7 @@ mod same_numbers;
 mod sandbox;
 mod scenarios;
 mod segment;
+mod set_formats;
 mod skins;
 #[path = "../support/mod.rs"]
 mod support;

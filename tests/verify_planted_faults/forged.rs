@@ -23,7 +23,8 @@ fn swapped(values: Values, a: usize, b: usize) -> Values {
 /// Makes every radius of the first link that has a capsule 5 % greater.
 fn fatten(body: &mut Value) {
     let links = body["links"].as_array_mut().unwrap();
-    let capsules = |link: &&mut Value| link["solids"].as_array().unwrap().iter().any(|s| s["tapered_capsule"].is_object());
+    let capsules =
+        |link: &&mut Value| link["solids"].as_array().unwrap().iter().any(|s| s["tapered_capsule"].is_object());
     let link = links.iter_mut().find(capsules).unwrap();
     for solid in link["solids"].as_array_mut().unwrap() {
         for radius in ["radius_a", "radius_b"] {
@@ -42,7 +43,9 @@ fn a_start_that_is_5_millimetres_or_half_a_degree_off_is_found() {
         });
         set.found_in_spite_of_good_hashes("start", "start/start.json", &["root", "5.00 mm"]);
         let set = Copy::of(base);
-        set.json("start/start.json", |json| json["angles"][4] = (0.5_f64.to_radians() + number(&json["angles"][4])).into());
+        set.json("start/start.json", |json| {
+            json["angles"][4] = (0.5_f64.to_radians() + number(&json["angles"][4])).into()
+        });
         set.found_in_spite_of_good_hashes("start", "start/start.json", &["0.5000 degrees"]);
     }
 }
@@ -52,7 +55,9 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
     let settings = "silhouette = \"corrupted\"\nseed = 5\ncorruption = { start_mm = 20.0, start_deg = 2.0, calibration_mm = 9.0, \
                     calibration_px = 2.0 }";
     let settings: ObservationSettings = toml::from_str(settings).unwrap();
-    for (filming, is_filmed) in [(FilmingRig::from(&CameraRig { cameras: cameras([WIDTH, HEIGHT]) }), false), (filming(), true)] {
+    for (filming, is_filmed) in
+        [(FilmingRig::from(&CameraRig { cameras: cameras([WIDTH, HEIGHT]) }), false), (filming(), true)]
+    {
         let set = Copy(tempfile::tempdir().unwrap());
         made_up_set::assemble_filmed("told", &filming, &motion(), &settings).write(set.0.path()).unwrap();
         let found = set.verified();
@@ -75,8 +80,10 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
         })
         .found_in_spite_of_good_hashes("start", "cameras.json", &["lens", "focal"]);
         if is_filmed {
-            spoil(&|set| set.array("cameras.npz", "camera_from_world", |v| floats(v, |i, x| if i == 21 { x + 0.004 } else { x })))
-                .found_in_spite_of_good_hashes("cameras", "cameras.npz", &["lens", "1 of 5"]);
+            spoil(&|set| {
+                set.array("cameras.npz", "camera_from_world", |v| floats(v, |i, x| if i == 21 { x + 0.004 } else { x }))
+            })
+            .found_in_spite_of_good_hashes("cameras", "cameras.npz", &["lens", "1 of 5"]);
         }
     }
 }
@@ -84,7 +91,9 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
 #[test]
 fn refitted_poses_that_are_a_degree_or_a_millimetre_off_are_found() {
     let set = Copy::of(&LAYERS);
-    set.array("truth/truth.npz", "refitted_angles", |v| floats(v, |i, x| if i == 50 { x + 1_f64.to_radians() } else { x }));
+    set.array("truth/truth.npz", "refitted_angles", |v| {
+        floats(v, |i, x| if i == 50 { x + 1_f64.to_radians() } else { x })
+    });
     set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_angles", "1.0000 degrees"]);
     let set = Copy::of(&LAYERS);
     set.array("truth/truth.npz", "refitted_root", |v| floats(v, |i, x| if i == 15 { x + 0.001 } else { x }));

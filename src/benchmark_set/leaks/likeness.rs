@@ -88,7 +88,8 @@ impl Likeness {
         }
         let read = |row: &Vec<f64>| features.iter().map(|feature| value(row, *feature)).collect::<Vec<f64>>();
         let first = read(&rows[0]);
-        let is_told = |row: &[f64]| row.iter().all(|x| x.is_finite()) && root_mean_square(row, &first) > TELLING * tolerance;
+        let is_told =
+            |row: &[f64]| row.iter().all(|x| x.is_finite()) && root_mean_square(row, &first) > TELLING * tolerance;
         let told = rows.iter().enumerate().map(|(frame, row)| (read(row), frame)).filter(|(row, _)| is_told(row));
         let mut rows: Vec<(Vec<f64>, usize)> = told.collect();
         rows.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));

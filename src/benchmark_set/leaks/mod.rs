@@ -24,6 +24,7 @@ use super::listing::{COMPLETE, LISTING, files_below};
 use super::shard_plan::{PACKED, frame_of, is_shard};
 use super::{SetError, TruthSet, body_file, start_file, views_file};
 use crate::npz::Npz;
+use crate::parallel;
 
 /// A pose of the test in a file that trackers may read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,7 +99,8 @@ impl Secrets {
         if !exact.is_empty() {
             return exact;
         }
-        self.alike.iter().filter_map(|alike| Some((alike.what.clone(), alike.found_in(sequence)?))).collect()
+        let found = parallel::map(self.alike.len(), |index| self.alike[index].found_in(sequence));
+        self.alike.iter().zip(found).filter_map(|(alike, frame)| Some((alike.what.clone(), frame?))).collect()
     }
 }
 
@@ -320,7 +322,8 @@ mod tests {
         let truth = &set.truth.ground_truth.frames[9];
         let markers: Vec<f64> = truth.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect();
         let offset = |i: usize| [812.0, -55.5, 300.25][i % 3];
-        let moved: Vec<f64> = markers.iter().enumerate().map(|(i, x)| 1000.0 * x + offset(i) + 0.5 * noise(i)).collect();
+        let moved: Vec<f64> =
+            markers.iter().enumerate().map(|(i, x)| 1000.0 * x + offset(i) + 0.5 * noise(i)).collect();
         let views = fs::read(directory.path().join("truth/views.npz")).unwrap();
         let views = Npz::from_bytes("views.npz", &views).unwrap();
         let pixels = views.f64s("views.npz", "markers_2d", &[None, None, None, Some(2)]).unwrap();
@@ -332,7 +335,10 @@ mod tests {
             ("shifted", shifted, "markers in the images of camera"),
         ] {
             let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
-            assert!(found.iter().any(|leak| leak.place.contains(name) && leak.what.contains(what)), "{name}: {found:?}");
+            assert!(
+                found.iter().any(|leak| leak.place.contains(name) && leak.what.contains(what)),
+                "{name}: {found:?}"
+            );
         }
     }
 

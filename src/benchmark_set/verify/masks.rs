@@ -51,7 +51,12 @@ pub(super) enum SetObserver<'a> {
 }
 
 impl<'a> SetObserver<'a> {
-    pub(super) fn new(truth: &'a GroundTruth, filming: &FilmingRig, facts: &ObservationFacts, seed: u64) -> Result<Self, String> {
+    pub(super) fn new(
+        truth: &'a GroundTruth,
+        filming: &FilmingRig,
+        facts: &ObservationFacts,
+        seed: u64,
+    ) -> Result<Self, String> {
         Ok(match facts.silhouette {
             SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
             SilhouetteSource::Corrupted => {

@@ -29,12 +29,14 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         return Ok(("the set names no recording".to_owned(), faults));
     }
     let bytes = files.read(PATH).map_err(|_| format!("not checked: {PATH} cannot be read"))?;
-    let recordings = recording_file::from_npz(PATH, &bytes).map_err(|_| format!("not checked: {PATH} cannot be read"))?;
+    let recordings =
+        recording_file::from_npz(PATH, &bytes).map_err(|_| format!("not checked: {PATH} cannot be read"))?;
     let mut details: Vec<String> = recordings.iter().filter_map(wrong_rows).collect();
     let rows = recordings.iter().filter_map(|recording| recording.fingerprint.as_ref()).flat_map(|own| &own.rows);
     let all = MotionFingerprint { rows: rows.copied().collect() };
     // a body that fell does not do what was recorded
-    let simulation = facts.and_then(|facts| facts.contact.as_ref()).and_then(|ContactFacts { simulation, .. }| simulation.as_ref());
+    let simulation =
+        facts.and_then(|facts| facts.contact.as_ref()).and_then(|ContactFacts { simulation, .. }| simulation.as_ref());
     let fell = simulation.and_then(|simulation| simulation.fell_at_frame).unwrap_or(usize::MAX);
     let frames = truth.frames.len().min(fell.max(1));
     let step = frames.div_ceil(SAMPLED_FRAMES).max(1);

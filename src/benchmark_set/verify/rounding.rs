@@ -39,7 +39,8 @@ impl<'a> Rounding<'a> {
         // what images are cut out by takes memory and time: the clean silhouettes say where rounding decides
         let is_segmented = facts.silhouette == SilhouetteSource::Segmented;
         let silhouette = if is_segmented { SilhouetteSource::Exact } else { facts.silhouette };
-        let (facts, reach_px) = (ObservationFacts { silhouette, ..facts.clone() }, if is_segmented { REACH_PX } else { 0 });
+        let (facts, reach_px) =
+            (ObservationFacts { silhouette, ..facts.clone() }, if is_segmented { REACH_PX } else { 0 });
         Self { truth, filming, facts, seed, reach_px, moved: OnceLock::new() }
     }
 

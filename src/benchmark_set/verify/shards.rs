@@ -35,13 +35,9 @@ enum Content {
     Facts { camera: usize, frame: usize },
 }
 
-pub(super) fn check(
-    own: &SetFiles,
-    complete: Option<&SetFiles>,
-    parts: &ReadParts,
-    how: Thoroughness<'_>,
-) -> Outcome {
-    let sides = [Some((own, &[OBSERVED, WITH_TRUTH][..])), complete.map(|complete| (complete, &[OBSERVED, WITH_TRUTH][..]))];
+pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
+    let sides =
+        [Some((own, &[OBSERVED, WITH_TRUTH][..])), complete.map(|complete| (complete, &[OBSERVED, WITH_TRUTH][..]))];
     let shards: Vec<(&SetFiles, &str, usize, usize)> = sides
         .into_iter()
         .flatten()
@@ -180,8 +176,10 @@ fn extra_files<'a>(places: &'a TarPlaces, expected: &'a [(String, Content)]) -> 
 fn wrong_end(shard: &mut File, at: u64) -> Option<String> {
     let mut end = Vec::new();
     let expected = tar_end();
-    let read = shard.seek(SeekFrom::Start(at)).and_then(|_| shard.take(expected.len() as u64 + 1).read_to_end(&mut end));
-    (read.is_err() || end != expected).then(|| "it has other bytes after its last file than skiagraph writes".to_owned())
+    let read =
+        shard.seek(SeekFrom::Start(at)).and_then(|_| shard.take(expected.len() as u64 + 1).read_to_end(&mut end));
+    (read.is_err() || end != expected)
+        .then(|| "it has other bytes after its last file than skiagraph writes".to_owned())
 }
 
 /// Where two JSON values differ, in words.

@@ -101,8 +101,7 @@ fn camera_difference(told: &Camera, expected: &Camera) -> Option<String> {
     let lens = off(&told.distortion.coefficients(), &expected.distortion.coefficients());
     let (p, q) = (&told.camera_from_world, &expected.camera_from_world);
     let (place, turn) = ((p.translation.vector - q.translation.vector).norm(), p.rotation.angle_to(&q.rotation));
-    let differs =
-        focal > TOLERANCE_PX || centre > TOLERANCE_PX || lens > TOLERANCE || place > TOLERANCE || turn > 1e-7;
+    let differs = focal > TOLERANCE_PX || centre > TOLERANCE_PX || lens > TOLERANCE || place > TOLERANCE || turn > 1e-7;
     differs.then(|| {
         format!(
             "camera {:?} is not the one of truth/cameras.json with the errors that set.toml says: {:.2e} m, {:.2e} \
@@ -185,6 +184,8 @@ pub(super) fn refitted_faults(parts: &ReadParts) -> Vec<Fault> {
     let count = 1 + wrong.count();
     let array = if detail.starts_with("root") { "refitted_root" } else { "refitted_angles" };
     let frames = refitted.poses.len();
-    let detail = format!("{array}: {count} of {frames} poses are not the nearest to the truth, first in frame {frame}: {detail}");
+    let detail = format!(
+        "{array}: {count} of {frames} poses are not the nearest to the truth, first in frame {frame}: {detail}"
+    );
     vec![Fault::new(truth_file::PATH, detail)]
 }

@@ -9,7 +9,7 @@ use crate::body::{Humanoid, Link, Solid, shipped};
 const TOLERANCE: f64 = 1e-9;
 
 /// Centres of mass nearer to the link's frame than this do not tell how much longer it is, metres.
-const LEAST_ARM_M: f64 = 1e-3;
+const LEAST_ARM_M: f64 = 5e-3;
 
 pub(super) fn fault(parts: &ReadParts, start: &Start) -> Option<Fault> {
     let (facts, truth) = (parts.facts.as_ref()?, parts.truth.as_ref()?);
@@ -34,9 +34,12 @@ fn no_reshaping(origin: &Humanoid, body: &Humanoid) -> Option<String> {
     if !origin.links.iter().map(|link| &link.name).eq(body.links.iter().map(|link| &link.name)) {
         return Some(format!("its links are not those of the robot {:?}", origin.name));
     }
-    // bodies with a skin have the masses that the skin has
-    let has_skin = origin.skin.is_some() || body.skin.is_some();
-    origin.links.iter().zip(&body.links).find_map(|(from, to)| odd_link(from, to, has_skin))
+    // a skin changes the solids below it, and gives them its masses
+    let skins = [origin, body].map(|body| body.skin.as_ref().map(|skin| &skin.name));
+    if skins[0] != skins[1] {
+        return None;
+    }
+    origin.links.iter().zip(&body.links).find_map(|(from, to)| odd_link(from, to, skins[0].is_some()))
 }
 
 fn odd_link(from: &Link, to: &Link, has_skin: bool) -> Option<String> {
