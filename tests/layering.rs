@@ -42,6 +42,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "retarget",
             "contact",
             "physics",
+            "motion_model",
             "parallel",
             "input",
         ],

@@ -17,6 +17,8 @@ use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTim
 use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::observation::ObservationSettings;
 
+#[path = "verify_planted_faults/forged.rs"]
+mod forged;
 #[path = "support/made_up_set.rs"]
 mod made_up_set;
 
@@ -61,6 +63,12 @@ static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 /// The first camera moves; the second takes every other image, late and row after row.
 static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
+    let set = made_up_set::assemble_filmed("filmed", &filming(), &motion(), &ObservationSettings::default());
+    set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts, Layer::Normals]).unwrap();
+    directory
+});
+
+fn filming() -> FilmingRig {
     let keyframe = |time_s: f64, position: [f64; 3]| CameraKeyframe {
         time_s,
         position: position.into(),
@@ -71,11 +79,8 @@ static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let path = CameraPath::new("front", way).unwrap();
     let late = CameraTiming { every: 2, offset_s: 0.013, line_delay_s: 1e-4 };
     let rig = CameraRig { cameras: cameras([WIDTH, HEIGHT]) };
-    let filming = FilmingRig::new(rig, vec![Some(path)], vec![CameraTiming::default(), late]).unwrap();
-    let set = made_up_set::assemble_filmed("filmed", &filming, &motion(), &ObservationSettings::default());
-    set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts, Layer::Normals]).unwrap();
-    directory
-});
+    FilmingRig::new(rig, vec![Some(path)], vec![CameraTiming::default(), late]).unwrap()
+}
 
 fn render(directory: &Path) {
     let set = made_up_set::assemble("for faults", cameras([WIDTH, HEIGHT]), &motion());
@@ -185,17 +190,28 @@ impl Copy {
 
     /// Redraws a silhouette: `pixel(old, x, y)`.
     fn repaint(&self, camera: usize, frame: usize, pixel: impl Fn(&dyn Fn(u32, u32) -> u8, u32, u32) -> u8) {
+        self.repaint_sized(camera, frame, [WIDTH, HEIGHT], pixel);
+    }
+
+    /// As [`Self::repaint`], of an image of that size.
+    fn repaint_sized(
+        &self,
+        camera: usize,
+        frame: usize,
+        [width, height]: [u32; 2],
+        pixel: impl Fn(&dyn Fn(u32, u32) -> u8, u32, u32) -> u8,
+    ) {
         let file = Self::mask(camera, frame);
         let bytes = self.read(&file);
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
-        let mut old = vec![0; (WIDTH * HEIGHT) as usize];
+        let mut old = vec![0; (width * height) as usize];
         reader.next_frame(&mut old).unwrap();
-        let at = |x: u32, y: u32| old[(y * WIDTH + x) as usize];
+        let at = |x: u32, y: u32| old[(y * width + x) as usize];
         let new: Vec<u8> =
-            (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| pixel(&at, x, y)).collect();
+            (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(&at, x, y)).collect();
         assert_ne!(old, new);
         let mut encoded = Vec::new();
-        let mut encoder = png::Encoder::new(&mut encoded, WIDTH, HEIGHT);
+        let mut encoder = png::Encoder::new(&mut encoded, width, height);
         encoder.set_color(png::ColorType::Grayscale);
         encoder.write_header().unwrap().write_image_data(&new).unwrap();
         self.write(&file, &encoded);

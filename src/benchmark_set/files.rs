@@ -87,6 +87,24 @@ impl SetFiles {
         self.packed.iter().flat_map(|packed| packed.digests())
     }
 
+    /// SHA-256 of a file in a shard.
+    pub(super) fn packed_digest(&self, path: &str) -> Option<&str> {
+        self.packed.as_ref()?.digests().get(path).map(String::as_str)
+    }
+
+    /// The paths of the shards of a kind, in order.
+    pub(super) fn shards<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a str> {
+        self.digests.keys().map(String::as_str).filter(move |path| is_shard(path) && path.starts_with(kind))
+    }
+
+    /// The folder of a set on disk.
+    pub(super) fn folder(&self) -> Option<&Path> {
+        match &self.place {
+            FileStore::Memory(_) => None,
+            FileStore::Directory(directory) => Some(directory),
+        }
+    }
+
     /// The verified bytes of a file.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
         let has = |packed: &&Arc<PackedFiles>| !self.is_loose(path) && packed.digests().contains_key(path);

@@ -1,15 +1,15 @@
 //! What a set is known by: the lines whose SHA-256 is its hash.
 //!
 //! A line a file, as `sha256sum` writes it. Truth images and shards do not count: they follow from the rest, and
-//! images in shards stand with the paths that they have without. Nor does what explains the files (`README.txt` and
-//! `read_truth.py`): better explanations are no other test.
+//! images in shards stand with the paths that they have without. Nor does what explains the files (`README.txt`,
+//! `FORMATS.txt` and `read_truth.py`): better explanations are no other test.
 //!
 //! In sets with a key (`truth/key.txt`) all lines of the truth are one, `truth`, the SHA-256 of these lines. The key is
 //! among them, so that nobody can compute that line, or the hash of the set, from a guess of the truth.
 
 use std::collections::BTreeMap;
 
-use super::listing::{KEY_FILE, LAYERS, READER, README, listing_line};
+use super::listing::{FORMATS, KEY_FILE, LAYERS, READER, README, listing_line};
 use super::shard_plan::is_packing;
 use crate::input::hex_sha256;
 
@@ -44,7 +44,7 @@ const FIRST_READER: &str = "cf953c013cc3b756720858845fc718df82e5669e017700ae77ea
 
 /// Whether a file belongs to what a set is known by.
 pub(super) fn counts(path: &str) -> bool {
-    !path.starts_with(LAYERS) && !is_packing(path)
+    !path.starts_with(LAYERS) && !is_packing(path) && path != FORMATS
 }
 
 /// The lines of a complete set, of all its files, those in shards included.

@@ -15,6 +15,9 @@ pub(super) const COMPLETE: &str = "complete.sha256";
 /// What describes the files.
 pub(super) const README: &str = "README.txt";
 
+/// What stands in the files, in full; not part of the set's identity, so that it may be said better.
+pub(super) const FORMATS: &str = "FORMATS.txt";
+
 /// The reader of the truth with NumPy alone.
 pub(super) const READER: &str = "read_truth.py";
 

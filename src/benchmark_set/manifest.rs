@@ -102,7 +102,20 @@ pub struct TruthFacts {
     pub retargeting: Option<RetargetFacts>,
 }
 
+/// Stands in the words for the mismatch before the name of the tracker's robot, where that is not the actor's.
+pub const AGAINST_ROBOT: &str = " against tracker's ";
+
 impl TruthFacts {
+    /// Whether the tracker's body was made of the actor's robot; `false` where that is not known.
+    pub(super) fn is_of_one_robot(&self) -> bool {
+        self.matched || !(self.mismatch.is_empty() || self.mismatch.contains(AGAINST_ROBOT))
+    }
+
+    /// The robot that the tracker's body was made of, where it is not the actor's.
+    pub(super) fn trackers_robot(&self) -> Option<&str> {
+        self.mismatch.split_once(AGAINST_ROBOT)?.1.split('`').nth(1)
+    }
+
     /// How images of the scene look, and the seed of what is random in them: those that silhouettes were cut out of,
     /// else those that the truth alone has. `key` is the set's.
     pub(super) fn scene(

@@ -2,7 +2,8 @@
 //!
 //! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
-//! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`, describes the files.
+//! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`, says
+//! which files there are, `formats.txt`, as `FORMATS.txt`, what stands in them.
 //!
 //! ```
 //! use skiagraph::benchmark_set::{BlindSet, TruthSet};
@@ -81,7 +82,7 @@ pub use identity::{FULL_HASH_COVERS, SET_HASH_COVERS};
 pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use listing::KEY_FILE;
-pub use manifest::TruthFacts;
+pub use manifest::{AGAINST_ROBOT, TruthFacts};
 pub use moments_file::RigMoments;
 pub use public_side::{SetPlace, is_public};
 pub use recording_file::{

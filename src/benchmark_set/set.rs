@@ -9,7 +9,7 @@ use super::blind::{BlindSet, silhouette_path};
 use super::file_content::FileContent;
 use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
-use super::listing::{KEY_FILE, LISTING, READER, README};
+use super::listing::{FORMATS, KEY_FILE, LISTING, READER, README};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -26,8 +26,8 @@ use crate::scene::GroundTruth;
 
 /// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep
 /// times of their own `cameras.npz`.
-pub const SET_ENTRIES: [&str; 8] =
-    [manifest::PATH, README, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
+pub const SET_ENTRIES: [&str; 9] =
+    [manifest::PATH, README, FORMATS, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
 /// What `README.txt` says besides in sets with other people.
 const OF_DISTRACTORS: &str = "
@@ -372,6 +372,7 @@ impl SetParts<'_> {
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
         let filming = self.observed.filming;
         take(README, bytes(readme(truth, filming.is_some())))?;
+        take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
         let (told, frames) = (self.observed.tracker_rig.unwrap_or(self.rig), filming.map(|_| moments_file::PATH));
         take(cameras_file::PATH, bytes(cameras_file::to_json_with(told, frames)?))?;

@@ -10,7 +10,8 @@
 //! The two horizontal directions share one value, so the direction of travel is not revealed.
 
 use super::SetError;
-use crate::body::{Humanoid, ROOT_STEP};
+use crate::body::{Humanoid, Motion, ROOT_STEP};
+use crate::motion_model::{MotionModelError, Prediction, ProposalScales};
 use crate::npz::{Array, Npz};
 
 pub(super) const PATH: &str = "start/spread.npz";
@@ -29,7 +30,23 @@ pub struct StepSpread {
     pub change_of_change: Vec<f64>,
 }
 
+/// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
+const LEAST_DIFFERENCES: usize = 10;
+
 impl StepSpread {
+    /// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame.
+    /// Of a motion of very few frames not even that, but what is usual for a human.
+    ///
+    /// # Errors
+    /// [`MotionModelError`] where the motion has too few frames.
+    pub fn of_motion(body: &Humanoid, motion: &Motion) -> Result<Self, MotionModelError> {
+        let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
+            true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
+            false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),
+        };
+        Ok(Self { change: of(Prediction::None)?, change_of_change: of(Prediction::ConstantVelocity)? })
+    }
+
     pub(super) fn to_npz(&self, body: &Humanoid) -> Result<Vec<u8>, SetError> {
         self.check(body.step_len()).map_err(SetError::inconsistent)?;
         let angles = body.degrees_of_freedom.iter().map(|d| d.name.as_str());

@@ -165,6 +165,16 @@ impl FilmingRig {
         Self { rig: CameraRig { cameras: vec![seen] }, paths, timings }
     }
 
+    /// The same rig, all images shifted by so many pixels, x right and y down.
+    pub fn with_shifted_images(&self, shift_px: [f64; 2]) -> Self {
+        let mut shifted = self.clone();
+        for camera in &mut shifted.rig.cameras {
+            camera.pinhole.principal_point[0] += shift_px[0];
+            camera.pinhole.principal_point[1] += shift_px[1];
+        }
+        shifted
+    }
+
     /// The same rig, each camera's images later by seconds of its own (0 where none is given), and every row of all
     /// cameras later by `line_delay_s` after the row above it.
     pub fn delayed(&self, offsets_s: &[f64], line_delay_s: f64) -> Self {

@@ -15,14 +15,14 @@ use super::rig::rig;
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
-    ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
+    AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
+    TruthFacts,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
 use crate::input::excerpt;
-use crate::motion_model::{Prediction, ProposalScales};
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
@@ -100,7 +100,7 @@ impl Staged {
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
-            None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
+            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &performed.motion)?), Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let Performance { retargeted: mut own, pace, .. } =
@@ -108,7 +108,7 @@ impl Staged {
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
-                (spread(&body, &own.motion)?, Vec::new())
+                (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
             }
         };
         let filming = filming(file, rig(file, &performed.motion)?, &performed.motion)?;
@@ -193,20 +193,6 @@ impl Staged {
         let (tracker_rig, moments) = (self.tracker_rig.as_ref(), self.moments.as_ref());
         Observed { facts, tracker_rig, filming, moments, key: self.key }
     }
-}
-
-/// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
-const LEAST_DIFFERENCES: usize = 10;
-
-/// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame. Of
-/// a motion of very few frames not even that, but what is usual for a human.
-fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError> {
-    let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
-        true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
-        false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),
-    };
-    let (change, change_of_change) = (of(Prediction::None)?, of(Prediction::ConstantVelocity)?);
-    Ok(Training::Spread(StepSpread { change, change_of_change }))
 }
 
 /// Refuses a body that no camera can see.
@@ -415,7 +401,7 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         MismatchBy::Seed => "",
         MismatchBy::Subject => ", by subject",
     };
-    let robots = (actor != tracker).then(|| format!("actor `{actor}` against tracker's `{tracker}`"));
+    let robots = (actor != tracker).then(|| format!("actor `{actor}`{AGAINST_ROBOT}`{tracker}`"));
     let percents = scenario.tracker_body.mismatch.percents().map(|(length, girth)| {
         let name = if scenario.tracker_body.mismatch == Mismatch::Standard { "standard mismatch: " } else { "" };
         let seed = scenario.tracker_body.seed;

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use super::RetargetError;
 use super::anatomy::Anatomy;
-use crate::body::{Landmark, Markers};
+use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::Clip;
 
 /// Distances of a frame.
@@ -83,6 +83,20 @@ impl MotionFingerprint {
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
 
+    /// How far a frame's markers are from the nearest of all rows, which may be its mirror image: mean difference of the
+    /// distances, leg lengths. `None` where either side has no rows, or the frame too few markers.
+    pub fn nearest(&self, markers: &Markers) -> Option<f32> {
+        let own = distances(markers);
+        let known =
+            || PAIRS.iter().enumerate().filter(|(_, (a, b))| [a, b].iter().all(|m| markers[**m as usize].is_some()));
+        let (count, mirrored) = (known().count(), PAIRS.map(mirror_image));
+        let apart = |row: &DistanceRow, order: &dyn Fn(usize) -> usize| {
+            known().map(|(i, _)| (own[i] - row[order(i)]).abs()).sum::<f32>() / count as f32
+        };
+        let nearer = |row: &DistanceRow| apart(row, &|i| i).min(apart(row, &|i| mirrored[i]));
+        (2 * count > PAIRS.len()).then(|| self.rows.iter().map(nearer).min_by(f32::total_cmp)).flatten()
+    }
+
     /// The first stretch of frames that both contain, if any.
     pub fn shared_with(&self, other: &Self) -> Option<SharedFrames> {
         // a path at a low rate cuts corners, so both directions are tried
@@ -99,6 +113,20 @@ fn distances(markers: &Markers) -> DistanceRow {
     let legs: f64 = LEGS.iter().map(|[hip, knee, ankle]| between(*hip, *knee) + between(*knee, *ankle)).sum();
     let unit = if legs > 0.0 { 2.0 / legs } else { 0.0 };
     PAIRS.map(|(a, b)| (between(a, b) * unit) as f32)
+}
+
+/// Which pair lies on the other side of the body.
+fn mirror_image((a, b): (Landmark, Landmark)) -> usize {
+    let other = |landmark: Landmark| {
+        let name = landmark.name();
+        let name = match name.strip_prefix("left_") {
+            Some(rest) => format!("right_{rest}"),
+            None => name.strip_prefix("right_").map_or(name.to_owned(), |rest| format!("left_{rest}")),
+        };
+        LANDMARKS.into_iter().find(|known| known.name() == name).unwrap_or(landmark)
+    };
+    let (a, b) = (other(a), other(b));
+    PAIRS.iter().position(|pair| *pair == (a, b) || *pair == (b, a)).unwrap_or(0)
 }
 
 /// Distance of a row from a path and the frame there, if below the greatest tolerance.
@@ -191,6 +219,26 @@ mod tests {
 
     fn fingerprint(clip: &Clip) -> MotionFingerprint {
         MotionFingerprint::from_clip(clip, &Default::default()).unwrap()
+    }
+
+    #[test]
+    fn every_pair_has_a_mirror_image_and_a_frame_is_near_itself_and_its_mirror_image_and_nothing_else() {
+        for (index, pair) in PAIRS.into_iter().enumerate() {
+            assert_eq!(mirror_image(PAIRS[mirror_image(pair)]), index, "{pair:?}");
+        }
+        let body = crate::body::shipped("actor").unwrap();
+        let mut pose = body.zero_pose();
+        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+            *angle = 0.5 * (i as f64).sin();
+        }
+        let markers = body.markers(&body.link_frames(&pose));
+        let row = distances(&markers);
+        let mirrored = std::array::from_fn(|i| row[mirror_image(PAIRS[i])]);
+        assert_ne!(row, mirrored);
+        let nearest = |row| MotionFingerprint { rows: vec![row] }.nearest(&markers);
+        assert_eq!((nearest(row), nearest(mirrored)), (Some(0.0), Some(0.0)));
+        assert!(nearest([0.0; FINGERPRINT_DISTANCES]).unwrap() > 0.4);
+        assert_eq!(MotionFingerprint::default().nearest(&markers), None);
     }
 
     #[test]

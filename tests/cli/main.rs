@@ -14,6 +14,7 @@ mod edited;
 mod existing_outputs;
 mod export;
 mod filming;
+mod forged_sets;
 #[cfg(unix)]
 mod forgery;
 mod gate;
@@ -32,6 +33,7 @@ mod same_numbers;
 mod sandbox;
 mod scenarios;
 mod segment;
+mod set_formats;
 mod skins;
 #[path = "../support/mod.rs"]
 mod support;

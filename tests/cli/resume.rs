@@ -140,7 +140,7 @@ fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost
             "track {set} --tracker annealed_particle_filter particles=20 layers=2 --out {set}-run -q"
         ));
         let verified = room.succeed(&format!("verify {set}"));
-        assert!(verified.stdout.contains("is sound: 11 checks, no fault"), "{}", verified.stdout);
+        assert!(verified.stdout.contains("is sound: 14 checks, no fault"), "{}", verified.stdout);
     }
     let poses = |set: &str| {
         let run = room.path(&format!("{set}-run"));

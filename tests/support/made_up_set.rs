@@ -3,8 +3,10 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, Observed, RigMoments, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, FilmingRig};
-use skiagraph::observation::{CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, FilmingRig, RigMoment};
+use skiagraph::observation::{
+    CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource, tracker_rig, tracker_start,
+};
 use skiagraph::scene::GroundTruth;
 
 /// A camera `[name, eye, distortion]` of `size` pixels that looks at the actor's belly.
@@ -46,25 +48,33 @@ pub(crate) fn assemble_observed(
     assemble_filmed(name, &FilmingRig::from(&CameraRig { cameras }), motion, settings)
 }
 
-/// As [`assemble_observed`], by cameras that may move and take their images at times of their own.
+/// As [`assemble_observed`], by cameras that may move and take their images at times of their own. What trackers are
+/// told has the errors that the settings say.
 pub(crate) fn assemble_filmed(
     name: &str,
     filming: &FilmingRig,
     motion: &Motion,
     settings: &ObservationSettings,
 ) -> BenchmarkSet {
+    let (corruption, seed) = (&settings.corruption, settings.keyed_seed());
     let actor = shipped("actor").unwrap();
     let rig = filming.rig();
     let truth = GroundTruth::filmed(actor.clone(), motion, filming, Vec::new(), Vec::new()).unwrap();
+    let told = |moment: RigMoment| {
+        let told = tracker_rig(&rig.at(&moment), corruption, seed);
+        RigMoment { camera_from_world: told.cameras.iter().map(|c| c.camera_from_world).collect(), ..moment }
+    };
     let frames = truth.frames.iter().enumerate();
     let moments = RigMoments {
-        frames: frames.filter_map(|(frame, known)| filming.moment(frame, known.time_s)).collect(),
+        frames: frames.filter_map(|(frame, known)| filming.moment(frame, known.time_s)).map(told).collect(),
         line_delay_s: (0..filming.cameras()).map(|camera| filming.timing(camera).line_delay_s).collect(),
     };
     let is_filmed = !filming.is_still();
     let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
-    let (exact, seed) = (settings.is_exact(), settings.keyed_seed());
+    let pose = tracker_start(&actor, &motion.poses[0], corruption, seed);
+    let start = Start { body: actor, pose, training, calibrate: false };
+    let exact = settings.is_exact();
+    let told_rig = corruption.changes_cameras().then(|| tracker_rig(rig, corruption, seed));
     let facts = TruthFacts {
         motion: "made up".into(),
         matched: true,
@@ -82,7 +92,7 @@ pub(crate) fn assemble_filmed(
         recordings: &[],
         observed: Observed {
             facts: (!exact).then_some(&observed),
-            tracker_rig: None,
+            tracker_rig: told_rig.as_ref(),
             filming: is_filmed.then_some(filming),
             moments: is_filmed.then_some(&moments),
             key: seed.key,

@@ -18,17 +18,38 @@ impl<W: Write> ShardWriter<W> {
 
     /// Adds a file; its header depends on its name and size alone.
     pub(in crate::benchmark_set) fn add(&mut self, name: &str, bytes: impl Read, size: u64) -> io::Result<()> {
-        let mut header = tar::Header::new_ustar();
-        header.set_size(size);
-        header.set_mode(0o644);
-        header.set_mtime(0);
-        self.0.append_data(&mut header, name, bytes)
+        self.0.append_data(&mut header_of_size(size), name, bytes)
     }
 
     /// The end of the shard.
     pub(in crate::benchmark_set) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
     }
+}
+
+/// A header without a name.
+fn header_of_size(size: u64) -> tar::Header {
+    let mut header = tar::Header::new_ustar();
+    header.set_size(size);
+    header.set_mode(0o644);
+    header.set_mtime(0);
+    header
+}
+
+/// The header that a file of a shard has.
+///
+/// # Errors
+/// [`io::Error`] for a name that is too long for a header.
+pub(in crate::benchmark_set) fn tar_header(name: &str, size: u64) -> io::Result<Vec<u8>> {
+    let mut header = header_of_size(size);
+    header.set_path(name)?;
+    header.set_cksum();
+    Ok(header.as_bytes().to_vec())
+}
+
+/// What follows the last file of a shard.
+pub(in crate::benchmark_set) fn tar_end() -> Vec<u8> {
+    vec![0; 2 * BLOCK as usize]
 }
 
 /// First byte and size of every file of a shard, by its name.
@@ -120,6 +141,9 @@ mod tests {
         let long = vec![7; 1500];
         let bytes = shard(&[("a.json", b"one"), ("a.png", &long), ("empty", b""), ("deep/er/b.png", &long[..512])]);
         let places = tar_places(&mut Cursor::new(&bytes)).unwrap();
+        assert!(bytes.starts_with(&tar_header("a.json", 3).unwrap()) && bytes.ends_with(&tar_end()));
+        let last = places.values().map(|(at, size)| (at + size).next_multiple_of(BLOCK)).max().unwrap();
+        assert_eq!(last as usize + tar_end().len(), bytes.len());
         let mut archive = tar::Archive::new(&bytes[..]);
         let known = archive.entries().unwrap().map(|entry| {
             let entry = entry.unwrap();

@@ -4,21 +4,27 @@
 //! poses of all frames except those like frame 0, which is the start pose: joint angles of the actor and of the
 //! tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place;
 //! joints; link frames. A pose may be a row or a column, anywhere in an array, regardless of signs. Exact angles are
-//! also found in any order. Not found: poses in another representation, compressed or encrypted.
+//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are, however
+//! they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not found: poses
+//! in another representation, with more noise, compressed or encrypted (`docs/sets.md` has the tolerances).
 
+mod likeness;
 mod numbers;
 mod secret;
 
 use std::path::Path;
 use std::{fs, io};
 
+use self::likeness::Likeness;
 use self::numbers::{NumberSequence, sequences};
-use self::secret::{Secret, secrets};
+use self::secret::{Secret, likenesses, secrets};
 use super::export::tar_places;
 use super::files::SetFiles;
 use super::listing::{COMPLETE, LISTING, files_below};
 use super::shard_plan::{PACKED, frame_of, is_shard};
-use super::{SetError, TruthSet, body_file, start_file};
+use super::{SetError, TruthSet, body_file, start_file, views_file};
+use crate::npz::Npz;
+use crate::parallel;
 
 /// A pose of the test in a file that trackers may read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,7 +52,10 @@ pub fn find_leaks(directory: &Path) -> Result<Vec<Leak>, SetError> {
 pub(super) fn find_leaks_of(directory: &Path, complete: &Path) -> Result<Vec<Leak>, SetError> {
     let files = SetFiles::open(directory)?;
     let body = files.read(start_file::BODY_PATH)?;
-    let secrets = secrets(&TruthSet::read(complete)?, &body_file::from_json(start_file::BODY_PATH, &body)?);
+    let (truth, body) = (TruthSet::read(complete)?, body_file::from_json(start_file::BODY_PATH, &body)?);
+    let views = SetFiles::open(complete)?.read(views_file::PATH).map(|bytes| Npz::from_bytes(views_file::PATH, &bytes));
+    let views = views.ok().and_then(Result::ok);
+    let secrets = Secrets { exact: secrets(&truth, &body), alike: likenesses(&truth, views.as_ref(), &body) };
     let outside = |path: &String| !path.starts_with("truth/") && ![LISTING, PACKED, COMPLETE].contains(&path.as_str());
     let mut leaks = Vec::new();
     for file in files_below(directory, "")?.into_iter().filter(outside) {
@@ -68,24 +77,41 @@ fn leaks_in_shard(files: &SetFiles, file: &str, path: &Path) -> Result<Vec<Leak>
     let mut leaks = Vec::new();
     for name in places.keys() {
         match frame_of(name).is_some() && files.has(name) {
-            true => leaks.extend(leaks_of(name, &files.read(name)?, &[])?),
+            true => leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?),
             false => leaks.push(leak(file, name, "a file that is no silhouette of the set".to_owned(), None)),
         }
     }
     Ok(leaks)
 }
 
-fn leaks_of(file: &str, bytes: &[u8], secrets: &[Secret]) -> Result<Vec<Leak>, SetError> {
+/// What no file of the tracker's side may tell.
+#[derive(Default)]
+struct Secrets {
+    exact: Vec<Secret>,
+    alike: Vec<Likeness>,
+}
+
+impl Secrets {
+    /// What is told in a sequence, and of which frame; what is only alike where nothing is told exactly.
+    fn told_in(&self, sequence: &NumberSequence) -> Vec<(String, usize)> {
+        let exact = self.exact.iter().filter_map(|secret| Some((secret.what.clone(), secret.found_in(sequence)?)));
+        let exact: Vec<(String, usize)> = exact.collect();
+        if !exact.is_empty() {
+            return exact;
+        }
+        let found = parallel::map(self.alike.len(), |index| self.alike[index].found_in(sequence));
+        self.alike.iter().zip(found).filter_map(|(alike, frame)| Some((alike.what.clone(), frame?))).collect()
+    }
+}
+
+fn leaks_of(file: &str, bytes: &[u8], secrets: &Secrets) -> Result<Vec<Leak>, SetError> {
     if file.ends_with(".png") {
         return Ok(unknown_chunk(bytes).map(|what| leak(file, "image", what, None)).into_iter().collect());
     }
     let mut leaks = Vec::new();
     for sequence in sequences(file, bytes)? {
-        for secret in secrets {
-            if let Some(frame) = secret.found_in(&sequence) {
-                leaks.push(leak(file, &sequence.place, secret.what.clone(), Some(frame)));
-            }
-        }
+        let told = secrets.told_in(&sequence).into_iter();
+        leaks.extend(told.map(|(what, frame)| leak(file, &sequence.place, what, Some(frame))));
     }
     Ok(leaks)
 }
@@ -256,6 +282,63 @@ mod tests {
         ] {
             let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
             assert!(found.iter().any(|leak| leak.place.contains(name)), "{name}: {found:?}");
+        }
+    }
+
+    /// Some number with a mean of zero and a deviation of about one, the same every time.
+    fn noise(index: usize) -> f64 {
+        std::f64::consts::SQRT_2 * (12.9898 * index as f64 + 0.3 * (index as f64).powi(2)).sin()
+    }
+
+    #[test]
+    fn poses_with_noise_in_the_motion_to_learn_from_are_found() {
+        let (set, _) = written();
+        let rows = angles(&poses(&set));
+        let width = rows[0].len();
+        let noisy: Vec<f64> = rows.concat().iter().enumerate().map(|(i, x)| x + 0.001 * noise(i)).collect();
+        let found = planted("start/training.npz", &npz(&[("angles", Array::new(&[rows.len(), width], noisy))]));
+        assert!(found.iter().any(|leak| leak.what == "joint angles of the actor, with noise"), "{found:?}");
+        let other: Vec<f64> = rows.concat().iter().enumerate().map(|(i, x)| x + 0.03 * noise(i)).collect();
+        let found = planted("start/training.npz", &npz(&[("angles", Array::new(&[rows.len(), width], other))]));
+        assert_eq!(found, [], "the same movement a second time is another motion");
+    }
+
+    #[test]
+    fn degrees_in_the_notes_of_a_body_are_found() {
+        let (set, directory) = written();
+        let words = angles(&poses(&set))[6].iter().map(|x| format!("{:.2}", x.to_degrees())).collect::<Vec<_>>();
+        let path = directory.path().join("start/body.json");
+        for notes in [vec![words.join(" ")], words] {
+            let mut body: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+            body["notes"] = notes.into();
+            let found = planted("start/copy.json", body.to_string().as_bytes());
+            assert!(found.iter().any(|leak| leak.place == "texts" && leak.frame == Some(6)), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn markers_in_millimetres_with_an_offset_and_markers_of_the_images_are_found() {
+        let (set, directory) = written();
+        let truth = &set.truth.ground_truth.frames[9];
+        let markers: Vec<f64> = truth.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let offset = |i: usize| [812.0, -55.5, 300.25][i % 3];
+        let moved: Vec<f64> =
+            markers.iter().enumerate().map(|(i, x)| 1000.0 * x + offset(i) + 0.5 * noise(i)).collect();
+        let views = fs::read(directory.path().join("truth/views.npz")).unwrap();
+        let views = Npz::from_bytes("views.npz", &views).unwrap();
+        let pixels = views.f64s("views.npz", "markers_2d", &[None, None, None, Some(2)]).unwrap();
+        let size = [128.0, 96.0];
+        let shifted: Vec<f64> = pixels.iter().enumerate().map(|(i, x)| x + 0.5 - size[i % 2]).collect();
+        for (name, values, what) in [
+            ("moved", moved, "markers of the actor, wherever it stands"),
+            ("pixels", pixels.to_vec(), "markers in the images of camera"),
+            ("shifted", shifted, "markers in the images of camera"),
+        ] {
+            let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
+            assert!(
+                found.iter().any(|leak| leak.place.contains(name) && leak.what.contains(what)),
+                "{name}: {found:?}"
+            );
         }
     }
 

@@ -59,6 +59,7 @@ pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<NumberSequence>,
         let mut found = Vec::new();
         arrays_of("", &value, &mut found);
         found.push(NumberSequence::new("all numbers".to_owned(), numbers_of(&value), &[]));
+        found.extend(of_text("texts", &texts_of(&value).join("\n")));
         return Ok(found);
     }
     Ok(of_bytes("file", bytes))
@@ -120,6 +121,16 @@ fn shape_of(value: &Value) -> Option<Vec<usize>> {
             same.then(|| [vec![items.len()], inner].concat())
         }
         _ => None,
+    }
+}
+
+/// The texts of a JSON value, in their order.
+fn texts_of(value: &Value) -> Vec<&str> {
+    match value {
+        Value::String(text) => vec![text],
+        Value::Array(items) => items.iter().flat_map(texts_of).collect(),
+        Value::Object(entries) => entries.values().flat_map(texts_of).collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -1,8 +1,10 @@
 //! Data that no file of the tracker's side may contain, and how it is recognised.
 
 use super::NumberSequence;
+use super::likeness::{Feature, Likeness};
 use crate::benchmark_set::{TruthSet, rigid};
 use crate::body::{Humanoid, Landmark, Pose};
+use crate::npz::Npz;
 
 /// How near an angle (rad), a coordinate (m) or a quaternion's component must come.
 const TOLERANCE: f64 = 1e-3;
@@ -21,6 +23,14 @@ const LEAST_TELLING: usize = 6;
 
 /// What share of them must be found.
 const TELLING_SHARE: f64 = 0.9;
+
+/// How near the angles of a frame must come as a root mean square, radians, and points, metres and pixels.
+const NOISE: f64 = 2.5e-3;
+const NOISE_PX: f64 = 0.5;
+
+/// Factors from radians and degrees, and from metres, centimetres and millimetres.
+const ANGLES: [f64; 2] = [1.0, std::f64::consts::PI / 180.0];
+const LENGTHS: [f64; 3] = [1.0, 0.01, 0.001];
 
 /// Factors by which files may count: metres and radians, degrees, centimetres, millimetres.
 const UNITS: [f64; 4] = [1.0, std::f64::consts::PI / 180.0, 0.01, 0.001];
@@ -62,6 +72,58 @@ pub(super) fn secrets(truth: &TruthSet, body: &Humanoid) -> Vec<Secret> {
     all.push(Secret::new("joints of the actor", joints, TOLERANCE));
     all.push(Secret::new("link frames of the actor", links, TOLERANCE));
     all
+}
+
+/// Poses and points of the truth's frames that are recognised in spite of noise, and points wherever they are; `views`
+/// is `truth/views.npz`, and `body` the tracker's.
+pub(super) fn likenesses(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid) -> Vec<Likeness> {
+    let frames = &truth.ground_truth.frames;
+    let own: Vec<&Pose> = frames.iter().map(|frame| &frame.pose).collect();
+    let refitted: Vec<&Pose> = truth.refitted.iter().flat_map(|motion| &motion.poses).collect();
+    let angles = |whose: &str, body: &Humanoid, poses: &[&Pose]| {
+        let order = mirrored_order(body);
+        let rows: Vec<Vec<f64>> = poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect();
+        let mirrored = rows.iter().map(|row| order.iter().filter_map(|i| row.get(*i).copied()).collect()).collect();
+        let named = [(rows, "joint angles"), (mirrored, "mirrored joint angles")];
+        let of = |(rows, what): (Vec<Vec<f64>>, &str)| {
+            let features = (0..rows.first().map_or(0, Vec::len)).map(Feature::Number).collect();
+            Likeness::new(format!("{what} of the {whose}, with noise"), &rows, features, NOISE, &ANGLES)
+        };
+        named.into_iter().filter_map(of).collect::<Vec<Likeness>>()
+    };
+    let mut all = angles("actor", &truth.ground_truth.actor, &own);
+    all.extend(angles("tracker's body", body, &refitted));
+    let markers = frames.iter().map(|f| f.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
+    let joints = frames.iter().map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
+    all.extend(points("markers", markers, 3, NOISE, &LENGTHS));
+    all.extend(points("joints", joints, 3, NOISE, &LENGTHS));
+    for (array, what) in [("markers_2d", "markers"), ("joints_2d", "joints")] {
+        all.extend(views.into_iter().flat_map(|views| in_images(views, array, what)));
+    }
+    all
+}
+
+/// Points of the actor by the distances between them.
+fn points(what: &str, rows: Vec<Vec<f64>>, dimensions: usize, noise: f64, units: &'static [f64]) -> Option<Likeness> {
+    let width = rows.first()?.len();
+    let features = Feature::distances(width / dimensions, dimensions);
+    let what = format!("{what} of the actor, wherever it stands");
+    // a marker that the body lacks is lacking in all frames
+    if rows.iter().all(|row| row.len() == width) { Likeness::new(what, &rows, features, noise, units) } else { None }
+}
+
+/// Points of the actor in the images of every camera.
+fn in_images(views: &Npz, array: &str, what: &str) -> Vec<Likeness> {
+    let shape = views.get(array).map(|array| array.shape.clone()).unwrap_or_default();
+    let Ok(&[frames, cameras, points_of_frame, 2]) = <&[usize; 4]>::try_from(&shape[..]) else { return Vec::new() };
+    let Ok(pixels) = views.f64s("views.npz", array, &[None, None, None, Some(2)]) else { return Vec::new() };
+    let width = 2 * points_of_frame;
+    let of_camera = |camera: usize| {
+        let row = |frame: usize| pixels.get((frame * cameras + camera) * width..)?.get(..width).map(<[f64]>::to_vec);
+        let rows = (0..frames).filter_map(row).collect();
+        points(&format!("{what} in the images of camera {camera}"), rows, 2, NOISE_PX, &[1.0])
+    };
+    (0..cameras).filter_map(of_camera).collect()
 }
 
 fn of_poses(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<Secret> {

@@ -1,4 +1,5 @@
-//! `cameras.npz` against `truth/filming.json`: where the cameras are in every frame, and when they took their images.
+//! `cameras.npz` against `truth/filming.json`: where the cameras are in every frame, with the errors that trackers are
+//! told, and when they took their images.
 
 use nalgebra::Isometry3;
 
@@ -7,6 +8,7 @@ use super::parts::ReadParts;
 use crate::benchmark_set::{RigMoments, moments_file};
 use crate::camera::{FilmingRig, RigMoment};
 use crate::input::excerpt;
+use crate::observation::tracker_rig;
 
 /// How far a time may be off, seconds.
 const TOLERANCE_S: f64 = 1e-9;
@@ -17,18 +19,20 @@ const TOLERANCE_M: f64 = 1e-9;
 pub(super) fn faults(parts: &ReadParts) -> Vec<Fault> {
     let Some(moments) = &parts.moments else { return Vec::new() };
     let mut faults = unsteady_times(moments);
-    if let (Ok(filming), Some(truth)) = (parts.filming(), &parts.truth) {
+    // where the key cannot be read, the check of the start says so
+    if let (Ok(filming), Some(truth), (facts, Some(seed))) = (parts.filming(), &parts.truth, parts.observed()) {
         let seconds: Vec<f64> = truth.frames.iter().map(|frame| frame.time_s).collect();
-        let expected: Vec<RigMoment> =
-            seconds.iter().enumerate().filter_map(|(frame, time_s)| filming.moment(frame, *time_s)).collect();
+        let told = |moment: RigMoment| {
+            let told = tracker_rig(&filming.rig().at(&moment), &facts.corruption, seed);
+            RigMoment { camera_from_world: told.cameras.iter().map(|c| c.camera_from_world).collect(), ..moment }
+        };
+        let moments_of = |(frame, time_s): (usize, &f64)| filming.moment(frame, *time_s).map(told);
+        let expected: Vec<RigMoment> = seconds.iter().enumerate().filter_map(moments_of).collect();
         if expected.len() == moments.frames.len() {
-            let told_others = parts.observed().0.corruption.changes_cameras();
             for camera in 0..filming.cameras() {
                 faults.extend(wrong_times(&filming, moments, &expected, camera));
                 faults.extend(wrong_delay(&filming, moments, camera));
-                if !told_others {
-                    faults.extend(wrong_places(&filming, moments, &expected, camera));
-                }
+                faults.extend(wrong_places(&filming, moments, &expected, camera));
             }
         }
     }

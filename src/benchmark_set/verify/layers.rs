@@ -14,7 +14,10 @@ use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
 /// How far a depth may be off, metres.
-const TOLERANCE_M: f32 = 1e-4;
+const TOLERANCE_M: f32 = 1e-5;
+
+/// Where within a millimetre rounding may decide, as a share of it.
+const ROUNDING: f64 = 0.01;
 
 /// Pixels in which part or depth may differ, as in silhouettes.
 const TOLERANCE_PX: usize = 2;
@@ -87,11 +90,25 @@ fn depth_png_fault(files: &SetFiles, camera: usize, number: usize, expected: &De
         Err(error) if error.is_of_hashes() => return None,
         Err(error) => return Some(error.into()),
     };
-    let off = |(found, expected): &(&u16, u16)| found.abs_diff(*expected) > 1 || (**found == 0) != (*expected == 0);
+    let is_halfway = |depth: f32| ((f64::from(depth) * 1000.0).fract() - 0.5).abs() < ROUNDING;
+    let is_wrong = |(found, depth): &(&u16, &f32)| {
+        let expected = depth_png::millimetres(**depth);
+        let is_rounded = found.abs_diff(expected) == 1 && **found > 0 && expected > 0 && is_halfway(**depth);
+        **found != expected && !is_rounded
+    };
     let pairs = || found.iter().zip(expected.depth.iter().map(|depth| depth_png::millimetres(*depth)));
-    let wrong = pairs().filter(off).count();
+    let wrong = found.iter().zip(&expected.depth).filter(is_wrong).count();
     let swapped = || pairs().filter(|(found, expected)| found.swap_bytes() != *expected).count() <= TOLERANCE_PX;
-    let why = if wrong > TOLERANCE_PX && swapped() { "; their bytes are exchanged" } else { "" };
+    let moved = |by: i32| {
+        let is_moved = |(found, expected): &(&u16, u16)| i32::from(**found) == i32::from(*expected) + by;
+        pairs().filter(|(_, expected)| *expected > 0).all(|pair| is_moved(&pair))
+    };
+    let why = match wrong > TOLERANCE_PX {
+        true if swapped() => "; their bytes are exchanged",
+        true if moved(1) => "; all are 1 mm too far",
+        true if moved(-1) => "; all are 1 mm too near",
+        _ => "",
+    };
     let pixels = found.len();
     (wrong > TOLERANCE_PX).then(|| {
         let detail = format!("{wrong} of {pixels} pixels have other millimetres than the body's depth is there{why}");

@@ -1,6 +1,7 @@
 //! Every silhouette against a new one.
 
 use super::parts::ReadParts;
+use super::rounding::{MOST_ROUNDED_PX, Rounding};
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::KEY_FILE;
 use crate::benchmark_set::blind::silhouette_path;
@@ -15,13 +16,9 @@ use crate::raster::{Mask, overlap};
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
-/// Pixels in which a silhouette may differ from the new one: the camera's numbers are rounded once in `cameras.json`,
-/// which can decide a pixel whose centre lies on an outline.
-const TOLERANCE_PX: u64 = 2;
-
-/// Share of an image's silhouette in which one that was not observed exactly may differ besides: rounding of a camera
-/// can decide a pixel, and cleaning or noise can make more of it.
-const SPOILED_SHARE: f64 = 0.005;
+/// Pixels, and besides a share of the silhouette, in which a faulty silhouette may differ from what explains it.
+const EXPLAINED_PX: u64 = 2;
+const EXPLAINED_SHARE: f64 = 0.005;
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
@@ -31,13 +28,13 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     let observing = SetObserver::new(truth, &filming, &facts, seed)?;
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     let exact = facts.silhouette == SilhouetteSource::Exact;
-    let share = if exact { 0.0 } else { SPOILED_SHARE };
+    let rounding = Rounding::new(truth, &filming, &facts, seed);
     let of_frame = |index: usize| {
         if (how.stop)() {
             return Vec::new();
         }
         let frames = truth.frames.len();
-        let frame = Redrawn { files, rig, observing: &observing, number: numbers[index], frames, share };
+        let frame = Redrawn { files, rig, observing: &observing, rounding: &rounding, number: numbers[index], frames };
         let faults = frame.faults();
         (how.tick)();
         faults
@@ -50,14 +47,14 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
 }
 
 /// Observes again as the set says that it was observed.
-enum SetObserver<'a> {
+pub(super) enum SetObserver<'a> {
     Exact(Box<Observer<'a>>),
     Corrupted(Box<CorruptedObserver<'a>>),
     Segmented(Box<SegmentedObserver<'a>>),
 }
 
 impl<'a> SetObserver<'a> {
-    fn new(
+    pub(super) fn new(
         truth: &'a GroundTruth,
         filming: &FilmingRig,
         facts: &ObservationFacts,
@@ -76,7 +73,7 @@ impl<'a> SetObserver<'a> {
         })
     }
 
-    fn observe(&self, frame: usize) -> Observation {
+    pub(super) fn observe(&self, frame: usize) -> Observation {
         match self {
             Self::Exact(observer) => observer.foreground(frame),
             Self::Corrupted(observer) => observer.observe(frame),
@@ -91,9 +88,9 @@ struct Redrawn<'a> {
     rig: &'a CameraRig,
     observing: &'a SetObserver<'a>,
     number: usize,
+    /// Which pixels rounding may decide.
+    rounding: &'a Rounding<'a>,
     frames: usize,
-    /// Share of a silhouette that may differ.
-    share: f64,
 }
 
 impl Redrawn<'_> {
@@ -108,7 +105,7 @@ impl Redrawn<'_> {
             let (width, height) = (camera.pinhole.width, camera.pinhole.height);
             let found = self.files.read(&path).and_then(|b| silhouette_png::decode(&path, &b, width, height));
             match found {
-                Ok(found) if self.is_near(&expected.silhouettes[index], &found) => {}
+                Ok(found) if self.is_sound(&expected.silhouettes[index], &found, index) => {}
                 Ok(found) => faults.push(Fault::new(&path, self.explain(&expected, index, &found))),
                 // what is missing or was changed is named by other checks
                 Err(error) if error.is_of_hashes() => {}
@@ -118,17 +115,27 @@ impl Redrawn<'_> {
         faults
     }
 
-    /// Whether two masks differ no more than rounding explains.
-    fn is_near(&self, expected: &Mask, found: &Mask) -> bool {
-        let more = (self.share * expected.count() as f64) as u64;
-        differing(expected, found) <= TOLERANCE_PX + more
+    /// Whether a mask is the expected one, but for pixels that rounding may decide.
+    fn is_sound(&self, expected: &Mask, found: &Mask, camera: usize) -> bool {
+        match differing(expected, found) {
+            0 => true,
+            // more is more than rounding does, and drawing anew takes its time
+            1..=MOST_ROUNDED_PX => self.rounding.explains(expected, found, camera, self.number),
+            _ => false,
+        }
+    }
+
+    /// Whether a mask is about another.
+    fn is_near(expected: &Mask, found: &Mask) -> bool {
+        let more = (EXPLAINED_SHARE * expected.count() as f64) as u64;
+        differing(expected, found) <= EXPLAINED_PX + more
     }
 
     /// What is wrong with a silhouette: what it is instead, if that is known.
     fn explain(&self, expected: &Observation, camera: usize, found: &Mask) -> String {
         let own = &expected.silhouettes[camera];
         let (width, height) = (own.width(), own.height());
-        let is = |other: &Mask| self.is_near(other, found);
+        let is = |other: &Mask| Self::is_near(other, found);
         let size = |mask: &Mask| (mask.width(), mask.height());
         let mirrored = Mask::from_fn(width, height, |x, y| own.get(width - 1 - x, y));
         let upside_down = Mask::from_fn(width, height, |x, y| own.get(x, height - 1 - y));

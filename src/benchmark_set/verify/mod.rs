@@ -9,6 +9,7 @@
 //!
 //! [`CHECKS`] lists the checks. A check that lacks a file which another check found at fault says that it did not look.
 
+mod arrays;
 mod blindfold;
 mod body;
 mod cameras;
@@ -21,7 +22,13 @@ mod masks;
 mod parts;
 mod poses;
 mod projection;
+mod recording;
+mod refit;
+mod rounding;
+mod shards;
+mod start;
 mod surface;
+mod tracker_body;
 
 use std::path::Path;
 
@@ -32,7 +39,7 @@ use super::files::SetFiles;
 use super::{SetError, SetPlace, manifest};
 
 /// The checks in the order in which they are made, each with what it proves.
-pub const CHECKS: [(&str, &str); 11] = [
+pub const CHECKS: [(&str, &str); 14] = [
     ("hashes", "every listed file is there and unchanged, and no other file is"),
     ("formats", "every file can be read, and counts, names and frame rates agree"),
     (
@@ -44,7 +51,17 @@ pub const CHECKS: [(&str, &str); 11] = [
         "body",
         "the actor stands upright in metres, its left and right are not exchanged, and markers are on their links",
     ),
-    ("poses", "link frames, joints and markers follow from root and angles, frame by frame, and nothing jumps"),
+    (
+        "poses",
+        "link frames, joints and markers follow from root and angles, frame by frame, and nothing jumps; refitted poses \
+        are the nearest of the tracker's body",
+    ),
+    (
+        "start",
+        "trackers are told the true start and cameras with the errors that set.toml says, a body as facts.toml says, \
+        and the spread of the set's own changes",
+    ),
+    ("recording", "the fingerprints, by which training on the test is noticed, are of this motion"),
     ("projection", "markers projected by OpenCV's formula are where in_view says, and lie in the silhouettes"),
     ("visibility", "in_view, visible and the sights of views.npz are what body, props and cameras give"),
     (
@@ -53,6 +70,7 @@ pub const CHECKS: [(&str, &str); 11] = [
     ),
     ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
     ("contact", "contact.npz is what the poses give"),
+    ("shards", "tar shards hold the listed images and the truth of their samples, in order, and nothing else"),
     ("blindfold", "no file outside truth/ tells a pose of the test"),
 ];
 
@@ -162,6 +180,8 @@ pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verifica
     add(cameras::check(files, &parts))?;
     add(body::check(&parts))?;
     add(poses::check(&parts))?;
+    add(start::check(files, &parts))?;
+    add(recording::check(files, &parts))?;
     add(match parts.is_filmed() {
         true => filmed_projection::check(files, &parts),
         false => projection::check(files, &parts),
@@ -170,6 +190,7 @@ pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verifica
     add(masks::check(files, &parts, how))?;
     add(layers::check(files, &parts, how))?;
     add(contacts::check(files, &parts))?;
+    add(shards::check(&own, complete.as_ref(), &parts, how))?;
     add(blindfold::check(directory, set.truth.unwrap_or(directory), &own))?;
     let name = parts.manifest.map(|manifest| manifest.name).unwrap_or_default();
     Ok(Verification { name, set_hash: own.set_hash(), full_hash: own.full_hash().to_owned(), checks })

@@ -1,6 +1,7 @@
 //! The parts of a set, as far as they can be read.
 
 use super::Fault;
+use super::arrays::{wrong_names, wrong_numbers};
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::manifest::{self, BlindManifest};
@@ -11,7 +12,7 @@ use crate::benchmark_set::{
 };
 use crate::body::Motion;
 use crate::camera::{CameraRig, FilmingRig};
-use crate::npz::Npz;
+use crate::npz::{Array, Npz};
 use crate::observation::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
@@ -22,7 +23,7 @@ pub(super) struct ReadParts {
     /// The cameras that a tracker is given.
     pub(super) rig: Option<CameraRig>,
     /// The cameras that saw the actor, where trackers are given others.
-    true_rig: Option<CameraRig>,
+    pub(super) true_rig: Option<CameraRig>,
     /// How the cameras that saw the actor move and take their images, where they do not stand still.
     filming: Option<FilmingRig>,
     /// What a tracker is told of that.
@@ -31,7 +32,7 @@ pub(super) struct ReadParts {
     pub(super) truth: Option<GroundTruth>,
     pub(super) refitted: Option<Motion>,
     /// What is known beyond the numbers.
-    facts: Option<TruthFacts>,
+    pub(super) facts: Option<TruthFacts>,
     /// The secret that everything drawn for the observations depends on.
     key: Option<ObservationKey>,
 }
@@ -201,7 +202,22 @@ impl ReadParts {
                 .and_then(|(npz, truth)| truth_file::wrong_names(npz, &truth.actor))
                 .map(|detail| Fault::new(truth_file::PATH, detail)),
         );
+        faults.extend(npz.iter().flat_map(|npz| self.other_names(npz)).map(|d| Fault::new(truth_file::PATH, d)));
         faults
+    }
+
+    /// Arrays of `truth.npz` that follow from the bodies and are not read.
+    fn other_names(&self, npz: &Npz) -> Vec<String> {
+        let parents = self.truth.as_ref().and_then(|truth| {
+            let actor = &truth.actor;
+            let parent = |link| actor.parent(link).map_or(-1, |parent| parent as i64);
+            wrong_numbers(npz, "parents", &(0..actor.links.len()).map(parent).collect::<Vec<_>>())
+        });
+        let refitted = self.start.as_ref().filter(|_| self.refitted.is_some()).map(|start| {
+            let names = start.body.degrees_of_freedom.iter().map(|degree| degree.name.as_str());
+            wrong_names(npz, &Npz::from_iter([("refitted_angle_names", Array::names(names))]))
+        });
+        parents.into_iter().chain(refitted.into_iter().flatten()).collect()
     }
 
     /// Silhouettes and images that the counts ask for and the list of files does not have, and those beyond them.

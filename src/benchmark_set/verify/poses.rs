@@ -2,9 +2,10 @@
 
 use nalgebra::Point3;
 
+use super::arrays::wrong_names;
 use super::explanation::{Frame, explain};
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{Fault, Outcome, start};
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::truth_file::PATH;
 use crate::benchmark_set::views_file;
@@ -56,7 +57,9 @@ pub(super) fn check(parts: &ReadParts) -> Outcome {
     faults.extend(jump(truth, &known));
     let angles = actor.degrees_of_freedom.len();
     let looked_at = format!("{} frames of {} links, {angles} angles", truth.frames.len(), links.len());
-    Ok((looked_at, faults.into_iter().map(|detail| Fault::new(PATH, detail)).collect()))
+    let mut faults: Vec<Fault> = faults.into_iter().map(|detail| Fault::new(PATH, detail)).collect();
+    faults.extend(start::refitted_faults(parts));
+    Ok((looked_at, faults))
 }
 
 /// An array of points, as it is and as it should be.
@@ -165,6 +168,7 @@ fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &FilmingRig) -> 
     // what cannot be read is named by the check of projections
     let Some(found) = read else { return Vec::new() };
     let expected = views_file::to_npz(known, filming);
+    let names = wrong_names(&found, &expected);
     let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
         let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
         if found.len() != expected.len() {
@@ -200,7 +204,7 @@ fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &FilmingRig) -> 
     let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
     let of_joints = wrong("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
     let of_markers = wrong("marker_sight", &|frame, marker| frame.markers[marker], &markers);
-    of_joints.into_iter().chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
+    names.into_iter().chain(of_joints).chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
 }
 
 /// The sights of an array; none where it is missing or holds anything else.

@@ -17,11 +17,12 @@ pub(super) const GREY: [&str; 1] = ["Y"];
 /// outline shows.
 const TOLERANCE_PX: usize = 2;
 
-/// How far numbers may be off: a part of a unit vector, pixels, a sixteenth of a pixel's area, a quarter of a grey
-/// value.
-const NORMAL: f32 = 1e-3;
-const FLOW_PX: f32 = 1e-2;
-const SHARE: f32 = 0.07;
+/// How far numbers may be off: a part of a unit vector; pixels, and besides a share of the flow, for single precision;
+/// half of one of a pixel's sixteen samples; a quarter of a grey value, for half precision.
+const NORMAL: f32 = 1e-4;
+const FLOW_PX: f32 = 1e-4;
+const FLOW_SHARE: f32 = 1e-6;
+const SHARE: f32 = 1.0 / 32.0;
 const BRIGHTNESS: f32 = 1e-3;
 
 /// What is wrong with an image whose size, depth and parts are right.
@@ -78,7 +79,8 @@ fn normals(image: &LayerImage, expected: &[[f32; 3]], camera: &Camera) -> Option
 fn flow(image: &LayerImage, expected: &[[f32; 2]]) -> Option<String> {
     let Some([u, v]) = image.floats(FLOW) else { return missing("forward.u, .v") };
     let differs = |found: [f32; 2], own: [f32; 2]| {
-        let off = |i: usize| found[i].is_nan() != own[i].is_nan() || (found[i] - own[i]).abs() > FLOW_PX;
+        let limit = |i: usize| FLOW_PX + FLOW_SHARE * own[i].abs();
+        let off = |i: usize| found[i].is_nan() != own[i].is_nan() || (found[i] - own[i]).abs() > limit(i);
         off(0) || off(1)
     };
     let all = |change: &dyn Fn([f32; 2]) -> [f32; 2]| {

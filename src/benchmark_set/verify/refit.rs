@@ -1,0 +1,16 @@
+//! The poses of the tracker's body that come nearest to the truth, found again.
+
+use crate::body::{Humanoid, Markers, Motion};
+use crate::retarget::{FitOptions, fit_motion_to_markers};
+use crate::scene::GroundTruth;
+
+/// How far a pose may be off, metres and radians: the search for it ends there.
+pub(super) const TOLERANCE: f64 = 1e-6;
+
+/// The motion of a body whose markers come nearest to the actor's, as it was found when the set was made.
+pub(super) fn nearest_motion(body: &Humanoid, truth: &GroundTruth) -> Motion {
+    let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+    let fits = fit_motion_to_markers(body, &markers, &body.zero_pose(), &FitOptions::default());
+    let poses = fits.into_iter().map(|fit| fit.pose).collect();
+    Motion { frames_per_second: truth.frames_per_second, poses }.made_continuous(body)
+}
