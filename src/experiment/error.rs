@@ -80,6 +80,9 @@ pub enum ExperimentError {
         /// Last frame.
         last: usize,
     },
+    /// The model file that a setting names cannot be used.
+    #[error(transparent)]
+    ModelFile(Box<ExperimentError>),
     /// Tracking failed.
     #[error(transparent)]
     Track(#[from] TrackError),
@@ -340,6 +343,7 @@ impl ExperimentError {
             Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
+            Self::ModelFile(source) => source.names_a_file(),
             Self::With { .. } | Self::Interrupted | Self::ProgressSaved { .. } => true,
             Self::Unfinished { .. } | Self::OtherUnfinished { .. } => true,
         }
@@ -359,6 +363,16 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
+/// or is no file of its kind. Other reasons, such as a network that is down, may be gone next time.
+pub(super) fn stays_unreadable(error: &io::Error) -> bool {
+    use io::ErrorKind::{FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+    matches!(
+        error.kind(),
+        NotFound | PermissionDenied | IsADirectory | NotADirectory | InvalidData | InvalidInput | FileTooLarge
+    )
 }
 
 /// The last lines of a program, to follow what went wrong.

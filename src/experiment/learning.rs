@@ -98,10 +98,11 @@ impl Models {
         watch: &dyn Watch,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
         let path = self.folder.join(name);
+        let of_model = |e: ExperimentError| ExperimentError::ModelFile(Box::new(e));
         let at = match self.read.iter().position(|known| known.path == path) {
             Some(at) => at,
             None => {
-                let model = LearnedModel::read(&path)?;
+                let model = LearnedModel::read(&path).map_err(of_model)?;
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
                     watch.note(&format!(
@@ -120,8 +121,8 @@ impl Models {
             }
         };
         let ReadModel { facts, sources, graph, .. } = &self.read[at];
-        facts.check_fits(&path, body, rate)?;
-        let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
+        facts.check_fits(&path, body, rate).map_err(of_model)?;
+        let unfit = |detail: String| Err(of_model(ExperimentError::Malformed { path: path.clone(), detail }));
         if facts.settings.kind() != kind {
             let (found, wanted) = (facts.settings.kind().name(), kind.name());
             return unfit(format!(

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use super::ScenarioError;
 use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
+use super::ranges::MOST_SEEDS;
 use super::sweep::{Expansion, Sweep, SweepBudget};
 use super::tree::{settings_of, tree_of};
 use crate::input::{self, limits};
@@ -15,6 +16,8 @@ use crate::input::{self, limits};
 const MOST_VALUES: usize = 100_000;
 /// Most axes.
 const MOST_AXES: usize = 32;
+/// Characters of the longest condition. It is taken apart by recursion, so this bounds its depth too.
+const LONGEST_CONDITION: usize = 1_000;
 
 /// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -232,8 +235,15 @@ impl SweepFile {
                 format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", input::excerpt(&sweep.name)),
             );
         }
-        if sweep.seeds == Some(0) {
-            return refuse("seeds", "expected at least 1, found 0".to_owned());
+        if let Some(seeds) = sweep.seeds.filter(|seeds| !(1..=MOST_SEEDS).contains(seeds)) {
+            return refuse("seeds", format!("expected 1 to {MOST_SEEDS}, found {seeds}"));
+        }
+        for (index, condition) in sweep.keep.iter().enumerate() {
+            let length = condition.chars().count();
+            if length > LONGEST_CONDITION {
+                let message = format!("expected a condition of at most {LONGEST_CONDITION} characters, found {length}");
+                return refuse(&format!("keep[{index}]"), format!("{message}; split it, all of them must hold"));
+            }
         }
         let (axes, listed) = (self.axes()?, self.points()?);
         match sweep.method {
@@ -415,7 +425,8 @@ mod tests {
             ("samples = 3\n", "samples: expected it only with method = \"random\""),
             ("method = \"list\"\n", "points: expected [[points]]"),
             ("method = \"gird\"\n", "did you mean `grid`?"),
-            ("seeds = 0\n", "seeds: expected at least 1, found 0"),
+            ("seeds = 0\n", "a.toml:3: seeds: expected 1 to 100000, found 0"),
+            ("seeds = 1000000000\n", "a.toml:3: seeds: expected 1 to 100000, found 1000000000"),
             ("axis = 3\n", "unknown key `axis`, did you mean `axes`?"),
             (
                 "[budget]\nproduct = [\"particles\"]\nequals = 100\n",
