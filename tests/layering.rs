@@ -67,6 +67,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
+    ("signal_hook", &["cli/interrupt.rs"]),
     (
         "rustix",
         &[
@@ -85,7 +86,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "benchmark_set",
             "report",
             "experiment",
-            "scenario/survey.rs",
+            "scenario/similar_file.rs",
             "cli",
             "test_data",
         ],

@@ -62,6 +62,7 @@ pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, cap
 pub use skin::{
     Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
 };
+pub(crate) use skin::read_skin_allowing;
 pub use solid::Solid;
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;

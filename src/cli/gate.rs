@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
+use super::folders::expect_run;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -110,6 +111,7 @@ enum InconclusiveAs {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_run(&arguments.run)?;
     let rules = arguments.rules()?;
     if let Some(path) = &arguments.junit {
         keep_others_from_junit(Destination { path, force: arguments.force })?;

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     seed: Option<u32>,
 
     /// Number of seeds, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
     /// Output directory; an existing skiagraph run is replaced [default: runs/NAME, or runs/NAME-2 and so on if

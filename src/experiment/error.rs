@@ -295,18 +295,18 @@ pub enum ExperimentError {
 
 impl ExperimentError {
     /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work
-    /// or the disk is full, 1 where a sweep is not complete, 130 after an interruption.
+    /// or no room is left to write, 1 where a sweep is not complete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Busy { .. } | Self::Queued { .. } => 75,
             // there may be room later
             Self::Output { source, .. }
-                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
+                if is_no_room(source) =>
             {
                 75
             }
             Self::Set(SetError::Io { source, .. })
-                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
+                if is_no_room(source) =>
             {
                 75
             }
@@ -363,6 +363,13 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// Whether nothing more can be written for now: the disk is full, or a quota or `ulimit -f` is reached.
+fn is_no_room(error: &io::Error) -> bool {
+    // our own limits of files that are read are told without the system's number
+    let is_too_large = error.kind() == io::ErrorKind::FileTooLarge && error.raw_os_error().is_some();
+    is_too_large || matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }
 
 /// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,

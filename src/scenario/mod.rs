@@ -28,12 +28,15 @@ pub(crate) mod json_tree;
 mod latent;
 mod methods;
 mod motion;
+mod named_on_command_line;
+mod negative_numbers;
 mod override_keys;
 mod props;
 mod range_checks;
 mod ranges;
 mod read;
 mod rig;
+mod similar_file;
 mod survey;
 mod sweep;
 mod sweep_file;
@@ -57,10 +60,12 @@ pub use latent::{
     SwitchingGpdmSettings,
 };
 pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
+pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
 pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
 pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};

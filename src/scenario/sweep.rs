@@ -165,7 +165,7 @@ impl Sweep {
 }
 
 /// Parts between commas that stand in no bracket and no quote.
-fn split_at_commas(text: &str) -> Vec<&str> {
+pub(super) fn split_at_commas(text: &str) -> Vec<&str> {
     let (mut parts, mut begin, mut depth, mut quote) = (Vec::new(), 0, 0_usize, None);
     for (at, c) in text.char_indices() {
         match (c, quote) {

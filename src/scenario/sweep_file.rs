@@ -10,7 +10,7 @@ use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
 use super::ranges::MOST_SEEDS;
 use super::sweep::{Expansion, Sweep, SweepBudget};
 use super::tree::{settings_of, tree_of};
-use crate::input::{self, limits};
+use crate::input::{self, AllowedFolders, limits};
 
 /// Most values of one axis.
 const MOST_VALUES: usize = 100_000;
@@ -53,6 +53,8 @@ pub struct SweepFile {
     pub origin: String,
     /// The scenario's path is relative to this folder.
     pub folder: PathBuf,
+    /// Where the scenario may lie, and the files that settings name, beside the places that the scenario itself allows.
+    pub(crate) allowed: AllowedFolders,
     text: String,
 }
 
@@ -74,7 +76,8 @@ impl SweepFile {
     pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let tree = tree_of(text, origin)?;
         let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
-        let file = Self { sweep, origin: origin.to_owned(), folder, text: text.to_owned() };
+        let allowed = AllowedFolders::of_folder(&folder);
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: text.to_owned() };
         file.check()?;
         Ok(file)
     }
@@ -84,9 +87,16 @@ impl SweepFile {
     /// # Errors
     /// As [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
-        let file = Self { sweep, origin: origin.to_owned(), folder, text: String::new() };
+        let allowed = AllowedFolders::default();
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: String::new() };
         file.check()?;
         Ok(file)
+    }
+
+    /// The same file, which may name these files too.
+    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
+        self.allowed.allow_all_of(allowed);
+        self
     }
 
     /// The same file with another sweep, such as one that was changed on the command line.
@@ -108,7 +118,7 @@ impl SweepFile {
 
     /// An error about a key of the file, with its line.
     pub fn complaint(&self, key: &str, message: String) -> Complaint {
-        let place = locate(&self.text, key).map(|spot| LineSpan::from_span(&self.text, &spot.value));
+        let place = locate(&self.text, key).map(|spot| LineSpan::of_file(&self.text, &spot.value));
         Complaint { origin: self.origin.clone(), place, key: key.to_owned(), message }
     }
 

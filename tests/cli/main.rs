@@ -28,6 +28,7 @@ mod segment;
 mod skins;
 #[path = "../support/mod.rs"]
 mod support;
+mod strangers;
 mod sweep;
 mod train;
 mod verify;
