@@ -67,6 +67,7 @@ mod seed_advice;
 mod segmenting;
 mod skins;
 mod staging;
+mod start_check;
 pub mod sweep;
 mod track_timing;
 mod tracker_factory;
