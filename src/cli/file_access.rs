@@ -30,9 +30,9 @@ impl FileAccess {
         Ok(if self.allow_outside { sweep.allowing_all_files() } else { sweep })
     }
 
-    /// Lets a scenario name what its overrides, typed by the user, and this directory name.
-    pub(super) fn give(self, file: &mut ScenarioFile, overrides: &[String], mocap_directory: Option<&Path>) {
-        let allowed = self.allowed(&file.folder, overrides, mocap_directory);
+    /// Lets a scenario name what this directory holds; what its overrides name, it may name anyway.
+    pub(super) fn give(self, file: &mut ScenarioFile, mocap_directory: Option<&Path>) {
+        let allowed = self.allowed(&file.folder, &[], mocap_directory);
         file.allowed.allow_all_of(&allowed);
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn run(
 ) -> Result<ExitCode, CommandError> {
     let mut file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
-    arguments.access.give(&mut file, arguments.overrides, mocap.as_deref());
+    arguments.access.give(&mut file, mocap.as_deref());
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));
     if arguments.json {

@@ -40,12 +40,12 @@ impl ScenarioArguments {
             Some(path) => ScenarioFile::open(path, &overrides),
             None => ScenarioFile::built_in(&overrides),
         }?;
-        Ok(self.allowing(file, &overrides))
+        Ok(self.allowing(file))
     }
 
     /// The scenario, which may name what the command line names.
-    fn allowing(&self, mut file: ScenarioFile, overrides: &[String]) -> ScenarioFile {
-        self.access.give(&mut file, overrides, self.mocap_directory().as_deref());
+    fn allowing(&self, mut file: ScenarioFile) -> ScenarioFile {
+        self.access.give(&mut file, self.mocap_directory().as_deref());
         file
     }
 
@@ -53,7 +53,7 @@ impl ScenarioArguments {
     pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
         let (path, overrides) = self.parts();
         let found = survey(path, &overrides)?;
-        let file = found.file.map(|file| self.allowing(file, &overrides));
+        let file = found.file.map(|file| self.allowing(file));
         Ok(Survey { file, ..found })
     }
 

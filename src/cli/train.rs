@@ -175,7 +175,7 @@ impl Arguments {
             return Err(ExperimentError::Argument { argument, detail });
         }
         let mut file = ScenarioFile::open(&self.inputs[0], &[])?;
-        self.access.give(&mut file, &[], mocap.as_deref());
+        self.access.give(&mut file, mocap.as_deref());
         TrainingInput::from_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 

@@ -31,6 +31,7 @@ mod motion;
 mod named_on_command_line;
 mod negative_numbers;
 mod override_keys;
+mod override_value;
 mod props;
 mod range_checks;
 mod ranges;

@@ -2,16 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::complaint::{Complaint, LineSpan, about_file, locate};
+use super::named_on_command_line::NamedOnCommandLine;
 use super::negative_numbers::with_range;
 use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
+use super::override_value::parse_value;
 use super::similar_file::similar_file;
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
-use crate::input::{self, AllowedFolders, foreign, limits, plain};
+use crate::input::{self, AllowedFolders, limits, plain};
 
 /// The scenario that runs when none is named: `scenarios/walk.toml`.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
@@ -80,7 +81,8 @@ impl ScenarioFile {
         Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
     }
 
-    /// As [`Self::open`], from a text.
+    /// As [`Self::open`], from a text. Files that it names must lie below `folder` or its project; those that overrides
+    /// name may lie anywhere.
     ///
     /// # Errors
     /// As [`Self::open`], except reading errors.
@@ -113,12 +115,19 @@ impl ScenarioFile {
             }
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
-        let allowed = AllowedFolders::of_folder(&folder);
+        let mut allowed = AllowedFolders::of_folder(&folder);
+        let typed = NamedOnCommandLine { assignments: overrides, ..NamedOnCommandLine::default() };
+        allowed.allow_all_of(&typed.allowed(&folder));
         let file = Self { scenario, origin, folder, path: None, allowed, text, overrides };
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
             Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
         }
+    }
+
+    /// The same, which may name these files and no others.
+    pub(crate) fn naming_only(self, allowed: AllowedFolders) -> Self {
+        Self { allowed, ..self }
     }
 
     /// The path of a file that the scenario names at a key.
@@ -270,19 +279,6 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
     }
     table.insert(last.to_owned(), value);
     Ok(())
-}
-
-/// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
-pub(super) fn parse_value(text: &str) -> Result<Value, String> {
-    let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
-    if text.trim().is_empty() {
-        return Err("expected a value behind `=`, found none".to_owned());
-    }
-    match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
-        Ok(value) => Ok(value),
-        Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
-        Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
-    }
 }
 
 #[cfg(test)]

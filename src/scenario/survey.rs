@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::complaint::Complaint;
 use super::read::{covers, named, set, with_full_key};
+use super::named_on_command_line::NamedOnCommandLine;
 use super::negative_numbers::with_range;
 use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
@@ -61,8 +62,10 @@ impl<'a> Repair<'a> {
             file.origin = path.display().to_string();
             file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
             file.path = Some(PathBuf::from(path));
-            file.allowed = AllowedFolders::of_folder(&file.folder);
         }
+        let typed = NamedOnCommandLine { assignments: wanted, ..NamedOnCommandLine::default() };
+        file.allowed = AllowedFolders::of_folder(&file.folder);
+        file.allowed.allow_all_of(&typed.allowed(&file.folder));
         Ok(Self { file, wanted, tree: Value::Null, complaints: Vec::new(), removed: Vec::new() })
     }
 

@@ -82,6 +82,9 @@ impl Draft {
             }
             None => ScenarioFile::built_in(&sweep.set),
         }?;
+        // overrides of a sweep file are not typed by the user
+        let allowed = AllowedFolders::of_folder(&base.folder);
+        let base = base.naming_only(allowed);
         let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
         let identities = Identities::new(mocap_directory);
         let mut made = settings(file, &template, |setting, scenario| {
@@ -244,8 +247,8 @@ impl PlannedSweep {
             return Err(edited(&base));
         }
         let origin = plan.base.file.as_ref().unwrap_or(&base).display().to_string();
-        let mut file = ScenarioFile::parse(&text, &origin, plan.base.folder.clone(), &plan.base.set)?;
-        file.allowed = AllowedFolders::of_folder(root);
+        let file = ScenarioFile::parse(&text, &origin, plan.base.folder.clone(), &plan.base.set)?;
+        let file = file.naming_only(AllowedFolders::of_folder(root));
         let mut sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
         sweep.check_base(&text)?;
         sweep.check_inputs()?;

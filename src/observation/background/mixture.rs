@@ -434,7 +434,7 @@ mod tests {
 
     #[test]
     fn periods_that_come_one_after_another_are_learned_as_those_that_are_all_there() {
-        let image = |seed| noisy((20, 6, 3), seed, |x| 50.0 + f64::from(x), 3.0);
+        let image = |seed| noisy((20, 6, 3), seed, |x| 50.0 + x as f64, 3.0);
         let periods: Vec<Vec<Image>> = (0..3).map(|period| (0..4).map(|n| image(10 * period + n)).collect()).collect();
         let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
         let at_once = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap();
