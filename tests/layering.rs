@@ -69,6 +69,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
+    ("signal_hook", &["cli/interrupt.rs"]),
     (
         "rustix",
         &[
@@ -87,7 +88,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "benchmark_set",
             "report",
             "experiment",
-            "scenario/survey.rs",
+            "scenario/similar_file.rs",
             "cli",
             "test_data",
         ],

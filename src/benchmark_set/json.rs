@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::SetError;
-use crate::input::{excerpt, foreign};
+use crate::input::{excerpt, foreign_about, is_ours};
 
 pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, SetError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| SetError::malformed(file, e.to_string()))?;
@@ -26,11 +26,12 @@ pub(super) fn from_bytes_of_any<T: DeserializeOwned>(
     struct Tag {
         schema: String,
     }
-    let malformed = |e: serde_json::Error| SetError::malformed(file, foreign(e));
+    let malformed = |e: serde_json::Error| SetError::malformed(file, foreign_about(bytes, e));
     let Tag { schema: found } = serde_json::from_slice(bytes).map_err(malformed)?;
     if !schemas.contains(&found.as_str()) {
         let known = schemas.iter().map(|schema| format!("{schema:?}")).collect::<Vec<_>>().join(" and ");
-        return Err(SetError::malformed(file, format!("schema {:?}, this program reads {known}", excerpt(&found))));
+        let found = if is_ours(bytes) { format!("schema {:?}", excerpt(&found)) } else { "another schema".to_owned() };
+        return Err(SetError::malformed(file, format!("{found}, this program reads {known}")));
     }
     serde_json::from_slice(bytes).map_err(malformed)
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::files::SetFiles;
 use super::{ContactFacts, RetargetFacts, SetError};
-use crate::input::{self, excerpt, foreign, limits};
+use crate::input::{self, excerpt, foreign_about, limits};
 use crate::observation::{ImageSettings, ObservationFacts};
 use crate::rng::{KeyedSeed, ObservationKey};
 
@@ -267,7 +267,7 @@ fn parse<T: serde::de::DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<T, 
     toml::from_str(text).map_err(|e| {
         let before = e.span().and_then(|span| text.as_bytes().get(..span.start));
         let line = before.map_or(1, |before| before.iter().filter(|byte| **byte == b'\n').count() + 1);
-        SetError::malformed(path, format!("line {line}: {}", foreign(e.message())))
+        SetError::malformed(path, format!("line {line}: {}", foreign_about(bytes, e.message())))
     })
 }
 

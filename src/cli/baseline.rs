@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
+use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::evaluation::{METRICS, MeasuredRuns, mean, seeds_in_words};
@@ -64,6 +65,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let folder = &arguments.baselines;
     match &arguments.action {
         BaselineAction::Save { name, run, force } => {
+            expect_run(run)?;
             let saved = Baseline::save(name, run, folder, *force)?;
             volume.written(&saved.path);
             let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));

@@ -35,7 +35,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let mocap = arguments.scenario.mocap_directory();
     if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
-        return check_file(sweep, mocap, arguments.json);
+        return check_file(sweep, mocap, arguments.scenario.access(), arguments.json);
     }
     let Survey { file, complaints } = arguments.scenario.survey()?;
     let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{Destination, ExperimentError, compare_sides, put_file};
@@ -56,6 +57,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    arguments.runs.iter().try_for_each(|run| expect_run(run))?;
     let comparison = compare_sides(&arguments.runs, arguments.across_sets)?;
     if let Some(path) = &arguments.html {
         let page = difference_page(&comparison).map_err(ExperimentError::from)?;

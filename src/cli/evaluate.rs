@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
+use super::folders::expect_set_and_run;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
@@ -125,10 +126,11 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
+    expect_set_and_run("evaluate", &arguments.set, &run)?;
     let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
-    let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
     let done = evaluate_run(set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
     drop(progress);
     volume.notes(&done.notes);

@@ -8,6 +8,7 @@ use clap::builder::PossibleValue;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 
+use super::folders::expect_set;
 use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
@@ -52,6 +53,7 @@ fn formats() -> impl TypedValueParser<Value = ExportTo> {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_set(&arguments.set)?;
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let mut places = Vec::new();
     for to in &arguments.to {

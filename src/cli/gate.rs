@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
+use super::file_access::FileAccess;
+use super::folders::expect_run;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -76,6 +78,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     mocap_dir: Option<PathBuf>,
 
+    #[command(flatten)]
+    access: FileAccess,
+
     /// What an inconclusive gate counts as: itself (exit code 3), pass (0) or fail (1); in --junit and --github as well
     #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
     inconclusive: InconclusiveAs,
@@ -110,6 +115,7 @@ enum InconclusiveAs {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_run(&arguments.run)?;
     let rules = arguments.rules()?;
     if let Some(path) = &arguments.junit {
         keep_others_from_junit(Destination { path, force: arguments.force })?;
@@ -120,6 +126,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         sets: &arguments.set,
         scenario_folder: arguments.scenario_dir.as_deref(),
         mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
+        allow_outside: arguments.access.allow_outside,
     };
     if let Some(most) = arguments.add_seeds {
         let progress = Progress::new(volume);

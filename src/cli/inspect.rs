@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::file_access::FileAccess;
+use super::folders::expect_set;
 use super::inspect_words::in_words;
 use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
@@ -59,6 +61,9 @@ pub(super) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     pub(super) json: bool,
+
+    #[command(flatten)]
+    access: FileAccess,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -77,6 +82,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             overrides: &arguments.overrides,
             mocap_dir: arguments.mocap_dir.clone(),
             json: arguments.json,
+            access: arguments.access,
         };
         return inspect_scenario::run(&scenario, to, volume);
     }
@@ -93,8 +99,17 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         inspect_contacts::run(&arguments.what, unit, to, arguments.json, volume)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let found = inspect(&arguments.what, arguments.metres_per_unit, arguments.against.as_deref(), to)
-        .map_err(|e| e.about(&arguments.what))?;
+    if arguments.what.is_dir() {
+        expect_set(&arguments.what)?;
+    }
+    let found = inspect(
+        &arguments.what,
+        arguments.metres_per_unit,
+        arguments.against.as_deref(),
+        to,
+        arguments.access.allow_outside,
+    )
+    .map_err(|e| e.about(&arguments.what))?;
     let is_drawn = !matches!(&found, Inspected::Clip(clip) if clip.fit.is_none());
     let page = arguments.out.as_ref().filter(|_| is_drawn);
     page.iter().for_each(|page| volume.written(page));

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::file_access::FileAccess;
 use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -15,6 +16,7 @@ pub(super) struct InspectedScenario<'a> {
     pub(super) overrides: &'a [String],
     pub(super) mocap_dir: Option<PathBuf>,
     pub(super) json: bool,
+    pub(super) access: FileAccess,
 }
 
 /// Prints what a scenario makes of its recordings.
@@ -23,8 +25,9 @@ pub(super) fn run(
     picture: Option<Destination<'_>>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
+    let mut file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
+    arguments.access.give(&mut file, mocap.as_deref());
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));
     if arguments.json {

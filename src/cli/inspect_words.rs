@@ -3,6 +3,7 @@
 use super::output::counted;
 use crate::benchmark_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
+use crate::input::plain;
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
     match found {
@@ -22,11 +23,11 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
         counted(s.models.len(), "model"),
         counted(s.candidates, "candidate"),
         counted(s.inter_transitions, "inter-transition"),
-        facts.robot.name,
+        plain(&facts.robot.name),
         facts.frames_per_second,
     );
     for from in &facts.learned_from {
-        text.push_str(&format!("\n  learned from {}, {} frames", from.clip, from.frames));
+        text.push_str(&format!("\n  learned from {}, {} frames", plain(&from.clip), from.frames));
     }
     let error = &s.reconstruction_error_rad2;
     text.push_str(&format!(
@@ -52,7 +53,7 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
 }
 
 fn of_clip(name: &str, s: &ClipSummary) -> String {
-    let root = s.joints.first().map_or("", |(joint, _)| joint.as_str());
+    let root = s.joints.first().map_or_else(String::new, |(joint, _)| plain(joint));
     let mut text = format!(
         "{name}: recording of {} frames at {} Hz, {:.2} s{}\n  skeleton {} joints, root {root}\n  height   {:.2} m\n  \
          path     {:.2} m along the ground",
@@ -65,7 +66,8 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
         s.path_m,
     );
     if let Some(fit) = &s.fit {
-        let worst = fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
+        let worst =
+            fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {} {mm:.1} mm", plain(name)));
         text += &format!(
             "\n  fit      {:.1} mm from the recorded landmarks on average, on `actor`{worst}\n  limits   {}",
             fit.mean_mm,
@@ -80,7 +82,7 @@ fn of_skin(name: &str, s: &SkinSummary) -> String {
     let mut text = format!(
         "{name}: skin {}\n  mesh     {} vertices, {} triangles, {}\n  height   {:.3} m as modelled\n  weights  {}\n  \
          soles    {:.1} mm below those of the solids of `{}`, standing",
-        s.name,
+        plain(&s.name),
         s.vertices,
         s.triangles,
         match s.open_edges {
@@ -100,11 +102,11 @@ fn of_skin(name: &str, s: &SkinSummary) -> String {
         ));
     }
     if !s.segments.is_empty() {
-        text.push_str(&format!("\n  segments {}", s.segments.join(", ")));
+        text.push_str(&format!("\n  segments {}", plain(s.segments.join(", "))));
     }
     let landmarks = match s.landmarks.as_slice() {
         [] => "none: modelled on the robot at its zero pose".to_owned(),
-        named => named.join(", "),
+        named => plain(named.join(", ")),
     };
     text.push_str(&format!("\n  places   {landmarks}"));
     push_notes(&mut text, &s.notes);
@@ -118,7 +120,7 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
         movable\n  \
          freedom  {} joint angles and 6 of the root\n  mass     {:.2} kg\n  height   {:.2} m from the lowest to the \
          highest joint",
-        s.name,
+        plain(&s.name),
         s.degrees_of_freedom.len(),
         s.mass_kg,
         s.height_m,
@@ -131,6 +133,7 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
     text.push_str(&format!("\n\n  {:<width$}    lower    upper  velocity   effort", "angle"));
     let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
     for DegreeSummary { name, lower, upper, max_velocity, max_effort } in &s.degrees_of_freedom {
+        let name = plain(name);
         let [lower, upper, velocity, effort] = [*lower, *upper, *max_velocity, *max_effort].map(shown);
         text.push_str(&format!("\n  {name:<width$}  {lower:>7}  {upper:>7}  {velocity:>8}  {effort:>7}"));
     }
@@ -140,23 +143,23 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
 fn of_set(name: &str, s: &SetSummary) -> String {
     let bodies = match (s.matched, s.mismatch.as_deref(), &s.actor) {
         (Some(true), ..) => "matched: tracker and actor have the same body".to_owned(),
-        (Some(false), Some(how), _) if !how.is_empty() => how.to_owned(),
-        (_, _, Some(actor)) => format!("actor {actor}, tracker {}", s.tracker_body),
-        (.., None) => format!("tracker {}", s.tracker_body),
+        (Some(false), Some(how), _) if !how.is_empty() => plain(how),
+        (_, _, Some(actor)) => format!("actor {}, tracker {}", plain(actor), plain(&s.tracker_body)),
+        (.., None) => format!("tracker {}", plain(&s.tracker_body)),
     };
     let training = match s.training_frames {
-        0 => s.learned_from.join("; "),
-        frames => format!("{frames} frames: {}", s.learned_from.join("; ")),
+        0 => plain(s.learned_from.join("; ")),
+        frames => format!("{frames} frames: {}", plain(s.learned_from.join("; "))),
     };
     let hashes =
         s.fault.as_ref().map_or_else(|| "all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
         "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {training}\n  \
          masks    {}\n  layers   {}\n  set hash {} ({SET_HASH_COVERS})\n  full hash {} ({FULL_HASH_COVERS})\n  files    {hashes}\n",
-        s.name,
+        plain(&s.name),
         s.frames,
         s.frames_per_second,
-        s.motion.as_deref().unwrap_or("not told: this set has no truth (render --truth)"),
+        plain(s.motion.as_deref().unwrap_or("not told: this set has no truth (render --truth)")),
         s.observation,
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
@@ -169,19 +172,19 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         text.push_str(&format!("  contact  {name}: {value}\n"));
     }
     if !s.props.is_empty() {
-        text.push_str(&format!("  props    {}\n", s.props.join(", ")));
+        text.push_str(&format!("  props    {}\n", plain(s.props.join(", "))));
     }
     for camera in &s.cameras {
         let [width, height] = camera.size_px;
         let lens = if camera.distorts { "lens with distortion" } else { "no lens distortion" };
         let filming = camera.filming.iter().map(|words| format!(", {words}")).collect::<String>();
-        text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}{filming}", camera.name));
+        text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}{filming}", plain(&camera.name)));
     }
     text
 }
 
 fn push_notes(text: &mut String, notes: &[String]) {
     for note in notes {
-        text.push_str(&format!("\n  note     {note}"));
+        text.push_str(&format!("\n  note     {}", plain(note)));
     }
 }

@@ -27,6 +27,16 @@ pub(super) fn install() {
     .ok();
 }
 
+/// A file that reaches `ulimit -f` is an error of writing, as on a full disk, and does not kill the process.
+pub(super) fn outlive_file_limit() {
+    #[cfg(unix)]
+    {
+        let reached = std::sync::Arc::new(AtomicBool::new(false));
+        // where it cannot be installed, the limit kills as before
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, reached).ok();
+    }
+}
+
 /// Whether the user wants the work to stop.
 pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)

@@ -9,6 +9,8 @@ mod compare;
 mod completions;
 mod evaluate;
 mod export;
+mod file_access;
+mod folders;
 mod gate;
 mod inspect;
 mod inspect_contacts;
@@ -35,7 +37,7 @@ mod volume;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::experiment::ExperimentError;
 use crate::scenario::ScenarioError;
@@ -115,13 +117,26 @@ impl CommandError {
     }
 }
 
+/// All commands. A negative number behind an option is its value, whatever the option takes: it is then refused by its
+/// range.
+fn command_line() -> clap::Command {
+    fn with_negative_numbers(command: clap::Command) -> clap::Command {
+        let takes_value = |argument: &clap::Arg| argument.get_long().is_some() && argument.get_action().takes_values();
+        command
+            .mut_args(|argument| if takes_value(&argument) { argument.allow_negative_numbers(true) } else { argument })
+            .mut_subcommands(with_negative_numbers)
+    }
+    with_negative_numbers(CommandLine::command())
+}
+
 /// Parses the process's arguments and runs the command. Usage errors and `--help` end the process here.
 ///
 /// # Errors
 /// [`CommandError`] if the command fails.
 pub fn run_command() -> Result<ExitCode, CommandError> {
-    let line = CommandLine::parse();
+    let line = CommandLine::from_arg_matches(&command_line().get_matches()).unwrap_or_else(|error| error.exit());
     interrupt::install();
+    interrupt::outlive_file_limit();
     if let Some(threads) = line.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
@@ -150,11 +165,24 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_well_formed() {
-        CommandLine::command().debug_assert();
+        command_line().debug_assert();
+    }
+
+    #[test]
+    fn a_negative_number_is_refused_by_the_range_of_its_option() {
+        for (arguments, words) in [
+            ("run --seeds -1", "-1 is not in 1..=100000"),
+            ("track set --tracker frozen --out a --seeds -1", "-1 is not in 1..=100000"),
+            ("sweep walk.toml --seeds -1", "-1 is not in 1..=100000"),
+            ("sweep run a -j -2", "-2 is not in 1..=1024"),
+        ] {
+            let line = std::iter::once("skiagraph").chain(arguments.split(' '));
+            let error = command_line().try_get_matches_from(line).unwrap_err().to_string();
+            assert!(error.contains(words), "{arguments}: {error}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
@@ -56,6 +57,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_run(&arguments.sweep)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     seed: Option<u32>,
 
     /// Number of seeds, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
     /// Output directory; replaced if the same scenario with the same settings made what is there [default: runs/NAME,

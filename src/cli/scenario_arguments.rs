@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::file_access::FileAccess;
 use crate::experiment::ExperimentError;
 use crate::scenario::{ScenarioFile, Survey, survey};
 
@@ -20,6 +21,9 @@ pub(super) struct ScenarioArguments {
     /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
+
+    #[command(flatten)]
+    access: FileAccess,
 }
 
 impl ScenarioArguments {
@@ -32,16 +36,25 @@ impl ScenarioArguments {
     pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
         let (path, mut overrides) = self.parts();
         overrides.extend(more);
-        Ok(match path {
+        let file = match path {
             Some(path) => ScenarioFile::open(path, &overrides),
             None => ScenarioFile::built_in(&overrides),
-        }?)
+        }?;
+        Ok(self.allowing(file))
+    }
+
+    /// The scenario, which may name what the command line names.
+    fn allowing(&self, mut file: ScenarioFile) -> ScenarioFile {
+        self.access.give(&mut file, self.mocap_directory().as_deref());
+        file
     }
 
     /// The scenario with its overrides, and all its errors.
     pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
         let (path, overrides) = self.parts();
-        Ok(survey(path, &overrides)?)
+        let found = survey(path, &overrides)?;
+        let file = found.file.map(|file| self.allowing(file));
+        Ok(Survey { file, ..found })
     }
 
     /// The file, if one is named.
@@ -58,6 +71,11 @@ impl ScenarioArguments {
             },
             None => (None, self.overrides.clone()),
         }
+    }
+
+    /// Whether files may be named anywhere.
+    pub(super) fn access(&self) -> FileAccess {
+        self.access
     }
 
     /// Directory that is searched for clips.

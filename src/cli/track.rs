@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::folders::expect_set;
 use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
@@ -111,6 +112,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_set(&arguments.set)?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
     match (&arguments.exec, &arguments.out) {

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
+use super::file_access::FileAccess;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -74,6 +75,9 @@ pub(super) struct Arguments {
     /// Directory that is searched, with its subdirectories, for clips [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
+
+    #[command(flatten)]
+    access: FileAccess,
 
     /// Move an existing file that is not a model aside, to NAME~
     #[arg(long)]
@@ -151,6 +155,7 @@ impl Arguments {
                 first_frame: self.first_frame.map(|n| n as usize),
                 last_frame: self.last_frame.map(|n| n as usize),
                 metres_per_unit: self.metres_per_unit,
+                allow_outside: self.access.allow_outside,
             };
             return TrainingInput::from_clips(&self.inputs, &options, mocap.as_deref());
         }
@@ -169,7 +174,8 @@ impl Arguments {
             let detail = "is for clips only; a scenario sets it itself".to_owned();
             return Err(ExperimentError::Argument { argument, detail });
         }
-        let file = ScenarioFile::open(&self.inputs[0], &[])?;
+        let mut file = ScenarioFile::open(&self.inputs[0], &[])?;
+        self.access.give(&mut file, mocap.as_deref());
         TrainingInput::from_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 

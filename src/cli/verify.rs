@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::CommandError;
+use super::folders::expect_set;
 use super::output::{self, counted};
 use super::progress::Progress;
 use super::volume::Volume;
@@ -47,6 +48,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    expect_set(&arguments.set)?;
     let progress = Progress::new(volume);
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let found = verify_set(set, arguments.every as usize, &progress);

@@ -10,7 +10,7 @@ use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 use super::error::read_file;
 use super::{Destination, ExperimentError, put_file, read_runs};
 use crate::evaluation::{FEWEST_SEEDS, MeasuredRuns};
-use crate::input::{excerpt, foreign, limits};
+use crate::input::{excerpt, foreign, is_ours, limits, unquoted};
 use crate::scenario::json_tree;
 
 /// Where baselines are, unless one is told.
@@ -112,8 +112,8 @@ impl Baseline {
 
     fn read_file(path: &Path) -> Result<Self, ExperimentError> {
         let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-        let tree: Value =
-            serde_json::from_slice(&read_file(path, limits::RECORD)?).map_err(|e| malformed(foreign(e)))?;
+        let bytes = read_file(path, limits::RECORD)?;
+        let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;
         match tree.get("schema").and_then(Value::as_str) {
             Some(SCHEMA) => {}
             Some(newer) if newer.starts_with("skiagraph.baseline/") => {
@@ -124,7 +124,7 @@ impl Baseline {
                 )));
             }
             other => {
-                let found = other.map_or_else(|| "none".to_owned(), excerpt);
+                let found = other.filter(|_| is_ours(&bytes)).map_or_else(|| "none".to_owned(), excerpt);
                 return Err(malformed(format!("expected the schema {SCHEMA}, found {found}")));
             }
         }

@@ -133,6 +133,10 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
     let mut seen = Vec::new();
     for (_, tracker) in scenario.trackers() {
         let Some(path) = tracker.kind().model_file().map(|name| file.folder.join(name)) else { continue };
+        if let Err(outside) = file.allowed.check(&path) {
+            wrong.push(ExperimentError::Malformed { path, detail: outside.to_string() });
+            continue;
+        }
         if !seen.contains(&path) {
             wrong.extend(LearnedModel::read(&path).err());
             seen.push(path);

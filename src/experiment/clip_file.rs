@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::SourceRecording;
-use crate::input::{self, excerpt, hex_sha256, limits};
+use crate::input::{self, AllowedFolders, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 use crate::retarget::MotionFingerprint;
-use crate::scenario::{MotionSettings, ScenarioFile, UpwardAxis, did_you_mean};
+use crate::scenario::{MotionSettings, ScenarioFile, UpwardAxis, did_you_mean, similar_file};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -45,7 +45,7 @@ pub(super) fn load(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Result<UsedRecording, ExperimentError> {
-    read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
+    read_part(ClipFolders::of(file, mocap_directory), Path::new(&settings.clip), settings, &|key, message| {
         scenario_error(file, &format!("{table}.{key}"), message)
     })
 }
@@ -72,23 +72,20 @@ fn missing_of_one(
     if let Some(name) = built_in(Path::new(&settings.clip)) {
         return embedded(name).err().map(|message| scenario_error_at("clip", message)).into_iter().collect();
     }
-    let places = ClipFolders { folder: &file.folder, mocap_directory };
-    let clip = places
-        .find(Path::new(&settings.clip), settings.sha256.as_deref())
-        .is_none()
-        .then_some(("clip", &settings.clip));
-    let skeleton = settings.skeleton.as_ref().filter(|name| places.find(Path::new(name), None).is_none());
-    let missing = clip.into_iter().chain(skeleton.map(|name| ("skeleton", name)));
-    missing.map(|(key, name)| scenario_error_at(key, places.missing(name, settings))).collect()
+    let places = ClipFolders::of(file, mocap_directory);
+    let clip = places.find(Path::new(&settings.clip), settings.sha256.as_deref(), settings).err();
+    let skeleton = settings.skeleton.as_ref().and_then(|name| places.find(Path::new(name), None, settings).err());
+    let missing =
+        clip.map(|message| ("clip", message)).into_iter().chain(skeleton.map(|message| ("skeleton", message)));
+    missing.map(|(key, message)| scenario_error_at(key, message)).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at`
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, in these places; `scenario_error_at`
 /// is how a complaint about a key of the settings is put.
 pub(super) fn read_part(
-    folder: &Path,
+    places: ClipFolders<'_>,
     recording: &Path,
     settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
     scenario_error_at: &dyn Fn(&'static str, String) -> ExperimentError,
 ) -> Result<UsedRecording, ExperimentError> {
     let mut options = ReadOptions {
@@ -103,17 +100,15 @@ pub(super) fn read_part(
         keep_rest_pose: true,
         markers: settings.marker_map.clone(),
     };
-    let places = ClipFolders { folder, mocap_directory };
     let (clip, sha256) = if let Some(name) = built_in(recording) {
         let text = embedded(name).map_err(|message| scenario_error_at("clip", message))?;
         (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
     } else {
-        let path = places.find(recording, settings.sha256.as_deref());
-        let path = path.ok_or_else(|| scenario_error_at("clip", places.missing(&settings.clip, settings)))?;
+        let path = places.find(recording, settings.sha256.as_deref(), settings);
+        let path = path.map_err(|message| scenario_error_at("clip", message))?;
         if let Some(name) = &settings.skeleton {
-            let skeleton = places.find(Path::new(name), None);
-            options.skeleton =
-                Some(skeleton.ok_or_else(|| scenario_error_at("skeleton", places.missing(name, settings)))?);
+            let skeleton = places.find(Path::new(name), None, settings);
+            options.skeleton = Some(skeleton.map_err(|message| scenario_error_at("skeleton", message))?);
         }
         let mut clip = mocap::read(&path, &options)?;
         let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
@@ -218,20 +213,14 @@ fn embedded(name: &str) -> Result<&'static str, String> {
 
 /// The files of a `recording`, which is the settings' clip, that [`load`] reads; none for a built-in clip and for files
 /// that are missing.
-pub(super) fn paths_of(
-    folder: &Path,
-    recording: &Path,
-    settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
-) -> Vec<PathBuf> {
+pub(super) fn paths_of(places: ClipFolders<'_>, recording: &Path, settings: &MotionSettings) -> Vec<PathBuf> {
     if built_in(recording).is_some() {
         return Vec::new();
     }
-    let places = ClipFolders { folder, mocap_directory };
-    let Some(clip) = places.find(recording, settings.sha256.as_deref()) else { return Vec::new() };
+    let Ok(clip) = places.find(recording, settings.sha256.as_deref(), settings) else { return Vec::new() };
     let has = |path: &Path, wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
     let skeletons: Vec<PathBuf> = match &settings.skeleton {
-        Some(name) => places.find(Path::new(name), None).into_iter().collect(),
+        Some(name) => places.find(Path::new(name), None, settings).into_iter().collect(),
         None if has(&clip, "amc") => {
             let beside = clip.parent().and_then(|folder| fs::read_dir(folder).ok());
             let beside = beside.into_iter().flatten().flatten().map(|entry| entry.path());
@@ -243,27 +232,53 @@ pub(super) fn paths_of(
 }
 
 /// Where clips may be.
-struct ClipFolders<'a> {
-    folder: &'a Path,
-    mocap_directory: Option<&'a Path>,
+#[derive(Clone, Copy)]
+pub(super) struct ClipFolders<'a> {
+    pub(super) folder: &'a Path,
+    pub(super) mocap_directory: Option<&'a Path>,
+    /// Where files that are named by their path may lie.
+    pub(super) allowed: &'a AllowedFolders,
 }
 
-impl ClipFolders<'_> {
+impl<'a> ClipFolders<'a> {
+    /// Those of a scenario.
+    pub(super) fn of(file: &'a ScenarioFile, mocap_directory: Option<&'a Path>) -> Self {
+        Self { folder: &file.folder, mocap_directory, allowed: &file.allowed }
+    }
+
     /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the
     /// first in alphabetical order.
-    fn find(&self, name: &Path, sha256: Option<&str>) -> Option<PathBuf> {
+    ///
+    /// # Errors
+    /// In words, where there is none, or where the path leads to a file that may not be named.
+    fn find(&self, name: &Path, sha256: Option<&str>, settings: &MotionSettings) -> Result<PathBuf, String> {
         let beside = self.folder.join(name);
+        if let Err(outside) = self.check(&beside) {
+            return Err(format!("`{}` {outside}", excerpt(&name.to_string_lossy())));
+        }
         if beside.exists() && !beside.is_dir() {
-            return Some(beside);
+            return Ok(beside);
         }
         let mut found = Vec::new();
-        search(self.mocap_directory?, name, 0, &mut found);
+        if let Some(directory) = self.mocap_directory {
+            search(directory, name, 0, &mut found);
+        }
         let right =
             |path: &&PathBuf| sha256.is_some_and(|hash| sha256_of(path).is_ok_and(|h| h.eq_ignore_ascii_case(hash)));
-        found.iter().find(right).or(found.first()).cloned()
+        let found = found.iter().find(right).or(found.first()).cloned();
+        found.ok_or_else(|| self.missing(&name.to_string_lossy(), settings))
+    }
+
+    fn check(&self, path: &Path) -> std::io::Result<()> {
+        let mut of_recordings = AllowedFolders::default();
+        self.mocap_directory.into_iter().for_each(|directory| of_recordings.allow(directory));
+        of_recordings.check(path).or_else(|_| self.allowed.check(path))
     }
 
     fn missing(&self, name: &str, settings: &MotionSettings) -> String {
+        if Path::new(name).is_absolute() {
+            return format!("there is no file `{}`", excerpt(name)) + &self.guess(name);
+        }
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { self.folder };
         let searched = match self.mocap_directory {
             Some(directory) if directory.is_dir() => format!("nor below {}", directory.display()),
@@ -275,7 +290,14 @@ impl ClipFolders<'_> {
             source => format!("; source: {}", excerpt(source)),
         };
         let hash = settings.sha256.as_ref().map(|hash| format!(" (SHA-256 {hash})")).unwrap_or_default();
-        format!("`{}` is not in {}, {searched}{source}{hash}", excerpt(name), folder.display())
+        let guess = self.guess(name);
+        format!("`{}` is not in {}, {searched}{guess}{source}{hash}", excerpt(name), folder.display())
+    }
+
+    /// The end of a message that says what is there instead, if anything is alike.
+    fn guess(&self, name: &str) -> String {
+        let guess = similar_file(&self.folder.join(name));
+        guess.map(|guess| format!("; did you mean `{}`?", excerpt(&guess))).unwrap_or_default()
     }
 }
 

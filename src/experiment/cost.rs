@@ -9,7 +9,7 @@ use super::measuring::Measures;
 use super::observing::Observing;
 use super::staging::Staged;
 use super::tracking::track;
-use super::{ExperimentError, Unwatched};
+use super::{ExperimentError, Unwatched, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, RigMoments, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
@@ -294,7 +294,12 @@ fn render_memory(file: &ScenarioFile, staged: &Staged, in_memory: f64) -> f64 {
     let largest = pixels(staged).fold(0.0, f64::max);
     let screens =
         if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
-    BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens
+    let observation = &file.scenario.observation;
+    let segmentation = match observation.silhouette {
+        SilhouetteSource::Segmented => memory::needed(&staged.rig, &observation.images, rayon::current_num_threads()),
+        _ => 0.0,
+    };
+    segmentation + BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens
 }
 
 /// Most memory that layers take while they are written.

@@ -80,6 +80,9 @@ pub enum ExperimentError {
         /// Last frame.
         last: usize,
     },
+    /// The model file that a setting names cannot be used.
+    #[error(transparent)]
+    ModelFile(Box<ExperimentError>),
     /// Tracking failed.
     #[error(transparent)]
     Track(#[from] TrackError),
@@ -305,21 +308,13 @@ pub enum ExperimentError {
 
 impl ExperimentError {
     /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work
-    /// or the disk is full, 1 where a sweep is not complete, 130 after an interruption.
+    /// or no room is left to write, 1 where a sweep is not complete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Busy { .. } | Self::Queued { .. } => 75,
             // there may be room later
-            Self::Output { source, .. }
-                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
-            {
-                75
-            }
-            Self::Set(SetError::Io { source, .. })
-                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
-            {
-                75
-            }
+            Self::Output { source, .. } if is_no_room(source) => 75,
+            Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
             Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
             Self::Interrupted | Self::ProgressSaved { .. } => 130,
@@ -353,6 +348,7 @@ impl ExperimentError {
             Self::OtherPlan { .. } | Self::OtherResult { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
+            Self::ModelFile(source) => source.names_a_file(),
             Self::With { .. } | Self::Interrupted | Self::ProgressSaved { .. } => true,
             Self::Unfinished { .. } | Self::OtherUnfinished { .. } => true,
         }
@@ -372,6 +368,25 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// Whether nothing more can be written for now: the disk is full, or a quota or `ulimit -f` is reached.
+fn is_no_room(error: &io::Error) -> bool {
+    // our own limits of files that are read are told without the system's number
+    let is_too_large = error.kind() == io::ErrorKind::FileTooLarge && error.raw_os_error().is_some();
+    is_too_large || matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+}
+
+/// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
+/// or is no file of its kind. Other reasons, such as a network that is down, may be gone next time.
+pub(super) fn stays_unreadable(error: &io::Error) -> bool {
+    use io::ErrorKind::{
+        FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,
+    };
+    matches!(
+        error.kind(),
+        NotFound | PermissionDenied | IsADirectory | NotADirectory | InvalidData | InvalidInput | FileTooLarge
+    )
 }
 
 /// The last lines of a program, to follow what went wrong.

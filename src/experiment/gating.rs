@@ -8,7 +8,7 @@ use super::seed_advice::seed_advice;
 use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
 use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, find_metric, gate};
-use crate::input::{self, excerpt, foreign, limits};
+use crate::input::{self, excerpt, foreign, is_ours, limits, unquoted};
 use crate::scenario::json_tree;
 
 /// The file of rules in the working directory.
@@ -49,8 +49,8 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let text = input::read_to_string(path, limits::SETTINGS)
         .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
-    let table: toml::Table = toml::from_str(&text).map_err(|e| malformed(foreign(e)))?;
-    let mut tree = serde_json::to_value(table).map_err(|e| malformed(foreign(e)))?;
+    let table: toml::Table = toml::from_str(&text).map_err(|e| malformed(toml_error(&text, &e)))?;
+    let mut tree = serde_json::to_value(table).map_err(|e| malformed(unquoted(e)))?;
     let schema = tree.as_object_mut().and_then(|table| table.shift_remove("schema"));
     if schema.as_ref().and_then(Value::as_str) != Some(SCHEMA) {
         return Err(malformed(format!("expected schema = \"{SCHEMA}\"")));
@@ -65,6 +65,17 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
         .chain(budgets)
         .try_for_each(|(key, name)| check_metric(name).map_err(|detail| malformed(format!("{key}: {detail}"))))?;
     Ok(rules)
+}
+
+/// What is wrong with a text that is no TOML; it is quoted only if it is one of this program.
+fn toml_error(text: &str, error: &toml::de::Error) -> String {
+    match is_ours(text.as_bytes()) {
+        true => foreign(error),
+        false => {
+            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            format!("line {}: not TOML: {}", before.matches('\n').count() + 1, unquoted(error.message()))
+        }
+    }
 }
 
 /// Refuses a name that no metric has, with the one that is probably meant.

@@ -30,8 +30,8 @@ impl Inputs {
         let training = scenario.training.iter().flat_map(|training| &training.clips);
         let others = scenario.distractor.iter().map(|other| &other.motion);
         let recordings = training.chain([&scenario.motion]).chain(others).flat_map(|motion| motion.takes("motion"));
-        let recordings = recordings
-            .flat_map(|(_, take)| clip_file::paths_of(&file.folder, Path::new(&take.clip), &take, mocap_directory));
+        let places = clip_file::ClipFolders::of(file, mocap_directory);
+        let recordings = recordings.flat_map(|(_, take)| clip_file::paths_of(places, Path::new(&take.clip), &take));
         let others = scenario.distractor.iter().map(|other| &other.robot);
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].into_iter().chain(others);
         let robots = robots.map(|robot| file.folder.join(robot));
@@ -39,8 +39,10 @@ impl Inputs {
         let trackers = scenario.trackers();
         let models =
             trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
-        let skins = skins::paths_of(file);
-        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(cameras).chain(models).chain(skins))
+        let named = robots.chain(cameras).chain(models).chain(skins::paths_of(file));
+        // what a scenario may not name is not read
+        let named = named.filter(|path| file.allowed.check(path).is_ok());
+        Self::new(file.path.iter().cloned().chain(recordings).chain(named))
     }
 
     /// Of a tracker that reads a set.

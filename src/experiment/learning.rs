@@ -8,6 +8,7 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, LearnedModel, ModelFacts};
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
+use crate::input::AllowedFolders;
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
@@ -21,6 +22,8 @@ const FAR_START: f64 = 0.25;
 pub struct Models {
     /// Folder that the paths of model files are relative to; empty for the working directory.
     folder: PathBuf,
+    /// Where model files may lie; `None` where the user named them.
+    allowed: Option<AllowedFolders>,
     /// The test's recordings, where they are known: no model may have been learned from them.
     test: Vec<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
@@ -45,7 +48,12 @@ impl Models {
     /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from
     /// `test`, the recordings of the truth.
     pub fn new(file: &ScenarioFile, test: &[SourceRecording]) -> Self {
-        Self { folder: file.folder.clone(), test: test.to_vec(), ..Self::default() }
+        Self {
+            folder: file.folder.clone(),
+            allowed: Some(file.allowed.clone()),
+            test: test.to_vec(),
+            ..Self::default()
+        }
     }
 
     /// The same, which learn what is not in this folder yet and leave it there for other processes.
@@ -98,10 +106,16 @@ impl Models {
         watch: &dyn Watch,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
         let path = self.folder.join(name);
+        let of_model = |e: ExperimentError| ExperimentError::ModelFile(Box::new(e));
         let at = match self.read.iter().position(|known| known.path == path) {
             Some(at) => at,
             None => {
-                let model = LearnedModel::read(&path)?;
+                let allowed = self.allowed.as_ref().map_or(Ok(()), |allowed| allowed.check(&path));
+                let refused = |e: std::io::Error| {
+                    of_model(ExperimentError::Malformed { path: path.clone(), detail: e.to_string() })
+                };
+                allowed.map_err(refused)?;
+                let model = LearnedModel::read(&path).map_err(of_model)?;
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
                     watch.note(&format!(
@@ -120,8 +134,8 @@ impl Models {
             }
         };
         let ReadModel { facts, sources, graph, .. } = &self.read[at];
-        facts.check_fits(&path, body, rate)?;
-        let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
+        facts.check_fits(&path, body, rate).map_err(of_model)?;
+        let unfit = |detail: String| Err(of_model(ExperimentError::Malformed { path: path.clone(), detail }));
         if facts.settings.kind() != kind {
             let (found, wanted) = (facts.settings.kind().name(), kind.name());
             return unfit(format!(

@@ -33,11 +33,12 @@ fn refusal(rig: &CameraRig, needed: f64, available: f64) -> Option<String> {
 }
 
 /// Bytes that segmentation needs at most.
-fn needed(rig: &CameraRig, images: &ImageSettings, threads: usize) -> f64 {
+pub(super) fn needed(rig: &CameraRig, images: &ImageSettings, threads: usize) -> f64 {
     let channels = if images.grey { 1.0 } else { 3.0 };
     // densities in single precision, and bounds of a byte each
     let mixture = PERIODS * ((2.0 * channels + 1.0) * 4.0 + 2.0 * channels);
-    let learned_from = PERIODS * f64::from(images.background_frames) * channels;
+    // the images of a period
+    let learned_from = f64::from(images.background_frames) * channels;
     let busy = threads.min(rig.cameras.len()) as f64;
     let largest = pixels(rig).fold(0.0, f64::max);
     (KEPT + mixture) * pixels(rig).sum::<f64>() + (learned_from + LEARNING) * busy * largest
@@ -71,9 +72,9 @@ mod tests {
         let (images, many) = (ImageSettings::default(), of_size(64, 1920, 1080));
         let bytes = needed(&many, &images, 2);
         // 138 bytes of every pixel, and two cameras' images of the background
-        assert!((bytes - 1920.0 * 1080.0 * (64.0 * 138.0 + 2.0 * 240.0)).abs() < 1.0, "{bytes}");
+        assert!((bytes - 1920.0 * 1080.0 * (64.0 * 138.0 + 2.0 * 120.0)).abs() < 1.0, "{bytes}");
         let words = refusal(&many, bytes, 8e9).unwrap();
-        assert!(words.contains("64 cameras with 132.7 million pixels need about 18.0 GiB"), "{words}");
+        assert!(words.contains("64 cameras with 132.7 million pixels need about 17.5 GiB"), "{words}");
         assert!(words.contains("7.5 GiB are free; use fewer or smaller cameras"), "{words}");
         assert_eq!(refusal(&many, bytes, 64e9), None);
         let few = of_size(4, 640, 480);

@@ -71,6 +71,7 @@ mod segmenting;
 mod set_tracking;
 mod skins;
 mod staging;
+mod start_check;
 pub mod sweep;
 mod track_timing;
 mod tracker_factory;

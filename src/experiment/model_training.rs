@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::clip_file::ClipFolders;
 use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
@@ -16,7 +17,7 @@ use super::{
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
-use crate::input::{hex_sha256, limits};
+use crate::input::{AllowedFolders, hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
@@ -52,6 +53,8 @@ pub struct ClipOptions {
     pub last_frame: Option<usize>,
     /// Length of the files' unit, metres; `None` for what the format says or a guess.
     pub metres_per_unit: Option<f64>,
+    /// Whether the robot may name meshes anywhere, not only below its own folder or project.
+    pub allow_outside: bool,
 }
 
 /// A model that was learned.
@@ -91,8 +94,14 @@ impl TrainingInput {
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        let template = robot_named(Path::new(""), &options.robot)
-            .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
+        // the user names the clips
+        let mut allowed = AllowedFolders::default();
+        allowed.allow_anywhere();
+        let strict = AllowedFolders::default();
+        let places = ClipFolders { folder: Path::new(""), mocap_directory, allowed: &allowed };
+        let template =
+            robot_named(Path::new(""), &options.robot, if options.allow_outside { &allowed } else { &strict })
+                .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),
             motions: vec![],
@@ -114,14 +123,14 @@ impl TrainingInput {
                 _ => in_arguments(key, format!("{}: {message}", settings.clip)),
             };
             let clip_file::UsedRecording { clip: recording, source, .. } =
-                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &scenario_error_at)?;
+                clip_file::read_part(places, clip, &settings, &scenario_error_at)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
                 _ => ExperimentError::from(e).about(clip),
             })?;
             input.learned_from.push(LearnedFrom::new(&source, &performed.motion));
             input.fingerprints.push(source.fingerprint);
-            input.files.extend(clip_file::paths_of(Path::new(""), clip, &settings, mocap_directory));
+            input.files.extend(clip_file::paths_of(places, clip, &settings));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
             input.motions.push(performed.motion);
             if index == 0 {

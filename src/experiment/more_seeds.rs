@@ -28,6 +28,8 @@ pub struct MoreOf<'a> {
     pub scenario_folder: Option<&'a Path>,
     /// Directory that is searched for clips.
     pub mocap_directory: Option<&'a Path>,
+    /// Whether the scenarios may name files outside of that folder.
+    pub allow_outside: bool,
 }
 
 /// Tracks and measures the seeds that a gate asks for and the runs at a path lack, at most so many of every run: the
@@ -160,7 +162,11 @@ fn set_of(
         .map_err(|source| ExperimentError::Unreadable { path: path.clone(), source })?;
     let base = from.scenario_folder.map_or_else(PathBuf::new, Path::to_owned);
     let base = fs::canonicalize(&base).unwrap_or(base);
-    let file = ScenarioFile::parse(&text, &path.display().to_string(), base, &[])?;
+    let mut file = ScenarioFile::parse(&text, &path.display().to_string(), base, &[])?;
+    from.mocap_directory.iter().for_each(|directory| file.allowed.allow(directory));
+    if from.allow_outside {
+        file.allowed.allow_anywhere();
+    }
     let (set, _) = draw(&file, from.mocap_directory, watch)?;
     if set.blind.set_hash != clip.set_hash {
         return Err(ExperimentError::AnotherSet {

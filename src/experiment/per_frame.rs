@@ -4,6 +4,7 @@ use super::ExperimentError;
 use super::measuring::Measures;
 use super::tracking::Tracked;
 use crate::evaluation::{EvaluationError, write_per_frame};
+use crate::input::table_cell;
 
 /// The table's bytes. An empty cell is a frame without a value.
 pub(super) fn to_csv(tracked: &Tracked, measures: &Measures) -> Result<Vec<u8>, ExperimentError> {
@@ -20,7 +21,7 @@ pub(super) fn to_csv(tracked: &Tracked, measures: &Measures) -> Result<Vec<u8>, 
     let frames =
         measures.seeds.iter().enumerate().flat_map(|(seed, s)| (0..s.evaluation.frames).map(move |f| (seed, f)));
     for (row, (seed, frame)) in reader.records().zip(frames) {
-        let mut row = row.map_err(failed)?;
+        let mut row: csv::StringRecord = row.map_err(failed)?.iter().map(table_cell).collect();
         let search = tracked.search.get(seed).and_then(|records| records.get(frame));
         row.push_field(&cell(measures.seeds[seed].truth_energy.get(frame).copied().flatten()));
         row.push_field(&cell(search.and_then(|r| r.energy)));

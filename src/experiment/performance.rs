@@ -86,7 +86,8 @@ impl<'a> Recordings<'a> {
             };
             let mut take = Take { name: recording.clip.name.clone(), motion };
             if let Some(duration) = settings.loop_to_s.filter(|_| !recording.was_cyclic) {
-                let longer = repeated(body, &take, duration, &self.join()).map_err(at(file, table, "loop_to_s"))?;
+                let longer = repeated(body, &take, duration, &self.join());
+                let longer = longer.map_err(|error| not_repeated(file, table, settings, &error))?;
                 take.motion = longer.motion;
                 seams.resize(takes.len(), Vec::new());
                 seams.push(longer.seams);
@@ -179,6 +180,20 @@ impl<'a> Recordings<'a> {
 
 fn at<'a>(file: &'a ScenarioFile, table: &'a str, key: &'static str) -> impl Fn(EditError) -> ExperimentError + 'a {
     move |error| scenario_error(file, &format!("{table}.{key}"), error.to_string())
+}
+
+/// What is wrong with a take that cannot be repeated: told of the key that cut it, if one did.
+fn not_repeated(file: &ScenarioFile, table: &str, settings: &MotionSettings, error: &EditError) -> ExperimentError {
+    let (key, part) = match (settings.first_frame, settings.last_frame) {
+        (None, None) => ("loop_to_s", String::new()),
+        (first, None) => ("first_frame", format!("from frame {}", first.unwrap_or(1))),
+        (first, Some(last)) => ("last_frame", format!("frames {} to {last}", first.unwrap_or(1))),
+    };
+    let message = match part.as_str() {
+        "" => error.to_string(),
+        part => format!("the part that is used, {part}, cannot be repeated as `loop_to_s` asks: {error}"),
+    };
+    scenario_error(file, &format!("{table}.{key}"), message)
 }
 
 /// A seam as a note.

@@ -1,5 +1,7 @@
 //! The cameras of a scenario: a ring or an arc, files of other tools, single cameras, less those that are left out.
 
+use std::path::Path;
+
 use nalgebra::Point3;
 
 use super::ExperimentError;
@@ -7,7 +9,7 @@ use super::error::scenario_error;
 use crate::body::Motion;
 use crate::camera::{Camera, CameraError, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
 use crate::input::{self, excerpt, limits};
-use crate::scenario::{CameraFileSettings, CameraSettings, RingSettings, ScenarioFile, did_you_mean};
+use crate::scenario::{CameraFileSettings, CameraSettings, RingSettings, ScenarioError, ScenarioFile, did_you_mean};
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
 const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
@@ -76,7 +78,7 @@ fn cameras_of_file(
     key: &str,
     settings: &CameraFileSettings,
 ) -> Result<Vec<Camera>, ExperimentError> {
-    let path = file.folder.join(&settings.path);
+    let path = file.path_of(&format!("{key}.path"), Path::new(&settings.path)).map_err(ScenarioError::from)?;
     let text = input::read_to_string(&path, limits::SETTINGS).map_err(|e| {
         scenario_error(file, &format!("{key}.path"), format!("{}: cannot be read: {e}", path.display()))
     })?;

@@ -18,6 +18,7 @@ use super::results::{RunRecord, RunResults, tracker_in_words};
 use super::run_place::free_place;
 use super::same_settings::MadeBy;
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
+use super::start_check::StartDistance;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
@@ -95,6 +96,8 @@ pub fn evaluate_run(
     }
     if !is_tracked {
         check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit).map_err(malformed)?;
+        let note = note_of_start(&whole, &tracked);
+        tracked.estimates.notes.extend(note);
     }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {
@@ -120,6 +123,17 @@ pub fn evaluate_run(
 /// The path without links; as it is where nothing is there.
 fn real_path(path: &str) -> String {
     fs::canonicalize(path).map_or_else(|_| path.to_owned(), |real| real.display().to_string())
+}
+
+/// What is to be said of the first frame of another program's estimate, as `track --exec --dry-run` says it of a
+/// program's: where it is far from the start pose, which errors of that pose do not explain.
+fn note_of_start(set: &BenchmarkSet, tracked: &Tracked) -> Option<String> {
+    let of_seeds = tracked.estimates.sequences.iter().filter_map(|sequence| sequence.markers.first());
+    let found = of_seeds.filter_map(|markers| StartDistance::new(&set.blind, markers));
+    let farthest = found.max_by(|a, b| a.farthest_m.total_cmp(&b.farthest_m))?;
+    let truth = set.truth.ground_truth.frames.first().map(|frame| &frame.markers);
+    let of_truth = truth.and_then(|markers| StartDistance::new(&set.blind, markers));
+    farthest.note().filter(|_| of_truth.is_none_or(|of_truth| of_truth.is_near()))
 }
 
 /// The last part of a path.

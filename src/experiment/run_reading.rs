@@ -11,7 +11,7 @@ use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
 use crate::evaluation::{MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs};
-use crate::input::{foreign, limits};
+use crate::input::{foreign, is_ours, limits, unquoted};
 use crate::scenario::json_tree;
 
 /// What `run.json` begins with.
@@ -193,8 +193,9 @@ fn identity(program: &Value) -> Value {
 fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     check_listed(path)?;
-    let tree: Value = serde_json::from_slice(&read_file(path, limits::RECORD)?).map_err(|e| malformed(foreign(e)))?;
-    let schema = tree.get("schema").and_then(Value::as_str).unwrap_or("none");
+    let bytes = read_file(path, limits::RECORD)?;
+    let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;
+    let schema = tree.get("schema").and_then(Value::as_str).filter(|_| is_ours(&bytes)).unwrap_or("none");
     if schema != SCHEMA {
         return Err(malformed(format!(
             "expected the schema {SCHEMA}, found {schema}; give the folder of a run, measured with this version"

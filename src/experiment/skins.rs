@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::scenario_error;
-use crate::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinError, SkinMesh, read_skin, shipped_skin};
-use crate::input::excerpt;
+use crate::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinError, SkinMesh, read_skin_allowing, shipped_skin};
+use crate::input::{AllowedFolders, excerpt};
 use crate::retarget::with_skin;
-use crate::scenario::{ScenarioFile, SkinBlending};
+use crate::scenario::{ScenarioError, ScenarioFile, SkinBlending};
 use std::sync::Arc;
 
 /// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones;
@@ -24,7 +24,10 @@ pub(super) fn dressed(
 ) -> Result<(Humanoid, Vec<String>), ExperimentError> {
     let Some(name) = skin else { return Ok((robot, Vec::new())) };
     let unusable = |error: SkinError| scenario_error(file, &format!("{table}.skin"), error.to_string());
-    let mesh = skin_named(&file.folder, Path::new(name)).map_err(unusable)?;
+    if !SHIPPED_SKINS.contains(&name.as_str()) {
+        file.path_of(&format!("{table}.skin"), Path::new(name)).map_err(ScenarioError::from)?;
+    }
+    let mesh = skin_named(&file.folder, Path::new(name), &file.allowed).map_err(unusable)?;
     let mut body = with_skin(&robot, &mesh).map_err(unusable)?;
     if blending == SkinBlending::DualQuaternion {
         body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(Blending::DualQuaternion)));
@@ -36,8 +39,8 @@ pub(super) fn dressed(
     Ok((body, notes))
 }
 
-/// A skin that ships, or one of a file below `folder`.
-fn skin_named(folder: &Path, name: &Path) -> Result<SkinMesh, SkinError> {
+/// A skin that ships, or one of a file below `folder`, whose parts may lie where `allowed` says.
+fn skin_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<SkinMesh, SkinError> {
     if let Some(known) = SHIPPED_SKINS.iter().find(|known| name == Path::new(known)) {
         return shipped_skin(known);
     }
@@ -45,7 +48,7 @@ fn skin_named(folder: &Path, name: &Path) -> Result<SkinMesh, SkinError> {
     if !path.exists() {
         return Err(SkinError::NotShipped { name: name.display().to_string(), known: SHIPPED_SKINS.join(", ") });
     }
-    read_skin(&path)
+    read_skin_allowing(&path, allowed)
 }
 
 /// The files of a scenario's skins that do not ship.

@@ -22,14 +22,14 @@ use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfErro
 use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
-use crate::input::excerpt;
+use crate::input::{AllowedFolders, excerpt};
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending,
-    VariationSettings, did_you_mean,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioError, ScenarioFile,
+    SkinBlending, VariationSettings, did_you_mean, similar_file,
 };
 use crate::scene::GroundTruth;
 
@@ -315,7 +315,12 @@ fn tracker_body(
 }
 
 pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| scenario_error(file, key, message)))
+    let path = Path::new(name);
+    if !is_shipped(path) {
+        file.path_of(key, path).map_err(ScenarioError::from)?;
+    }
+    let found = robot_named(&file.folder, path, &file.allowed);
+    found.map_err(|e| e.put(|message| scenario_error(file, key, message)))
 }
 
 /// Why there is no robot of a name.
@@ -336,22 +341,29 @@ impl NoRobot {
     }
 }
 
-/// A robot that ships, or one of a file below `folder`.
-pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobot> {
+fn is_shipped(name: &Path) -> bool {
+    SHIPPED_ROBOTS.iter().any(|(known, _)| name == Path::new(known))
+}
+
+/// A robot that ships, or one of a file below `folder`, whose meshes may lie where `allowed` says.
+pub(super) fn robot_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<Humanoid, NoRobot> {
     if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
         return shipped(known).map_err(NoRobot::Unusable);
     }
     let path = folder.join(name);
     if !path.exists() {
-        let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
+        let known = SHIPPED_ROBOTS.map(|(known, _)| known);
+        let guess = did_you_mean(&name.to_string_lossy(), known).map(str::to_owned).or_else(|| similar_file(&path));
+        let guess = guess.map(|guess| format!("; did you mean `{}`?", excerpt(&guess))).unwrap_or_default();
         let words = format!(
-            "`{}` is neither a built-in robot ({known}) nor the file {}",
+            "`{}` is neither a built-in robot ({}) nor the file {}{guess}",
             excerpt(&name.display().to_string()),
+            known.join(", "),
             excerpt(&path.display().to_string())
         );
         return Err(NoRobot::Unknown(words));
     }
-    Humanoid::load(&path).map_err(NoRobot::Unusable)
+    Humanoid::load_allowing(&path, allowed).map_err(NoRobot::Unusable)
 }
 
 fn motion_in_words(file: &ScenarioFile) -> String {

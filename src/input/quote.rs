@@ -31,6 +31,30 @@ pub(crate) fn foreign(message: impl Display) -> String {
     plain(format_args!("{}{expected}", excerpt(found)))
 }
 
+/// Whether a file's text says that it is of this program: those that do hold `"skiagraph.KIND/1"` as their schema.
+pub(crate) fn is_ours(text: &[u8]) -> bool {
+    const MARK: &[u8] = b"skiagraph.";
+    text.windows(MARK.len()).any(|found| found == MARK)
+}
+
+/// An error message of another crate about a file of this text, which quotes it only if it is one of this program.
+pub(crate) fn foreign_about(text: &[u8], message: impl Display) -> String {
+    if is_ours(text) { foreign(message) } else { unquoted(message) }
+}
+
+/// An error message of another crate about an input that may be anything: what it quotes of the input is left out, what
+/// it expected is kept.
+pub(crate) fn unquoted(message: impl Display) -> String {
+    let message = message.to_string();
+    let (found, expected) = message.split_at(message.rfind(", expected ").unwrap_or(message.len()));
+    let is_quote = |c: char| matches!(c, '"' | '`' | '\'');
+    let shown = match (found.find(is_quote), found.rfind(is_quote)) {
+        (Some(first), Some(last)) => format!("{}…{}", &found[..first], &found[last + 1..]),
+        _ => found.to_owned(),
+    };
+    plain(format_args!("{shown}{expected}"))
+}
+
 /// Takes a message character by character, so a huge one is never held in memory.
 struct Harmless {
     text: String,
@@ -54,6 +78,14 @@ fn shortened(characters: impl Iterator<Item = char>, most: usize) -> String {
         text.push('…');
     }
     text
+}
+
+/// A text as a cell of a CSV table: without control characters, and with an apostrophe in front where a spreadsheet
+/// would take it for a formula (`=cmd|...`) and run it. Numbers are as they are.
+pub(crate) fn table_cell(text: &str) -> String {
+    let text: String = text.chars().map(harmless).collect();
+    let is_formula = text.trim_start().starts_with(['=', '+', '-', '@']) && text.parse::<f64>().is_err();
+    if is_formula { format!("'{text}") } else { text }
 }
 
 /// The character, or a replacement if it would control a terminal or change the direction of writing.
@@ -91,6 +123,40 @@ mod tests {
         assert!(shown.starts_with("unknown field `xxx") && shown.ends_with("…, expected one of `a`, `b`"), "{shown}");
         assert!(shown.matches('x').count() < 200 + 2);
         assert_eq!(foreign("missing field `name`"), "missing field `name`");
+    }
+
+    #[test]
+    fn of_a_file_that_is_not_ours_nothing_is_quoted() {
+        for (message, shown) in [
+            (
+                "invalid type: string \"hunter2, expected x\", expected u32 at line 2 column 4",
+                "invalid type: string …, expected u32 at line 2 column 4",
+            ),
+            ("unknown field `hunter2`, expected one of `a`, `b`", "unknown field …, expected one of `a`, `b`"),
+            ("expected 'hunter2' tag, not 'x' at 1:5", "expected … at 1:5"),
+            ("missing field `Frames` at line 3", "missing field … at line 3"),
+            ("trailing characters at line 1 column 2", "trailing characters at line 1 column 2"),
+        ] {
+            assert_eq!(unquoted(message), shown);
+            assert_eq!(foreign_about(b"secret", message), shown);
+            assert_eq!(foreign_about(b"schema = 'skiagraph.scenario/1'", message), foreign(message));
+        }
+    }
+
+    #[test]
+    fn cells_of_tables_are_no_formulas_and_hold_no_control_characters() {
+        for (text, cell) in [
+            ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
+            (" @SUM(A1)", "' @SUM(A1)"),
+            ("+1+1", "'+1+1"),
+            ("-2+3", "'-2+3"),
+            ("-2.5", "-2.5"),
+            ("+1e-3", "+1e-3"),
+            ("cam00", "cam00"),
+            ("a\u{1b}[2Jb\n=c", "a\u{fffd}[2Jb =c"),
+        ] {
+            assert_eq!(table_cell(text), cell);
+        }
     }
 
     #[test]

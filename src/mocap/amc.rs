@@ -87,6 +87,9 @@ impl<'a> AmcReader<'a> {
     fn run(&mut self) -> Result<(), MocapError> {
         let mut open: Option<OpenFrame> = None;
         while let Some(line) = self.cursor.next_line() {
+            if line.starts_with(':') || line.parse::<u64>().is_ok() {
+                self.cursor.begins_as_its_kind();
+            }
             if let Ok(number) = line.parse::<u64>() {
                 if let Some(open) = &open
                     && Some(number) != open.number.checked_add(1)

@@ -88,6 +88,7 @@ impl<'a> Parser<'a> {
         if let Some(line) = self.line_in_section() {
             return Err(self.cursor.unexpected("a section such as `:version`", Some(line)));
         }
+        self.cursor.begins_as_its_kind();
         while let Some(section) = self.section.take() {
             match section.to_ascii_lowercase().split_whitespace().next() {
                 Some(":units") => self.units()?,

@@ -45,6 +45,7 @@ enum Open {
 /// Reads up to the brace that closes the root.
 pub(super) fn parse_hierarchy(cursor: &mut TextCursor<'_>) -> Result<Hierarchy, MocapError> {
     cursor.keyword("HIERARCHY")?;
+    cursor.begins_as_its_kind();
     cursor.keyword("ROOT")?;
     let mut hierarchy = Hierarchy::default();
     let mut open = vec![open_joint(cursor, &mut hierarchy, None)?];

@@ -15,7 +15,7 @@ use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, ParsedRecording, pose_b
 use super::rotation::CoordinateAxis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
-use crate::input::foreign;
+use crate::input::{foreign, unquoted};
 
 /// Numbers in a row.
 const COLUMNS: usize = 44;
@@ -76,7 +76,8 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         file: file.to_owned(),
         line: error.line().max(1),
         expected: "a DeepMimic clip (JSON with `Loop` and `Frames`)".to_owned(),
-        found: foreign(&error),
+        // any JSON file may be named as a clip
+        found: if text.contains("\"Frames\"") { foreign(&error) } else { unquoted(&error) },
     })?;
     if content.frames.len() < 2 {
         return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: content.frames.len() });

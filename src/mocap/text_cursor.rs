@@ -16,12 +16,20 @@ pub(super) struct TextCursor<'a> {
     line: usize,
     rest_of_line: SplitWhitespace<'a>,
     ended: bool,
+    /// Whether the file begins as its kind does: of any other nothing is quoted.
+    is_of_its_kind: bool,
 }
 
 impl<'a> TextCursor<'a> {
     pub(super) fn new(text: &'a str, file: &'a str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        Self { file, lines: text.lines().enumerate(), line: 1, rest_of_line: "".split_whitespace(), ended: false }
+        let (lines, rest_of_line) = (text.lines().enumerate(), "".split_whitespace());
+        Self { file, lines, line: 1, rest_of_line, ended: false, is_of_its_kind: false }
+    }
+
+    /// What was read so far is how files of the kind begin: from here on words may be quoted.
+    pub(super) fn begins_as_its_kind(&mut self) {
+        self.is_of_its_kind = true;
     }
 
     /// The line on which the cursor stands, counted from 1.
@@ -92,7 +100,8 @@ impl<'a> TextCursor<'a> {
     /// An error at the current line about a word, or about its absence.
     pub(super) fn unexpected(&self, expected: &str, found: Option<&str>) -> MocapError {
         match found {
-            Some(word) => self.error(expected, quoted(word)),
+            Some(word) if self.is_of_its_kind => self.error(expected, quoted(word)),
+            Some(_) => self.error(expected, "something else"),
             None if self.ended => self.error(expected, "the end of the file"),
             None => self.error(expected, "the end of the line"),
         }
@@ -138,6 +147,18 @@ mod tests {
         assert_eq!(cursor.word("x").unwrap(), "three");
         assert_eq!(cursor.line(), 4);
         assert_eq!(cursor.word("a word").unwrap_err().to_string(), "f:4: expected a word, found the end of the file");
+    }
+
+    #[test]
+    fn nothing_is_quoted_before_a_file_begins_as_its_kind_does() {
+        let mut cursor = TextCursor::new("AWS_SECRET=hunter2", "f");
+        assert_eq!(
+            cursor.keyword("HIERARCHY").unwrap_err().to_string(),
+            "f:1: expected `HIERARCHY`, found something else"
+        );
+        cursor.begins_as_its_kind();
+        let error = cursor.unexpected("a word", Some("mine"));
+        assert_eq!(error.to_string(), "f:1: expected a word, found `mine`");
     }
 
     #[test]

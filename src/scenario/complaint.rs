@@ -7,7 +7,7 @@ use strsim::levenshtein;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use crate::input::{excerpt, harmless, plain};
+use crate::input::{excerpt, harmless, is_ours, plain};
 
 /// Characters of a line that are shown.
 const SHOWN_OF_LINE: usize = 160;
@@ -36,7 +36,7 @@ pub struct LineSpan {
     pub column: usize,
     /// Number of characters marked, at least 1.
     pub width: usize,
-    /// The line itself.
+    /// The line itself; empty where it may not be shown.
     pub text: String,
 }
 
@@ -53,6 +53,12 @@ impl LineSpan {
             width: text[start..end].chars().count().max(1),
             text: line.to_owned(),
         }
+    }
+
+    /// The same of a file's text; the line is shown only if the file says that it is of this program.
+    pub(super) fn of_file(text: &str, span: &Range<usize>) -> Self {
+        let place = Self::from_span(text, span);
+        if is_ours(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
     }
 }
 
@@ -83,7 +89,7 @@ impl fmt::Display for Complaint {
             write!(f, ": {}", excerpt(&self.key))?;
         }
         write!(f, ": {}", plain(&self.message))?;
-        if let Some(place) = &self.place {
+        if let Some(place) = self.place.as_ref().filter(|place| !place.text.is_empty()) {
             let (text, skip, width) = place.window();
             let (line, gutter) = (place.line, place.line.to_string().len());
             write!(f, "\n  {line} | {text}\n  {:gutter$} | {:skip$}{}", "", "", "^".repeat(width))?;
@@ -93,6 +99,14 @@ impl fmt::Display for Complaint {
 }
 
 impl std::error::Error for Complaint {}
+
+/// What is wrong at a key of a file's text, without what was found there where the file is not one of this program.
+pub(super) fn about_file(text: &str, message: String) -> String {
+    match message.split_once(", found ") {
+        Some((expected, _)) if !is_ours(text.as_bytes()) => expected.to_owned(),
+        _ => message,
+    }
+}
 
 /// Position of a dotted key in a TOML text, and its value.
 pub(super) struct KeySpan {

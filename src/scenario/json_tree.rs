@@ -4,7 +4,7 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::input::foreign;
+use crate::input::foreign_about;
 
 /// An error of a tree with its key.
 pub(crate) type TreeError = serde_path_to_error::Error<serde_json::Error>;
@@ -14,8 +14,8 @@ pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, TreeError> {
     serde_path_to_error::deserialize(tree)
 }
 
-/// The value of a JSON file, or its error.
+/// The value of a JSON file, or its error, which quotes the file only if it is one of this program.
 pub(crate) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    let tree = serde_json::from_slice(bytes).map_err(foreign)?;
-    value(tree).map_err(foreign)
+    let tree = serde_json::from_slice(bytes).map_err(|e| foreign_about(bytes, e))?;
+    value(tree).map_err(|e| foreign_about(bytes, e))
 }

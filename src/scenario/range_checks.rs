@@ -26,7 +26,28 @@ pub(super) fn at_most(key: &str, found: usize, most: usize, what: &str) -> Range
 
 pub(super) fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> RangeCheck {
     let sound = range.contains(&value);
-    require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
+    require(key, sound, format_args!("{} to {}{}", range.start(), range.end(), unit_of(key)), value)
+}
+
+/// The unit that the name of a key ends in, with a space before it.
+fn unit_of(key: &str) -> &'static str {
+    let name = key.split('[').next().unwrap_or_default();
+    let ends = [
+        ("_m", " m"),
+        ("_mm", " mm"),
+        ("_s", " s"),
+        ("_ms", " ms"),
+        ("_us", " us"),
+        ("_deg", " degrees"),
+        ("_px", " px"),
+        ("_hz", " Hz"),
+        ("_kg", " kg"),
+        ("_ns", " N s"),
+        ("_percent", " %"),
+        ("frames_per_second", " Hz"),
+    ];
+    let name = if key.ends_with(']') { name } else { key };
+    ends.into_iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
 pub(super) fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {

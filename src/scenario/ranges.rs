@@ -15,7 +15,7 @@ const MAX_IMAGE_SIDE: u32 = 8192;
 const GREATEST_PIXELS: f64 = 1e7;
 /// Greatest coefficient of a lens's distortion.
 const GREATEST_DISTORTION: f64 = 1e4;
-const MOST_SEEDS: u32 = 100_000;
+pub(super) const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
 /// Other people in a scene.
@@ -139,6 +139,14 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
 /// One recording and the used part of it.
 fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
+    let has_own = !m.clip.to_ascii_lowercase().ends_with(".amc");
+    let expected = "it only beside a clip ending in .amc: all others have their skeleton themselves";
+    require(
+        &format!("{table}.skeleton"),
+        m.skeleton.is_none() || !has_own,
+        expected,
+        format!("{:?}", excerpt(&m.clip)),
+    )?;
     if let Some(first) = m.first_frame {
         require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
     }
@@ -279,7 +287,8 @@ fn prop(table: &str, p: &PropSettings) -> RangeCheck {
 
 fn ring(r: &RingSettings) -> RangeCheck {
     within("rig.ring.count", r.count, 1..=64)?;
-    within("rig.ring.radius_m", r.radius_m, 0.1..=1000.0)?;
+    // nearer a camera would stand within the smallest body
+    within("rig.ring.radius_m", r.radius_m, 0.5..=1000.0)?;
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
     above_ground("rig.ring.height_m", r.height_m)?;
     for (i, coordinate) in r.look_at_m.into_iter().flatten().enumerate() {

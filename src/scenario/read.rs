@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::complaint::{Complaint, LineSpan, locate};
+use super::complaint::{Complaint, LineSpan, about_file, locate};
+use super::named_on_command_line::NamedOnCommandLine;
+use super::negative_numbers::with_range;
 use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
+use super::override_value::parse_value;
+use super::similar_file::similar_file;
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
-use crate::input::{self, foreign, limits, plain};
+use crate::input::{self, AllowedFolders, limits, plain};
 
 /// The scenario that runs when none is named: `scenarios/walk.toml`.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
@@ -28,6 +31,8 @@ pub struct ScenarioFile {
     pub folder: PathBuf,
     /// The file itself; `None` for a scenario that was read from no file.
     pub path: Option<PathBuf>,
+    /// Where the files that the scenario names may lie.
+    pub(crate) allowed: AllowedFolders,
     pub(super) text: String,
     pub(super) overrides: Vec<String>,
 }
@@ -36,7 +41,7 @@ pub struct ScenarioFile {
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("{}: cannot read the scenario: {source}", plain(path.display()))]
+    #[error("{}: cannot read the scenario: {source}{}", plain(path.display()), meant_instead_of(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -46,6 +51,12 @@ pub enum ScenarioError {
     /// The file has an invalid value.
     #[error(transparent)]
     Unsound(#[from] Complaint),
+}
+
+/// The end of a message about a file that is not there.
+fn meant_instead_of(path: &Path) -> String {
+    let guess = similar_file(path).filter(|_| !path.exists());
+    guess.map(|guess| format!("; did you mean {}?", plain(guess))).unwrap_or_default()
 }
 
 impl ScenarioFile {
@@ -70,13 +81,15 @@ impl ScenarioFile {
         Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
     }
 
-    /// As [`Self::open`], from a text.
+    /// As [`Self::open`], from a text. Files that it names must lie below `folder` or its project; those that overrides
+    /// name may lie anywhere.
     ///
     /// # Errors
     /// As [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(text, origin)?;
-        let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))?;
+        let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))
+            .map_err(|complaint| with_range(complaint, &tree, Scenario::first_problem))?;
         let mut full = Vec::new();
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
@@ -84,6 +97,7 @@ impl ScenarioFile {
             set(&mut with, &assignment)?;
             let read = |tree: &Value, assignment: &str| -> Result<Scenario, Complaint> {
                 settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
+                    .map_err(|complaint| with_range(complaint, tree, Scenario::first_problem))
             };
             match read(&with, &assignment) {
                 Ok(changed) => {
@@ -101,10 +115,30 @@ impl ScenarioFile {
             }
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
-        let file = Self { scenario, origin, folder, path: None, text, overrides };
+        let mut allowed = AllowedFolders::of_folder(&folder);
+        let typed = NamedOnCommandLine { assignments: overrides, ..NamedOnCommandLine::default() };
+        allowed.allow_all_of(&typed.allowed(&folder));
+        let file = Self { scenario, origin, folder, path: None, allowed, text, overrides };
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
             Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
+        }
+    }
+
+    /// The same, which may name these files and no others.
+    pub(crate) fn naming_only(self, allowed: AllowedFolders) -> Self {
+        Self { allowed, ..self }
+    }
+
+    /// The path of a file that the scenario names at a key.
+    ///
+    /// # Errors
+    /// [`Complaint`] about the key where it leads to a file that a scenario may not name.
+    pub(crate) fn path_of(&self, key: &str, name: &Path) -> Result<PathBuf, Complaint> {
+        let path = self.folder.join(name);
+        match self.allowed.check(&path) {
+            Ok(()) => Ok(path),
+            Err(outside) => Err(self.complaint(key, format!("`{}` {outside}", plain(name.display())))),
         }
     }
 
@@ -112,7 +146,8 @@ impl ScenarioFile {
     pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
-        let place = spot.map(|spot| LineSpan::from_span(&self.text, &spot.value));
+        let place = spot.map(|spot| LineSpan::of_file(&self.text, &spot.value));
+        let message = if culprit.is_some() { message } else { about_file(&self.text, message) };
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
         Complaint { origin, place, key: key.to_owned(), message }
     }
@@ -133,7 +168,9 @@ impl TrackerSettings {
             if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
                 insert(own, assignment)?;
             }
-            settings = settings_of(tree, |mistake| mistake.about(&named(assignment)))?;
+            let check = |settings: &Self| settings.kind().first_problem(settings.name());
+            settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
+                .map_err(|complaint| with_range(complaint, &tree, check))?;
             settings
                 .kind()
                 .first_problem(settings.name())
@@ -244,19 +281,6 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
     Ok(())
 }
 
-/// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
-pub(super) fn parse_value(text: &str) -> Result<Value, String> {
-    let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
-    if text.trim().is_empty() {
-        return Err("expected a value behind `=`, found none".to_owned());
-    }
-    match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
-        Ok(value) => Ok(value),
-        Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
-        Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -315,7 +339,11 @@ mod tests {
                 "model.detector: unknown name `speed_minimum`, did you mean `speed_minima`?",
                 "model.detector = \"speed_minimum\"",
             ),
-            ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected a single name in this table", "[tracker.frozen]"),
+            (
+                "[tracker.frozen]\n[tracker.oracle]",
+                "tracker: expected one tracker, found several (or none); keep one table [tracker.NAME]",
+                "[tracker.frozen]",
+            ),
         ] {
             let error = parse(extra, &[]).unwrap_err();
             assert!(error.contains(expected) && error.contains(line), "{error}");

@@ -6,9 +6,12 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::complaint::Complaint;
+use super::named_on_command_line::NamedOnCommandLine;
+use super::negative_numbers::with_range;
 use super::read::{covers, named, set, with_full_key};
-use super::tree::{SettingsMistake, settings_or_mistake, tree_of};
+use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
+use crate::input::{self, AllowedFolders, limits};
 
 /// Limit of reported errors.
 const MOST_MISTAKES: usize = 200;
@@ -54,12 +57,15 @@ impl<'a> Repair<'a> {
         let mut file = ScenarioFile::built_in(&[])?;
         file.text = DEFAULT_SCENARIO.to_owned();
         if let Some(path) = path {
-            file.text = std::fs::read_to_string(path)
+            file.text = input::read_to_string(path, limits::SETTINGS)
                 .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
             file.origin = path.display().to_string();
             file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
             file.path = Some(PathBuf::from(path));
         }
+        let typed = NamedOnCommandLine { assignments: wanted, ..NamedOnCommandLine::default() };
+        file.allowed = AllowedFolders::of_folder(&file.folder);
+        file.allowed.allow_all_of(&typed.allowed(&file.folder));
         Ok(Self { file, wanted, tree: Value::Null, complaints: Vec::new(), removed: Vec::new() })
     }
 
@@ -146,7 +152,7 @@ impl<'a> Repair<'a> {
             Some(assignment) => mistake.about(&named(assignment)),
             None => mistake.in_text(&self.file.origin, &self.file.text),
         };
-        self.complaints.push(complaint);
+        self.complaints.push(with_range(complaint, &self.tree, Scenario::first_problem));
     }
 
     /// Removes a key from the tree; returns whether it existed.
@@ -170,16 +176,6 @@ impl<'a> Repair<'a> {
 
 fn joined(table: &str, key: &str) -> String {
     if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") }
-}
-
-/// The value of a dotted key with indices; the whole tree for an empty one.
-fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
-    let segments = key.split(['.', '[', ']']).filter(|segment| !segment.is_empty());
-    segments.into_iter().try_fold(tree, |value, segment| match value {
-        Value::Object(table) => table.get_mut(segment),
-        Value::Array(elements) => elements.get_mut(segment.parse::<usize>().ok()?),
-        _ => None,
-    })
 }
 
 /// A valid value for a required key that was invalid or missing.
@@ -245,7 +241,7 @@ mod tests {
             &text,
             &["seeds=0"],
             &[
-                "a.toml:6: motion.frames_per_second: expected 1 to 1000, found 0",
+                "a.toml:6: motion.frames_per_second: expected 1 to 1000 Hz, found 0",
                 "a.toml:7: motion.up: unknown name `x`",
                 "a.toml:9: rig.ring.raduis_m: unknown key",
                 "a.toml:10: rig.ring.count: expected 1 to 64, found 0",

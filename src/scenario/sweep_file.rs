@@ -7,14 +7,17 @@ use serde_json::{Map, Value};
 
 use super::ScenarioError;
 use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
+use super::ranges::MOST_SEEDS;
 use super::sweep::{Expansion, Sweep, SweepBudget};
 use super::tree::{settings_of, tree_of};
-use crate::input::{self, limits};
+use crate::input::{self, AllowedFolders, limits};
 
 /// Most values of one axis.
 const MOST_VALUES: usize = 100_000;
 /// Most axes.
 const MOST_AXES: usize = 32;
+/// Characters of the longest condition. It is taken apart by recursion, so this bounds its depth too.
+const LONGEST_CONDITION: usize = 1_000;
 
 /// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +53,8 @@ pub struct SweepFile {
     pub origin: String,
     /// The scenario's path is relative to this folder.
     pub folder: PathBuf,
+    /// Where the scenario may lie, and the files that settings name, beside the places that the scenario itself allows.
+    pub(crate) allowed: AllowedFolders,
     text: String,
 }
 
@@ -71,7 +76,8 @@ impl SweepFile {
     pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let tree = tree_of(text, origin)?;
         let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
-        let file = Self { sweep, origin: origin.to_owned(), folder, text: text.to_owned() };
+        let allowed = AllowedFolders::of_folder(&folder);
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: text.to_owned() };
         file.check()?;
         Ok(file)
     }
@@ -81,9 +87,16 @@ impl SweepFile {
     /// # Errors
     /// As [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
-        let file = Self { sweep, origin: origin.to_owned(), folder, text: String::new() };
+        let allowed = AllowedFolders::default();
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: String::new() };
         file.check()?;
         Ok(file)
+    }
+
+    /// The same file, which may name these files too.
+    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
+        self.allowed.allow_all_of(allowed);
+        self
     }
 
     /// The same file with another sweep, such as one that was changed on the command line.
@@ -105,7 +118,7 @@ impl SweepFile {
 
     /// An error about a key of the file, with its line.
     pub fn complaint(&self, key: &str, message: String) -> Complaint {
-        let place = locate(&self.text, key).map(|spot| LineSpan::from_span(&self.text, &spot.value));
+        let place = locate(&self.text, key).map(|spot| LineSpan::of_file(&self.text, &spot.value));
         Complaint { origin: self.origin.clone(), place, key: key.to_owned(), message }
     }
 
@@ -232,8 +245,15 @@ impl SweepFile {
                 format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", input::excerpt(&sweep.name)),
             );
         }
-        if sweep.seeds == Some(0) {
-            return refuse("seeds", "expected at least 1, found 0".to_owned());
+        if let Some(seeds) = sweep.seeds.filter(|seeds| !(1..=MOST_SEEDS).contains(seeds)) {
+            return refuse("seeds", format!("expected 1 to {MOST_SEEDS}, found {seeds}"));
+        }
+        for (index, condition) in sweep.keep.iter().enumerate() {
+            let length = condition.chars().count();
+            if length > LONGEST_CONDITION {
+                let message = format!("expected a condition of at most {LONGEST_CONDITION} characters, found {length}");
+                return refuse(&format!("keep[{index}]"), format!("{message}; split it, all of them must hold"));
+            }
         }
         let (axes, listed) = (self.axes()?, self.points()?);
         match sweep.method {
@@ -415,7 +435,8 @@ mod tests {
             ("samples = 3\n", "samples: expected it only with method = \"random\""),
             ("method = \"list\"\n", "points: expected [[points]]"),
             ("method = \"gird\"\n", "did you mean `grid`?"),
-            ("seeds = 0\n", "seeds: expected at least 1, found 0"),
+            ("seeds = 0\n", "a.toml:3: seeds: expected 1 to 100000, found 0"),
+            ("seeds = 1000000000\n", "a.toml:3: seeds: expected 1 to 100000, found 1000000000"),
             ("axis = 3\n", "unknown key `axis`, did you mean `axes`?"),
             (
                 "[budget]\nproduct = [\"particles\"]\nequals = 100\n",

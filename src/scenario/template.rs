@@ -6,9 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::Value;
 
 use super::override_keys::{full_key, keys_of, others_that_end_so};
-use super::read::{parse_value, set};
+use super::override_value::parse_value;
+use super::read::set;
 use super::tree::{settings_or_mistake, tree_of};
 use super::{Scenario, ScenarioError, ScenarioFile};
+use crate::input::AllowedFolders;
 
 /// A scenario file to be read again and again, each time with other overrides.
 ///
@@ -42,6 +44,12 @@ impl ScenarioTemplate {
         &self.file
     }
 
+    /// The same, whose scenarios may name these files.
+    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
+        self.file.allowed.allow_all_of(allowed);
+        self
+    }
+
     /// The file's text, without overrides.
     pub fn text(&self) -> &str {
         &self.file.text
@@ -63,7 +71,7 @@ impl ScenarioTemplate {
                 let all = [&self.file.overrides[..], overrides].concat();
                 let file = ScenarioFile::parse(&self.file.text, &self.file.origin, self.file.folder.clone(), &all)?;
                 self.learn(overrides, &file);
-                Ok(ScenarioFile { path: self.file.path.clone(), ..file })
+                Ok(ScenarioFile { path: self.file.path.clone(), allowed: self.file.allowed.clone(), ..file })
             }
         }
     }

@@ -13,13 +13,23 @@ use crate::input::{self, excerpt};
 pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
     toml::from_str(text).map_err(|e| Complaint {
         origin: origin.to_owned(),
-        place: e.span().map(|span| LineSpan::from_span(text, &span)),
+        place: e.span().map(|span| LineSpan::of_file(text, &span)),
         key: String::new(),
         message: match e.message() {
             // valid TOML, but not a 64-bit number
             "JSON number out of range" => "the number is out of range".to_owned(),
-            other => format!("not TOML: {}", input::foreign(other)),
+            other => format!("not TOML: {}", input::foreign_about(text.as_bytes(), other)),
         },
+    })
+}
+
+/// The value of a dotted key with indices; the whole tree for an empty one.
+pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
+    let segments = key.split(['.', '[', ']']).filter(|segment| !segment.is_empty());
+    segments.into_iter().try_fold(tree, |value, segment| match value {
+        Value::Object(table) => table.get_mut(segment),
+        Value::Array(elements) => elements.get_mut(segment.parse::<usize>().ok()?),
+        _ => None,
     })
 }
 
@@ -76,6 +86,11 @@ impl SettingsMistake {
         let key = error.path().to_string();
         let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
         let message = error.inner().to_string();
+        if key == "tracker" && message.contains("expected map with a single key") {
+            let message = "expected one tracker, found several (or none); keep one table [tracker.NAME], or give each a \
+                           name of its own to run all on the same observations: [methods.A.NAME], [methods.B.NAME]";
+            return Self { key, unknown: None, message: message.to_owned() };
+        }
         let unknown = message.starts_with("unknown ").then(|| message.split('`').nth(1)).flatten().map(str::to_owned);
         Self { key, unknown, message: in_plain_words(&message) }
     }
@@ -97,8 +112,16 @@ impl SettingsMistake {
     pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
-        let place = span.map(|span| LineSpan::from_span(text, &span));
-        Complaint { place, ..self.about(origin) }
+        let place = span.map(|span| LineSpan::of_file(text, &span));
+        let complaint = Complaint { place, ..self.clone().about(origin) };
+        if input::is_ours(text.as_bytes()) || complaint.message.starts_with("missing key") {
+            return complaint;
+        }
+        // a file of another kind: its keys and values are nobody's business
+        match self.unknown {
+            Some(_) => Complaint { key: String::new(), message: "unknown key".to_owned(), ..complaint },
+            None => Complaint { message: input::unquoted(&complaint.message), ..complaint },
+        }
     }
 }
 

@@ -73,7 +73,7 @@ fn strengths_out_of_range_and_axes_of_masks_on_exact_ones_are_refused_by_key() {
             "holes=0.1",
             "observation.corruption.holes: expected 0, or `observation.silhouette = \"corrupted\"`, found 0.1",
         ),
-        ("start_mm=-3", "observation.corruption.start_mm: expected 0 to 100000, found -3"),
+        ("start_mm=-3", "observation.corruption.start_mm: expected 0 to 100000 mm, found -3"),
         ("observation.silhouette=perfect", "observation.silhouette"),
         ("observation.corruption.hole=0.1", "hole"),
     ] {

@@ -20,6 +20,8 @@ mod forgery;
 mod gate;
 mod inspect;
 mod keys;
+mod memory;
+mod messages;
 mod options;
 mod poses;
 mod program;
@@ -35,6 +37,7 @@ mod scenarios;
 mod segment;
 mod set_formats;
 mod skins;
+mod strangers;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

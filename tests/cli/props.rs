@@ -76,7 +76,7 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
         ("name = \"\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]", "prop[0].name: expected a name"),
         (
             "name = \"a\"\nshape = { sphere = { radius_m = -1.0 } }\nplace_m = [0, 0, 0]",
-            "prop[0].shape.sphere.radius_m: expected 0.001 to 1000, found -1",
+            "prop[0].shape.sphere.radius_m: expected 0.001 to 1000 m, found -1",
         ),
         (
             "name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [nan, 0, 0]",

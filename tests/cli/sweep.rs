@@ -278,6 +278,46 @@ fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
 }
 
 #[test]
+fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
+    let room = room();
+    let (before, _) = TINY.split_once("[tracker.").unwrap();
+    room.write("base.toml", format!("{before}[tracker.frozen]\n"));
+    room.write("broken.model", "PK\x03\x04 but no archive");
+    room.write("broken.bvh", [0xff, 0xfe]);
+    fs::create_dir(room.path("folder.model")).unwrap();
+    let model =
+        |name: &str| format!("{{ name = \"{name}\", set = ['tracker={{ gpdm = {{ model_file = \"{name}\" }} }}'] }}");
+    let clip = |name: &str| format!("{{ name = \"{name}\", set = ['motion.clip={name}'] }}");
+    let settings =
+        [model("broken.model"), model("folder.model"), model("late.model"), clip("late.txt"), clip("broken.bvh")];
+    let sound = "{ name = \"sound\", set = [] }";
+    let head = "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"base.toml\"\nseeds = 1\n[axes]\n";
+    room.write("sweep.toml", format!("{head}what = [{}, {sound}]\n", settings.join(", ")));
+    for jobs in [1, 2] {
+        let answer = room.skiagraph(format!("sweep sweep.toml --out s{jobs} -j {jobs}").split(' '));
+        assert_eq!(answer.code, 1, "{}", answer.stderr);
+        let rows = rows(&room, &format!("s{jobs}"));
+        let found: Vec<(String, String)> = column(&rows, "what").into_iter().zip(column(&rows, "status")).collect();
+        assert_eq!(found.len(), 6);
+        for (what, status) in &found {
+            assert_eq!(status, if what == "sound" { "ok" } else { "failed" }, "{what}: {rows:?}");
+        }
+        for (what, error) in column(&rows, "what").iter().zip(column(&rows, "error")) {
+            assert!(what == "sound" || error.contains(what.as_str()), "{what}: {error}");
+        }
+    }
+    // the file that was not there arrives
+    let walk = fs::read(super::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
+    room.write("late.txt", walk);
+    assert!(room.skiagraph(["sweep", "run", "s1", "--json"]).stdout.contains("\"run\": 0"));
+    let again = room.skiagraph(["sweep", "run", "s1", "--json", "--retry-failed"]);
+    assert!(again.code == 1 && again.stdout.contains("\"run\": 5"), "{} {}", again.stdout, again.stderr);
+    room.skiagraph(["sweep", "gather", "s1"]);
+    let rows = rows(&room, "s1");
+    assert_eq!(column(&rows, "status").iter().filter(|status| *status == "ok").count(), 2, "{rows:?}");
+}
+
+#[test]
 fn a_tracker_that_loses_the_body_is_a_result() {
     let room = room();
     room.succeed("sweep tiny.toml tracker.oracle.root_offset_m=[0,0,0],[3,0,0] --out s --seeds 1");

@@ -123,6 +123,7 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
         first_frame: None,
         last_frame: None,
         metres_per_unit: None,
+        allow_outside: false,
     };
     let input = TrainingInput::from_clips(&["embedded:walk".into()], &options, None).unwrap();
     let settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::folder::Folder;
 use crate::benchmark_set::{BenchmarkSet, SetError};
-use crate::input::hex_sha256;
+use crate::input::{hex_sha256, table_cell};
 
 const README: &str = "\
 croissant.json   Croissant 1.0: mlcroissant.Dataset(\"croissant.json\").records(\"frames\")
@@ -35,7 +35,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let visible = frame.visible[picture.camera].iter().filter(|visible| **visible).count();
         let row = [
             image,
-            set.blind.rig.cameras[picture.camera].name.clone(),
+            table_cell(&set.blind.rig.cameras[picture.camera].name),
             picture.frame.to_string(),
             exposed_s.unwrap_or(frame.time_s).to_string(),
             picture.mask.count().to_string(),

@@ -16,7 +16,7 @@ use nalgebra::{Matrix4, Point3, Vector4};
 use super::gltf_numbers::{Buffers, rows};
 use super::joint_names::{ORIGINS, Vocabulary};
 use super::mesh::{MOST_TRIANGLES, MOST_VERTICES, SkinError, SkinMesh};
-use crate::input::{excerpt, foreign};
+use crate::input::{excerpt, foreign, unquoted};
 
 /// Most joints that a skin may have.
 const MOST_JOINTS: usize = 10_000;
@@ -123,7 +123,7 @@ fn document(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
     } else {
         (bytes.to_vec(), None)
     };
-    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&text).map_err(foreign)?;
+    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&text).map_err(unquoted)?;
     // the validation looks attributes up without asking whether they are there
     let attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|own| own.attributes.values());
     if let Some(astray) = attributes.map(|index| index.value()).find(|index| *index >= root.accessors.len()) {

@@ -34,6 +34,7 @@ use crate::raster::MeshTopology;
 
 pub use mesh::{SkinError, SkinMesh};
 pub use shipped::{SHIPPED_SKINS, shipped_skin};
+pub(crate) use skin_file::read_skin_allowing;
 pub use skin_file::{read_skin, skin_from_gltf};
 
 /// Most influences of a vertex that are kept; the smallest are left out.

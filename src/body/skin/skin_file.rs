@@ -11,7 +11,7 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Point3;
 use serde::Deserialize;
@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::mesh::{SkinError, SkinMesh};
 use super::{gltf_file, weights_file};
 use crate::body::{LANDMARKS, mesh_from_bytes};
-use crate::input::{self, excerpt, foreign, limits};
+use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_ours, limits};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -57,24 +57,31 @@ fn one() -> f64 {
     1.0
 }
 
-/// Reads a skin; meshes, weights and buffers that it names must lie in its folder or below.
+/// Reads a skin; meshes, weights and buffers that it names must lie below its folder or its project.
 ///
 /// # Errors
 /// [`SkinError`] that names the file and what was expected.
 pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
+    read_skin_allowing(path, &AllowedFolders::default())
+}
+
+/// As [`read_skin`]; the files that it names may also lie where `also` allows it.
+///
+/// # Errors
+/// As [`read_skin`].
+pub(crate) fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh, SkinError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    let mut allowed = AllowedFolders::of_folder(&folder);
+    allowed.allow_all_of(also);
     let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
         let refuse = |detail: String| {
             let detail = format!("names the file `{}`{detail}", excerpt(name));
             SkinError::Malformed { file: path.display().to_string(), detail }
         };
-        let outside = || refuse("; expected one in its own folder or below".to_owned());
         let unreadable = |source: std::io::Error| refuse(format!(", which cannot be read: {source}"));
-        let inside = below(&folder, name).ok_or_else(outside)?;
-        if leads_out(&folder, &inside).map_err(unreadable)? {
-            return Err(refuse(", a link that leads out of its folder; expected one in it or below".to_owned()));
-        }
-        input::read(&inside, limit).map_err(unreadable)
+        let named = folder.join(name);
+        allowed.check(&named).map_err(|outside| refuse(format!(", which {outside}")))?;
+        input::read(&named, limit).map_err(unreadable)
     };
     let whole =
         input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
@@ -101,19 +108,6 @@ pub fn skin_from_gltf(file: &str, bytes: &[u8]) -> Result<SkinMesh, SkinError> {
     gltf_file::parse(file, bytes, &|uri| Err(missing(uri)))
 }
 
-/// The path of a name below a folder; `None` for one that leaves it.
-fn below(folder: &Path, name: &str) -> Option<PathBuf> {
-    let name = Path::new(name);
-    let plain = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    (plain && name.components().next().is_some()).then(|| folder.join(name))
-}
-
-/// Whether a file below a folder is elsewhere once links are followed.
-fn leads_out(folder: &Path, inside: &Path) -> std::io::Result<bool> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    Ok(!inside.canonicalize()?.starts_with(folder.canonicalize()?))
-}
-
 /// Gives the bytes of a file of that name, at most as many as that.
 pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 
@@ -125,9 +119,14 @@ fn is_landmark(name: &str) -> bool {
 /// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
 pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    let record: SkinSettings = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
+    let record: SkinSettings = toml::from_str(text).map_err(|e| {
+        let before = e.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        malformed(format!("line {line}: {}", foreign_about(text.as_bytes(), e.message())))
+    })?;
     if record.schema != "skiagraph.skin/1" {
-        return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {:?}", excerpt(&record.schema))));
+        let found = if is_ours(text.as_bytes()) { excerpt(&record.schema) } else { "another".to_owned() };
+        return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {found:?}")));
     }
     if !(record.metres_per_unit > 0.0 && record.metres_per_unit <= 1000.0) {
         return Err(malformed(format!("metres_per_unit: expected a length, found {}", record.metres_per_unit)));
@@ -217,10 +216,13 @@ mod tests {
 
     #[test]
     fn files_outside_the_skins_folder_are_never_opened() {
-        let folder = Path::new("skins");
-        for name in ["../secret.obj", "/etc/passwd", "a/../../b.obj", ""] {
-            assert_eq!(below(folder, name), None, "{name}");
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("skins")).unwrap();
+        let skin = folder.path().join("skins/s.toml");
+        for name in ["../secret.obj", "/etc/passwd", "a/../../b.obj"] {
+            std::fs::write(&skin, format!("schema = \"skiagraph.skin/1\"\nmesh = \"{name}\"")).unwrap();
+            let found = read_skin(&skin).unwrap_err().to_string();
+            assert!(found.contains(&format!("names the file `{name}`, which leads out of ")), "{found}");
         }
-        assert_eq!(below(folder, "meshes/a.obj"), Some(PathBuf::from("skins/meshes/a.obj")));
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::mesh::SkinError;
-use crate::input::foreign;
+use crate::input::unquoted;
 
 #[derive(Deserialize)]
 struct WeightsRecord {
@@ -21,7 +21,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<BTreeMap<String, Vec<(u32,
     let record: Result<WeightsRecord, _> = serde_json::from_str(text);
     record.map(|record| record.weights).map_err(|e| SkinError::Malformed {
         file: file.to_owned(),
-        detail: format!("expected JSON {{\"weights\": {{\"BONE\": [[VERTEX, WEIGHT], ...]}}}}: {}", foreign(e)),
+        detail: format!("expected JSON {{\"weights\": {{\"BONE\": [[VERTEX, WEIGHT], ...]}}}}: {}", unquoted(e)),
     })
 }
 

@@ -14,6 +14,7 @@ use roxmltree::{Node, NodeId};
 use super::limits::{MOST_MESH_NODES, parse_xml};
 use super::triangles::Mesh;
 use crate::body::rotation_about;
+use crate::input::unquoted;
 
 /// Deeper nodes than this are refused.
 const MAX_DEPTH: usize = 64;
@@ -27,7 +28,7 @@ const MAX_ELEMENTS: usize = 1 << 22;
 /// The problem, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<Mesh, String> {
     let xml = parse_xml(text, MOST_MESH_NODES)
-        .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {problem}"))?;
+        .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {}", unquoted(problem)))?;
     let root = xml.root_element();
     if !is(&root, "COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());

@@ -11,7 +11,7 @@ use roxmltree::Node;
 use super::UrdfError;
 use super::limits::{LONGEST_NAME, MOST_NODES, parse_xml};
 use crate::body::bounds::MOST_LINKS;
-use crate::input::excerpt;
+use crate::input::{excerpt, unquoted};
 
 /// Deeper XML than this is not a URDF.
 const MAX_DEPTH: usize = 32;
@@ -84,8 +84,13 @@ pub(super) struct Document<'t> {
 
 impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
-        let not_xml = |line, reason| UrdfError::NotXml { file: file.to_owned(), line, reason };
-        let xml = parse_xml(text, MOST_NODES).map_err(|(line, problem)| not_xml(line, problem))?;
+        // what is no robot is not quoted
+        let is_robot = text.contains("<robot");
+        let not_xml = |(line, problem): (u32, String)| {
+            let reason = if is_robot { problem } else { unquoted(problem) };
+            UrdfError::NotXml { file: file.to_owned(), line, reason }
+        };
+        let xml = parse_xml(text, MOST_NODES).map_err(not_xml)?;
         let robot = xml.root_element();
         let ids = |tag: &str| robot.children().filter(|n| n.has_tag_name(tag)).map(|n| n.id()).collect();
         let (links, joints) = (ids("link"), ids("joint"));
@@ -109,7 +114,9 @@ impl<'t> Document<'t> {
     /// The error that `problem` at `node` is.
     pub(super) fn refuse(&self, node: Node<'_, '_>, problem: impl Into<String>) -> UrdfError {
         let owner = node.ancestors().find(|n| n.has_tag_name("link") || n.has_tag_name("joint")).unwrap_or(node);
+        let is_robot = self.xml.root_element().has_tag_name("robot");
         let element = match owner.attribute("name") {
+            _ if !is_robot => "the outermost element".to_owned(),
             Some(name) => format!("{} `{name}`", owner.tag_name().name()),
             None => format!("<{}>", owner.tag_name().name()),
         };

@@ -195,7 +195,11 @@ impl<'a, 't> GeometryElement<'a, 't> {
                     |problem: String| document.refuse(self.node, format!("mesh `{}`: {problem}", excerpt(filename)));
                 let fetched = match mesh::unsupported(filename) {
                     Some(reason) => Err(reason),
-                    None => (meshes.fetch)(filename).map_err(|e| format!("cannot be read: {e}")),
+                    None => match (meshes.fetch)(filename) {
+                        // it is there, and this file may not name it
+                        Err(e) if e.kind() == io::ErrorKind::PermissionDenied => return Err(refuse(e.to_string())),
+                        fetched => fetched.map_err(|e| format!("cannot be read: {e}")),
+                    },
                 };
                 let bytes = match fetched {
                     Ok(bytes) => bytes,

@@ -148,7 +148,9 @@ fn obj_index(word: &str, vertices: usize, line: usize) -> Result<u32, String> {
         None => None,
     };
     index.filter(|&i| i >= 0 && (i as u64) < vertices as u64).and_then(|i| u32::try_from(i).ok()).ok_or_else(|| {
-        format!("line {line}: corner `{}` names no vertex above it (there are {vertices})", excerpt(word))
+        // any text may be named as a mesh: only numbers are quoted
+        let corner = index.map_or_else(|| "a corner".to_owned(), |index| format!("corner `{}`", index + 1));
+        format!("line {line}: {corner} names no vertex above it (there are {vertices})")
     })
 }
 

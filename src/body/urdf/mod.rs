@@ -28,7 +28,7 @@ use geometry::Meshes;
 use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
-use crate::input::{self, limits::ROBOT};
+use crate::input::{self, AllowedFolders, limits::ROBOT};
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
@@ -91,11 +91,20 @@ impl Humanoid {
         Ok(body)
     }
 
-    /// Reads a URDF file. Meshes are looked for beside it, `package://` ones upwards from its directory.
+    /// Reads a URDF file. Meshes are looked for beside it, `package://` ones upwards from its directory. They must lie
+    /// below that directory or its project (the nearest folder above with `.git`), or in a folder beside it.
     ///
     /// # Errors
     /// As [`Self::from_urdf`], and where the file or a mesh cannot be read.
     pub fn load(path: &Path) -> Result<Self, UrdfError> {
+        Self::load_allowing(path, &AllowedFolders::default())
+    }
+
+    /// As [`Self::load`]; meshes may also lie where `also` allows it.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub(crate) fn load_allowing(path: &Path, also: &AllowedFolders) -> Result<Self, UrdfError> {
         let file = path.display().to_string();
         let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
         let bytes = input::read(path, ROBOT).map_err(unreadable)?;
@@ -105,7 +114,7 @@ impl Humanoid {
             reason: format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()),
         })?;
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        Self::from_urdf(&text, &file, &|uri| package::read(&directory, uri))
+        Self::from_urdf(&text, &file, &|uri| package::read(&directory, uri, also))
     }
 }
 

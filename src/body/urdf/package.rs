@@ -3,32 +3,35 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::input::{self, limits};
+use crate::input::{self, AllowedFolders, limits};
 
-/// Reads the file that `uri` names in a URDF in `directory`.
+/// Reads the file that `uri` names in a URDF in `directory`: one that is `allowed`, or below the directory or its project,
+/// or in a folder beside the directory.
 ///
 /// `package://` and `model://` paths are searched upwards from `directory`: the longest trailing part of the path that
 /// exists below an ancestor is used, below the nearest ancestor.
-pub(super) fn read(directory: &Path, uri: &str) -> io::Result<Vec<u8>> {
-    let path = resolve(directory, uri).ok_or_else(|| {
+pub(super) fn read(directory: &Path, uri: &str, also: &AllowedFolders) -> io::Result<Vec<u8>> {
+    let mut allowed = AllowedFolders::of_folder(directory).and_beside(directory);
+    allowed.allow_all_of(also);
+    let path = resolve(directory, uri, &allowed)?.ok_or_else(|| {
         io::Error::new(io::ErrorKind::NotFound, format!("no such file at or above {}", directory.display()))
     })?;
     input::read(&path, limits::MESH)
 }
 
-fn resolve(directory: &Path, uri: &str) -> Option<PathBuf> {
-    if let Some(path) = uri.strip_prefix("file://") {
-        return Some(PathBuf::from(path)).filter(|p| p.exists());
-    }
+fn resolve(directory: &Path, uri: &str, allowed: &AllowedFolders) -> io::Result<Option<PathBuf>> {
     let Some(path) = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://")) else {
-        return Some(directory.join(uri)).filter(|p| p.exists());
+        let path = uri.strip_prefix("file://").map_or_else(|| directory.join(uri), PathBuf::from);
+        allowed.check(&path)?;
+        return Ok(Some(path).filter(|path| path.exists()));
     };
-    let directory = directory.canonicalize().ok()?;
+    let Ok(directory) = directory.canonicalize() else { return Ok(None) };
     let parts: Vec<&str> = path.split('/').collect();
-    (0..parts.len()).find_map(|skip| {
+    Ok((0..parts.len()).find_map(|skip| {
         let tail = parts[skip..].join("/");
-        directory.ancestors().map(|above| above.join(&tail)).find(|p| p.is_file())
-    })
+        let found = directory.ancestors().map(|above| above.join(&tail));
+        found.into_iter().find(|path| path.is_file() && allowed.check(path).is_ok())
+    }))
 }
 
 #[cfg(test)]
@@ -45,7 +48,8 @@ mod tests {
         }
         std::fs::write(meshes.join("hand.stl"), "long tail").unwrap();
         std::fs::write(robots.join("hand.stl"), "beside").unwrap();
-        let text = |uri: &str| read(&robots, uri).map(|bytes| String::from_utf8(bytes).unwrap());
+        let text =
+            |uri: &str| read(&robots, uri, &AllowedFolders::default()).map(|bytes| String::from_utf8(bytes).unwrap());
         assert_eq!(text("package://big_package/arm_description/meshes/hand.stl").unwrap(), "long tail");
         assert_eq!(text("model://arm_description/meshes/hand.stl").unwrap(), "long tail");
         assert_eq!(text("../meshes/hand.stl").unwrap(), "long tail");
@@ -54,5 +58,35 @@ mod tests {
         assert_eq!(text(&format!("file://{}", meshes.join("hand.stl").display())).unwrap(), "long tail");
         let missing = text("package://arm_description/meshes/foot.stl").unwrap_err();
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn a_mesh_outside_of_the_package_is_not_read_however_it_is_named() {
+        let home = tempfile::tempdir().unwrap();
+        let robots = home.path().join("downloads/arm/urdf");
+        std::fs::create_dir_all(&robots).unwrap();
+        std::fs::write(home.path().join("secret.stl"), "secret").unwrap();
+        std::fs::write(home.path().join("downloads/secret.stl"), "secret").unwrap();
+        let secret = home.path().join("secret.stl");
+        let mut names = vec![
+            "../../../secret.stl".to_owned(),
+            "../../secret.stl".to_owned(),
+            secret.display().to_string(),
+            format!("file://{}", secret.display()),
+            "package://x/secret.stl".to_owned(),
+            "package://x/../../../secret.stl".to_owned(),
+        ];
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&secret, robots.join("link.stl")).unwrap();
+            names.push("link.stl".to_owned());
+        }
+        for name in names {
+            let error = read(&robots, &name, &AllowedFolders::default()).unwrap_err();
+            assert!(!error.to_string().contains("No such file"), "{name}: {error}");
+            let mut anywhere = AllowedFolders::default();
+            anywhere.allow_anywhere();
+            assert_eq!(read(&robots, &name, &anywhere).unwrap(), b"secret", "{name}");
+        }
     }
 }

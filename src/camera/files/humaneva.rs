@@ -2,14 +2,14 @@
 //! `om(3)`.
 
 use super::{PlainCamera, rows};
-use crate::input::excerpt;
 
 pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
     let mut numbers = Vec::new();
     for (index, line) in text.lines().enumerate() {
         for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
             let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-            let wrong = || format!("line {}: expected a number, found {:?}", index + 1, excerpt(word));
+            // any text may be named as such a file, so the word is not quoted
+            let wrong = || format!("line {}: expected a number, found a word", index + 1);
             numbers.push(number.ok_or_else(wrong)?);
             if numbers.len() > 25 {
                 return Err(format!(

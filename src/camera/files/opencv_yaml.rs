@@ -66,7 +66,8 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
         Some(after) => after.split_once('\n').map_or("", |(_, body)| body),
         None => rest,
     };
-    let storage: Storage = serde_saphyr::from_str(body).map_err(|e| format!("is no YAML of OpenCV: {}", foreign(e)))?;
+    let storage: Storage =
+        serde_saphyr::from_str(body).map_err(|e| format!("is no YAML of OpenCV: {}", said_of(body, &e)))?;
     if storage.fisheye_model.is_some_and(|model| model != 0)
         || storage.distortion_model.as_deref().is_some_and(|model| !["plumb_bob", "radtan", "opencv"].contains(&model))
     {
@@ -83,6 +84,14 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
     };
     let size = storage.image_width.zip(storage.image_height).map(|(width, height)| [width, height]);
     Ok(PlainCamera { name: storage.name, size, k: rows(&k), distortion, r, t })
+}
+
+/// The reader's message; a file without any of OpenCV's matrices is not quoted, nor any line of it.
+fn said_of(body: &str, error: &serde_saphyr::Error) -> String {
+    match body.contains("!!opencv-matrix") {
+        true => foreign(error),
+        false => error.location().map_or_else(String::new, |at| format!("line {}", at.line())),
+    }
 }
 
 /// k1 k2 p1 p2 k3 of 4, 5, 8, 12 or 14 coefficients; those beyond the fifth must be 0.

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use roxmltree::{Document, Node};
 
 use super::{PlainCamera, rows_of};
-use crate::input::{excerpt, foreign};
+use crate::input::{excerpt, unquoted};
 
 /// Parts of a pixel in which intrinsics are counted.
 const PARTS: f64 = 64.0;
@@ -16,7 +16,7 @@ const PARTS: f64 = 64.0;
 const MOST_CAMERAS: usize = 999;
 
 pub(super) fn read(text: &str) -> Result<Vec<PlainCamera>, String> {
-    let document = Document::parse(text).map_err(|e| format!("is no XML: {}", foreign(e)))?;
+    let document = Document::parse(text).map_err(|e| format!("is no XML: {}", unquoted(e)))?;
     let cameras: Vec<Node<'_, '_>> =
         document.descendants().filter(|node| node.has_tag_name("camera")).take(MOST_CAMERAS + 1).collect();
     if !(1..=MOST_CAMERAS).contains(&cameras.len()) {

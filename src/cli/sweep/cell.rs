@@ -6,11 +6,12 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use super::super::file_access::FileAccess;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
 use super::progress::SweepProgress;
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{CellOptions, PlannedSweep, RunOptions, Status, run_cell, run_some, shard};
+use crate::experiment::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
 
 /// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
 ///
@@ -46,6 +47,9 @@ pub(super) struct Arguments {
     /// Cells of a shard at a time, each on one core
     #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
+
+    #[command(flatten)]
+    access: FileAccess,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +71,7 @@ impl FromStr for ListPart {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    let sweep = arguments.access.open_sweep(&arguments.sweep)?;
     let cells = sweep.cells()?;
     let progress = SweepProgress::new(volume, &sweep.plan.objective);
     if let Some(ListPart { part, parts }) = arguments.shard {

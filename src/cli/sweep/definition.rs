@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::super::CommandError;
+use super::super::file_access::FileAccess;
 use super::super::output;
 use super::cores::all_cores;
 use super::words::cost_in_words;
@@ -52,6 +53,9 @@ pub(super) struct Definition {
     /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) access: FileAccess,
 }
 
 impl Definition {
@@ -61,6 +65,12 @@ impl Definition {
     /// [`ExperimentError`] that names the file, key or option.
     pub(super) fn draft(&self) -> Result<Draft, ExperimentError> {
         let file = self.read()?;
+        let base = file.sweep.base.as_ref().map_or_else(PathBuf::new, |base| file.folder.join(base));
+        let folder = base.parent().unwrap_or(Path::new(""));
+        let mut allowed = self.access.allowed(folder, &self.parts().1, self.mocap_directory().as_deref());
+        // a scenario that is varied
+        self.parts().0.iter().for_each(|path| allowed.allow(path));
+        let file = file.allowing(&allowed);
         Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))
     }
 
@@ -125,8 +135,9 @@ impl Definition {
 pub(in crate::cli) fn check_file(
     path: &Path,
     mocap_dir: Option<PathBuf>,
+    access: FileAccess,
     json: bool,
 ) -> Result<ExitCode, CommandError> {
-    let definition = Definition { file: Some(path.to_owned()), mocap_dir, ..Definition::default() };
+    let definition = Definition { file: Some(path.to_owned()), mocap_dir, access, ..Definition::default() };
     definition.check(all_cores(), json)
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
+use super::super::file_access::FileAccess;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
 use super::cores::all_cores;
@@ -13,7 +14,7 @@ use super::definition::Definition;
 use super::progress::SweepProgress;
 use super::words::{failures_in_words, ranking};
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{Draft, PlannedSweep, RUNS_TABLE, Ran, RunOptions, SweepSummary, gather, run_sweep};
+use crate::experiment::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SweepSummary, gather, run_sweep};
 
 /// Settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
@@ -30,6 +31,9 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     how: How,
+
+    #[command(flatten)]
+    access: FileAccess,
 }
 
 /// Options of running.
@@ -60,7 +64,7 @@ pub(super) struct Direct {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    work(&arguments.sweep, &arguments.how, volume)
+    work(&arguments.sweep, &arguments.how, arguments.access, volume)
 }
 
 /// Plans, runs, gathers and ranks.
@@ -77,7 +81,7 @@ pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume)
             output::counted(record.seeds.len(), "seed"),
         )]);
     }
-    work(&root, &direct.how, volume)
+    work(&root, &direct.how, definition.access, volume)
 }
 
 /// Freezes the plan where the user asked, or in the first folder that is free or has the same plan.
@@ -98,8 +102,8 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
     Ok(first)
 }
 
-fn work(root: &Path, how: &How, volume: Volume) -> Result<ExitCode, CommandError> {
-    let sweep = PlannedSweep::open(root)?;
+fn work(root: &Path, how: &How, access: FileAccess, volume: Volume) -> Result<ExitCode, CommandError> {
+    let sweep = access.open_sweep(root)?;
     let jobs = how.jobs.map_or_else(all_cores, usize::from);
     let progress = SweepProgress::new(volume, &sweep.plan.objective);
     let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);

@@ -8,12 +8,11 @@ use super::settings::ProgramSettings;
 use super::workplace::Workplace;
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;
+use crate::experiment::start_check::StartDistance;
 use crate::experiment::watch::Watch;
 
 /// Frames that are asked for.
 const FRAMES: usize = 5;
-/// An estimate of frame 0 farther from the start pose, which the program was given, is suspicious, metres.
-const FAR_M: f64 = 0.5;
 
 /// What a dry run found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -103,17 +102,13 @@ fn start_check(set: &BlindSet, asked: &[Asked]) -> Result<Option<ProtocolCheck>,
     let mut all = vec![None; set.frame_count];
     all[0] = pose;
     let found = estimates(set, &[0], &vec![all])?;
-    let body = &set.start.body;
-    let start = body.markers(&body.link_frames(&set.start.pose));
-    let pairs = start.iter().zip(&found.sequences[0].markers[0]);
-    let distances: Vec<f64> = pairs.filter_map(|(a, b)| Some(((*a)? - (*b)?).norm())).collect();
-    let farthest = distances.iter().copied().fold(0.0, f64::max);
+    let distance = StartDistance::new(set, &found.sequences[0].markers[0]);
     Ok(Some(ProtocolCheck {
         what: "frame 0 is near the start pose: metres, Z up, the set's names",
-        holds: !distances.is_empty() && farthest <= FAR_M,
-        found: match distances.is_empty() {
-            true => "it names none of the markers".to_owned(),
-            false => format!("the farthest of {} markers is {farthest:.3} m away", distances.len()),
-        },
+        holds: distance.is_some_and(|distance| distance.is_near()),
+        found: distance.map_or_else(
+            || "it names none of the markers".to_owned(),
+            |distance| format!("the farthest of {} markers is {:.3} m away", distance.markers, distance.farthest_m),
+        ),
     }))
 }

@@ -18,7 +18,7 @@ use super::inputs::Inputs;
 use super::partial_file::PartialFile;
 use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
-use crate::input::{self, limits};
+use crate::input::{self, AllowedFolders, limits};
 
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
@@ -58,7 +58,7 @@ enum InspectedKind {
 
 /// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held
 /// `against` another of the same motions; pictures are written to `page`; of a recording `metres_per_unit` may
-/// be said. There are no pictures of a recording that cannot be retargeted, which a note says.
+/// be said; robots and skins may name files outside of their folder or project if `allow_outside`. There are no pictures of a recording that cannot be retargeted, which a note says.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
@@ -67,7 +67,12 @@ pub fn inspect(
     metres_per_unit: Option<f64>,
     against: Option<&Path>,
     page: Option<Destination<'_>>,
+    allow_outside: bool,
 ) -> Result<Inspected, ExperimentError> {
+    let mut allowed = AllowedFolders::default();
+    if allow_outside {
+        allowed.allow_anywhere();
+    }
     let kind = kind_of(path)?;
     let name = path.display().to_string();
     if kind != InspectedKind::Model && against.is_some() {
@@ -98,14 +103,14 @@ pub fn inspect(
         }
         InspectedKind::Robot => {
             let place = body_picture::place_of(page, path)?;
-            let body = robot::read(&name, path)?;
+            let body = robot::read(&name, path, &allowed)?;
             let summary = RobotSummary::new(&name, &body);
             body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
             Inspected::Robot(summary)
         }
         InspectedKind::Skin => {
             let place = body_picture::place_of(page, path)?;
-            let (summary, body) = skin::read(&name, path)?;
+            let (summary, body) = skin::read(&name, path, &allowed)?;
             body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
             Inspected::Skin(summary)
         }

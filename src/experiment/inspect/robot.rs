@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
 use crate::body::{Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
+use crate::input::AllowedFolders;
 
 /// A robot in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -50,8 +51,8 @@ pub struct DegreeSummary {
 }
 
 /// A robot that ships, or one from a file.
-pub(super) fn read(name: &str, path: &Path) -> Result<Humanoid, UrdfError> {
-    if path.exists() { Humanoid::load(path) } else { shipped(name) }
+pub(super) fn read(name: &str, path: &Path, allowed: &AllowedFolders) -> Result<Humanoid, UrdfError> {
+    if path.exists() { Humanoid::load_allowing(path, allowed) } else { shipped(name) }
 }
 
 impl RobotSummary {

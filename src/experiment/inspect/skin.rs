@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin, shipped, shipped_skin};
+use crate::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin_allowing, shipped, shipped_skin};
 use crate::experiment::ExperimentError;
-use crate::input::{self, limits};
+use crate::input::{self, AllowedFolders, limits};
 use crate::retarget::with_skin;
 
 /// The robot that a skin is shown on.
@@ -58,11 +58,15 @@ pub fn is_skin_file(path: &Path) -> bool {
 }
 
 /// A skin that ships or one of a file, and the robot in it.
-pub(super) fn read(name: &str, path: &Path) -> Result<(SkinSummary, Humanoid), ExperimentError> {
+pub(super) fn read(
+    name: &str,
+    path: &Path,
+    allowed: &AllowedFolders,
+) -> Result<(SkinSummary, Humanoid), ExperimentError> {
     let known = SHIPPED_SKINS.iter().find(|known| path == Path::new(known) && !path.exists());
     let mesh = match known {
         Some(known) => shipped_skin(known),
-        None => read_skin(path),
+        None => read_skin_allowing(path, allowed),
     }?;
     let bare = shipped(BODY)?;
     let body = with_skin(&bare, &mesh)?;

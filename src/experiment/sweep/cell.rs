@@ -1,6 +1,5 @@
 //! One cell: track its set with its setting and seed, and measure.
 
-use std::io::ErrorKind;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,6 +8,7 @@ use super::plan_file::SweepCell;
 use super::processor_time::of_this_thread;
 use super::record::{CellRecord, Environment, Status, SweepResults};
 use super::shared::{Shared, SharedSet};
+use crate::experiment::error::stays_unreadable;
 use crate::experiment::measuring::Measures;
 use crate::experiment::ours::ResultKind;
 use crate::experiment::partial_directory::PartialDirectory;
@@ -91,7 +91,10 @@ pub(super) fn run_shared(
 fn may_be_otherwise_next_time(error: &ExperimentError) -> bool {
     match error {
         ExperimentError::With { source, .. } => may_be_otherwise_next_time(source),
-        ExperimentError::Mocap(MocapError::Unreadable { source, .. }) => source.kind() != ErrorKind::InvalidData,
+        ExperimentError::Mocap(MocapError::Unreadable { source, .. }) => !stays_unreadable(source),
+        ExperimentError::ModelFile(source) => {
+            matches!(&**source, ExperimentError::Unreadable { source, .. } if !stays_unreadable(source))
+        }
         ExperimentError::Busy { .. }
         | ExperimentError::Output { .. }
         | ExperimentError::Unreadable { .. }

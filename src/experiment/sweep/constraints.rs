@@ -239,6 +239,23 @@ mod tests {
     }
 
     #[test]
+    fn conditions_of_ten_thousand_signs_or_nots_are_refused_and_do_not_overflow_the_stack() {
+        let keep = |condition: String| kept(&format!("keep = [{condition:?}]\n{AXES}"));
+        for (sign, rest) in [("-", "layers < 0"), ("not ", "true"), ("(", "true"), ("1+", "1 == 3"), ("1<", "2")] {
+            let error = keep(format!("{}{rest}", sign.repeat(10_000))).unwrap_err();
+            assert!(error.contains("keep[0]: expected a condition of at most 1000 characters, found"), "{error}");
+        }
+        // the longest that are read, on a thread as small as any
+        let deep = |sign: &str, times: usize, rest: &str| format!("{}{rest}", sign.repeat(times));
+        let all =
+            [deep("-", 990, "1 == 1"), deep("not ", 248, "true"), deep("1+", 490, "1 == 491"), deep("1<", 490, "1")];
+        let read = move || all.map(|condition| kept(&format!("keep = [{condition:?}]\n{AXES}")));
+        let small = std::thread::Builder::new().stack_size(1 << 20).spawn(read).unwrap();
+        let found = small.join().unwrap();
+        assert_eq!(found.map(|kept| kept.is_ok_and(|kept| kept.len() == 12)), [true, true, true, false]);
+    }
+
+    #[test]
     fn conditions_that_make_no_sense_are_refused() {
         for (condition, words) in [
             ("particles *", "keep[0]: expected a condition"),

@@ -14,6 +14,7 @@ use crate::evaluation::METRICS;
 use crate::experiment::error::output;
 use crate::experiment::place::sync_parent;
 use crate::experiment::{ExperimentError, unfinished};
+use crate::input::table_cell;
 use crate::scenario::as_toml;
 
 /// The table of all cells.
@@ -123,11 +124,11 @@ impl SweepColumns<'_> {
 }
 
 /// A line of CSV, with its end.
-fn csv_line<S: AsRef<[u8]>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
+fn csv_line<S: AsRef<str>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
     let failed = |detail: String| ExperimentError::Malformed { path: table.into(), detail };
     // the usual room of 8 kB is zeroed for every line
     let mut text = csv::WriterBuilder::new().buffer_capacity(2048).from_writer(Vec::new());
-    text.write_record(fields).map_err(|e| failed(e.to_string()))?;
+    text.write_record(fields.iter().map(|field| table_cell(field.as_ref()))).map_err(|e| failed(e.to_string()))?;
     text.into_inner().map_err(|e| failed(e.to_string()))
 }
 

@@ -14,6 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::ExperimentError;
+use crate::experiment::error::stays_unreadable;
 use crate::experiment::inputs::Inputs;
 use crate::input::{self, hex_sha256, hex_sha256_of};
 use crate::scenario::{Scenario, ScenarioFile};
@@ -126,7 +127,12 @@ impl Identities {
         let own = file.path.as_deref();
         let paths = Inputs::from_scenario(file, self.mocap_directory.as_deref()).into_paths();
         let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
-        let inputs = paths.map(|path| InputFile::read(path)).collect::<Result<Vec<_>, _>>()?;
+        // what cannot be read fails in the cells that need it, like what is not there
+        let readable = paths.filter_map(|path| match InputFile::read(path) {
+            Err(ExperimentError::Unreadable { source, .. }) if stays_unreadable(&source) => None,
+            read => Some(read),
+        });
+        let inputs = readable.collect::<Result<Vec<_>, _>>()?;
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(named, inputs.clone());
         Ok(inputs)
     }

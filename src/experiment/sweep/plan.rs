@@ -23,7 +23,7 @@ use crate::evaluation::{METRICS, find_metric};
 use crate::experiment::error::{output, read_file};
 use crate::experiment::place::{LockedPlace, parent_of, sync_parent, write_synced};
 use crate::experiment::{ExperimentError, to_json, unfinished};
-use crate::input::{excerpt, hex_sha256, limits};
+use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_ours, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, Sweep, SweepFile, did_you_mean};
 
 const BASE_FILE: &str = "scenario.toml";
@@ -74,10 +74,18 @@ impl Draft {
         let sweep = &file.sweep;
         check_objective(file)?;
         let base = match &sweep.base {
-            Some(base) => ScenarioFile::open(&file.folder.join(base), &sweep.set),
+            Some(base) => {
+                let path = file.folder.join(base);
+                let outside = |e: std::io::Error| file.complaint("base", format!("`{}` {e}", excerpt(base)));
+                file.allowed.check(&path).map_err(outside).map_err(ScenarioError::from)?;
+                ScenarioFile::open(&path, &sweep.set)
+            }
             None => ScenarioFile::built_in(&sweep.set),
         }?;
-        let template = ScenarioTemplate::new(base)?;
+        // overrides of a sweep file are not typed by the user
+        let allowed = AllowedFolders::of_folder(&base.folder);
+        let base = base.naming_only(allowed);
+        let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
         let identities = Identities::new(mocap_directory);
         let mut made = settings(file, &template, |setting, scenario| {
             Ok((identities.identify(scenario)?, weight(scenario), setting))
@@ -240,10 +248,34 @@ impl PlannedSweep {
         }
         let origin = plan.base.file.as_ref().unwrap_or(&base).display().to_string();
         let file = ScenarioFile::parse(&text, &origin, plan.base.folder.clone(), &plan.base.set)?;
-        let sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
+        let file = file.naming_only(AllowedFolders::of_folder(root));
+        let mut sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
         sweep.check_base(&text)?;
         sweep.check_inputs()?;
+        let allowed = sweep.allowed(&text);
+        sweep.template = sweep.template.allowing(&allowed);
         Ok(sweep)
+    }
+
+    /// The same, whose scenarios may name files anywhere.
+    pub fn allowing_all_files(mut self) -> Self {
+        let mut anywhere = AllowedFolders::default();
+        anywhere.allow_anywhere();
+        self.template = self.template.allowing(&anywhere);
+        self
+    }
+
+    /// What the scenarios may name: the files that were read when it was planned, and what the base scenario may. A plan
+    /// of somebody else may name any folder as the base's, but cannot know what files there hold.
+    fn allowed(&self, frozen: &str) -> AllowedFolders {
+        let mut allowed = AllowedFolders::default();
+        self.plan.inputs.iter().for_each(|input| allowed.allow(&input.path));
+        let base = self.plan.base.file.as_deref();
+        let is_there = |path: &&Path| input::read(path, limits::SETTINGS).is_ok_and(|now| now == frozen.as_bytes());
+        if let Some(folder) = base.filter(is_there).and_then(Path::parent) {
+            allowed.allow_all_of(&AllowedFolders::of_folder(folder));
+        }
+        allowed
     }
 
     /// All cells, in order.
@@ -292,9 +324,12 @@ impl PlannedSweep {
     /// The base scenario, where its file is still there, must be what was frozen.
     fn check_base(&self, frozen: &str) -> Result<(), ExperimentError> {
         let Some(path) = self.plan.base.file.as_deref() else { return Ok(()) };
-        let Ok(now) = fs::read_to_string(path) else { return Ok(()) };
+        let Ok(now) = input::read_to_string(path, limits::SETTINGS) else { return Ok(()) };
         match first_difference(frozen, &now) {
             None => Ok(()),
+            Some(_) if !is_ours(now.as_bytes()) => {
+                Err(malformed(path, format!("is no scenario any more; {} was planned from it", self.root.display())))
+            }
             Some((line, was, is)) => Err(malformed(
                 path,
                 format!(

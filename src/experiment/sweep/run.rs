@@ -302,5 +302,5 @@ pub fn in_words(cell: &SweepCell) -> String {
 pub(super) fn axes_in_words(axes: &Map<String, Value>) -> String {
     let plain = |value: &Value| value.as_str().map_or_else(|| crate::scenario::as_toml(value), str::to_owned);
     let words: Vec<String> = axes.iter().map(|(key, value)| format!("{key}={}", plain(value))).collect();
-    if words.is_empty() { "the scenario as it is".to_owned() } else { words.join(" ") }
+    if words.is_empty() { "the scenario as it is".to_owned() } else { crate::input::plain(words.join(" ")) }
 }

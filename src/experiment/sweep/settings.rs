@@ -1,6 +1,6 @@
 //! From axes to settings: combinations of axis values, what they set, and which of them are kept.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use rand::RngExt;
 use serde_json::{Map, Number, Value};
@@ -15,6 +15,8 @@ use crate::scenario::{
 
 /// Most settings of a sweep, before any is left out.
 pub(super) const MOST_SETTINGS: usize = 1_000_000;
+/// Draws for each random setting, at most.
+const DRAWS: usize = 20;
 
 /// One setting: what is varied, and its values.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,10 +128,20 @@ fn combinations(file: &SweepFile) -> Result<Vec<Combination>, ExperimentError> {
         Expansion::List => Ok(file.points().map_err(ScenarioError::from)?),
         Expansion::Random => {
             let samples = sweep.samples.unwrap_or_default() as usize;
-            if samples > MOST_SETTINGS {
-                return Err(complain("samples", format!("expected at most {MOST_SETTINGS}, found {samples}")));
+            let most = combinations_at_most(&axes).min(MOST_SETTINGS);
+            if samples > most {
+                let why = if most < MOST_SETTINGS { ", all combinations of the axes" } else { "" };
+                return Err(complain("samples", format!("expected at most {most}{why}, found {samples}")));
             }
-            Ok((0..samples).map(|sample| drawn(&axes, u64::from(sweep.random_seed), sample as u64)).collect())
+            let drawn = drawn_different(&axes, u64::from(sweep.random_seed), samples);
+            if drawn.len() < samples {
+                let message = format!(
+                    "expected fewer: {DRAWS} times as many draws found {} different settings, not {samples}",
+                    drawn.len()
+                );
+                return Err(complain("samples", message));
+            }
+            Ok(drawn)
         }
         Expansion::Grid => {
             let sizes = axes.values().map(|axis| values(axis).len());
@@ -172,6 +184,32 @@ fn of_grid(axes: &BTreeMap<String, SweepAxis>, index: usize) -> Combination {
         left /= values.len();
     }
     combination
+}
+
+/// An upper bound of the number of different settings that draws can give.
+fn combinations_at_most(axes: &BTreeMap<String, SweepAxis>) -> usize {
+    let sizes = axes.values().map(|axis| match axis {
+        SweepAxis::Values(values) => values.len(),
+        SweepAxis::Range { ends: [low, high], integer: true, .. } => (high.round() - low.round()) as usize + 1,
+        SweepAxis::Range { .. } => MOST_SETTINGS,
+    });
+    sizes.fold(1, usize::saturating_mul)
+}
+
+/// The first draws that differ from all before them; fewer than asked for where draws repeat each other too often.
+fn drawn_different(axes: &BTreeMap<String, SweepAxis>, seed: u64, count: usize) -> Vec<Combination> {
+    let (mut known, mut different) = (HashSet::new(), Vec::new());
+    for sample in 0..count.saturating_mul(DRAWS) {
+        if different.len() == count {
+            break;
+        }
+        let combination = drawn(axes, seed, sample as u64);
+        let labels: Vec<String> = combination.values().map(|value| value.label.to_string()).collect();
+        if known.insert(labels.join("\n")) {
+            different.push(combination);
+        }
+    }
+    different
 }
 
 /// One draw of every axis, from a stream of its own.
@@ -256,6 +294,30 @@ mod tests {
         assert!((72..=128).contains(&below), "{below}");
         let twos = number("layers").iter().filter(|layers| **layers == 2.0).count();
         assert!((72..=128).contains(&twos), "{twos}");
+    }
+
+    #[test]
+    fn more_random_settings_than_there_are_combinations_are_refused_before_any_is_drawn() {
+        let text = "method = \"random\"\nsamples = 1000000\n[axes]\nlayers = [1, 2]\n\
+                    particles = { uniform = [10, 12], integer = true }\n";
+        let error = made(text).unwrap_err();
+        let expected = "a.toml:4: samples: expected at most 6, all combinations of the axes, found 1000000";
+        assert!(error.starts_with(expected), "{error}");
+    }
+
+    #[test]
+    fn random_settings_are_all_different_and_may_be_all_that_there_are() {
+        let text = "method = \"random\"\nsamples = 6\n[axes]\nlayers = [1, 2]\nparticles = [10, 11, 12]\n";
+        let mut values = values_of(text);
+        values.sort();
+        assert_eq!(values, ["1 10", "1 11", "1 12", "2 10", "2 11", "2 12"]);
+        // 1 in 10^12 draws is the least: the rest is the greatest
+        let rare = "method = \"random\"\nsamples = 2\n[axes]\nrig.ring.count = { uniform = [3.4999999999, 4], integer = true }\n";
+        let error = made(rare).unwrap_err();
+        assert!(
+            error.contains("samples: expected fewer: 20 times as many draws found 1 different settings"),
+            "{error}"
+        );
     }
 
     #[test]

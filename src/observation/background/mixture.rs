@@ -58,7 +58,36 @@ impl BackgroundMixture {
         if let Some(other) = periods.iter().flat_map(|period| period.iter()).find(|image| image.shape() != shape) {
             return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
         }
-        let blocks: Vec<_> = periods.iter().map(|period| component(period, shape, components)).collect();
+        let blocks = periods.iter().map(|period| component(period, shape, components)).collect();
+        Ok(Self::from_components(shape, blocks, risk))
+    }
+
+    /// As [`Self::learn`], from periods that come one after another: the images of one alone are in memory. `risk` is
+    /// that of a number of channels.
+    ///
+    /// # Errors
+    /// As [`Self::learn`].
+    pub fn learn_one_by_one(
+        periods: impl ExactSizeIterator<Item = Vec<Image>>,
+        risk: impl Fn(usize) -> Risk,
+    ) -> Result<Self, BackgroundError> {
+        let components = periods.len();
+        let (mut frames, mut known, mut blocks) = (0, None, Vec::with_capacity(components));
+        for period in periods {
+            frames += period.len();
+            let first = period.first().ok_or(BackgroundError::TooFew { frames, components })?;
+            let shape = *known.get_or_insert(first.shape());
+            if let Some(other) = period.iter().find(|image| image.shape() != shape) {
+                return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
+            }
+            blocks.push(component(&period, shape, components));
+        }
+        let shape = known.ok_or(BackgroundError::TooFew { frames, components: 1 })?;
+        Ok(Self::from_components(shape, blocks, risk(shape.2)))
+    }
+
+    fn from_components(shape: (u32, u32, usize), blocks: Vec<Vec<PixelLane>>, risk: Risk) -> Self {
+        let components = blocks.len();
         let threshold = (-(shape.2 as f64) * 256_f64.ln() - risk.0.ln()) as f32;
         let (groups, channels) = (groups_per_row(shape.0), shape.2);
         let bounds = CertainBounds::new(shape, components, threshold, |component, x, y, look| {
@@ -69,7 +98,7 @@ impl BackgroundMixture {
             let (means, precisions) = (&means[..channels], &precisions[..channels]);
             look(PixelGaussian { means, precisions, at_mean: at(2 * channels) });
         });
-        Ok(Self { shape, components, blocks, threshold, bounds })
+        Self { shape, components, blocks, threshold, bounds }
     }
 
     /// Width, height and channels of its images.
@@ -400,6 +429,22 @@ mod tests {
                 // 30 frames tell the variance to within a quarter, which makes tails heavier
                 assert!(share < 6.0 * expected && share > 0.2 * expected, "{channels} channels: {share}, {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn periods_that_come_one_after_another_are_learned_as_those_that_are_all_there() {
+        let image = |seed| noisy((20, 6, 3), seed, |x| 50.0 + x as f64, 3.0);
+        let periods: Vec<Vec<Image>> = (0..3).map(|period| (0..4).map(|n| image(10 * period + n)).collect()).collect();
+        let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
+        let at_once = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap();
+        let one_by_one =
+            |periods: &[Vec<Image>]| BackgroundMixture::learn_one_by_one(periods.to_vec().into_iter(), |_| Risk(1.0));
+        assert_eq!(one_by_one(&periods).unwrap(), at_once);
+        for broken in [vec![], vec![vec![]], vec![vec![image(1)], vec![]]] {
+            let slices: Vec<&[Image]> = broken.iter().map(Vec::as_slice).collect();
+            let words = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap_err().to_string();
+            assert_eq!(one_by_one(&broken).unwrap_err().to_string(), words);
         }
     }
 

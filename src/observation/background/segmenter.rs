@@ -46,6 +46,20 @@ impl Segmenter {
         Ok(Self { background, shadow, cleaning: settings.cleaning })
     }
 
+    /// As [`Self::learn`], from periods that come one after another: the images of one alone are in memory.
+    ///
+    /// # Errors
+    /// As [`BackgroundMixture::learn`].
+    pub fn learn_one_by_one(
+        periods: impl ExactSizeIterator<Item = Vec<Image>>,
+        settings: &BackgroundSettings,
+    ) -> Result<Self, BackgroundError> {
+        let risk = |channels| settings.risk.map_or(Risk::usual(channels), Risk);
+        let background = BackgroundMixture::learn_one_by_one(periods, risk)?;
+        let shadow = settings.remove_shadows.then(ShadowRule::default);
+        Ok(Self { background, shadow, cleaning: settings.cleaning })
+    }
+
     /// The silhouette in an image.
     ///
     /// # Errors

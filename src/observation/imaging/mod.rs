@@ -116,12 +116,18 @@ impl<'a> SceneCamera<'a> {
 
     /// The images of one frame, which the truth must have, camera by camera.
     pub fn images(&self, frame: usize) -> Vec<Image> {
+        let mut images = Vec::with_capacity(self.backdrops.len());
+        self.each_image(frame, |_, image| images.push(image));
+        images
+    }
+
+    /// The same, one camera's image in memory at a time: `take` is given the camera's index and its image.
+    pub fn each_image(&self, frame: usize, mut take: impl FnMut(usize, Image)) {
         let exposure = Exposure::Frame(frame, self.truth.frames.len());
-        let each = self.brightness(frame).into_iter().zip(&self.backdrops).enumerate();
-        each.map(|(camera, (planes, backdrop))| {
-            self.stored(self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure))
-        })
-        .collect()
+        self.each_brightness(frame, |camera, planes| {
+            let Backdrop { width, height, .. } = self.backdrops[camera];
+            take(camera, self.stored(self.sensor.expose(width, height, &planes, camera, exposure)));
+        });
     }
 
     /// As the camera stores an image.
@@ -134,14 +140,20 @@ impl<'a> SceneCamera<'a> {
 
     /// Brightness before the sensor in one frame, grey values from 0 to 255, camera by camera and plane by plane.
     pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
+        let mut all = Vec::with_capacity(self.backdrops.len());
+        self.each_brightness(frame, |_, planes| all.push(planes));
+        all
+    }
+
+    /// The same, one camera's planes in memory at a time.
+    fn each_brightness(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
         if !self.truth.distractors.is_empty() {
-            return self.brightness_of_several(frame);
+            return self.each_brightness_of_several(frame, take);
         }
         let link_frames = &self.truth.frames[frame].link_frames;
         let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
         let surfaces = self.observer.surfaces(SceneFigure::Actor, frame);
-        let each = self.backdrops.iter().zip(surfaces);
-        each.map(|(backdrop, surface)| {
+        for (camera, (backdrop, surface)) in self.backdrops.iter().zip(surfaces).enumerate() {
             let mut planes = backdrop.planes.clone();
             if let Some(shadow) = &shadow {
                 let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
@@ -151,13 +163,12 @@ impl<'a> SceneCamera<'a> {
             for pixel in &surface {
                 self.paint(pixel, backdrop, &self.clothing, &mut planes);
             }
-            planes
-        })
-        .collect()
+            take(camera, planes);
+        }
     }
 
-    /// As [`Self::brightness`] of the actor and distractors: the nearest is seen, and the sun is kept off once.
-    fn brightness_of_several(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
+    /// As [`Self::each_brightness`] of the actor and distractors: the nearest is seen, and the sun is kept off once.
+    fn each_brightness_of_several(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
         let others: Vec<(&Humanoid, LinkFrames)> =
             self.truth.distractors.iter().filter_map(|o| Some((&o.body, o.link_frames(frame)?))).collect();
         let link_frames = &self.truth.frames[frame].link_frames;
@@ -173,8 +184,7 @@ impl<'a> SceneCamera<'a> {
         figures.extend(surfaces.zip(&self.other_clothing));
         let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
         let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;
-        let each = self.backdrops.iter().enumerate();
-        each.map(|(camera, backdrop)| {
+        for (camera, backdrop) in self.backdrops.iter().enumerate() {
             let mut planes = backdrop.planes.clone();
             let pixels = backdrop.width as usize * backdrop.height as usize;
             let mut shaded = vec![false; pixels];
@@ -192,9 +202,8 @@ impl<'a> SceneCamera<'a> {
                     }
                 }
             }
-            planes
-        })
-        .collect()
+            take(camera, planes);
+        }
     }
 
     fn paint(&self, pixel: &SurfacePixel, backdrop: &Backdrop, clothing: &Clothing, planes: &mut [Vec<f32>]) {

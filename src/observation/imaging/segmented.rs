@@ -31,8 +31,7 @@ impl<'a> SegmentedObserver<'a> {
         let learn = |index: usize| {
             let numbers = 0..images.background_frames as usize;
             let period = |period| numbers.clone().map(|number| camera.background(index, period, number)).collect();
-            let periods: Vec<Vec<Image>> = (0..camera.periods()).map(period).collect();
-            Segmenter::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), background)
+            Segmenter::learn_one_by_one((0..camera.periods()).map(period), background)
         };
         let segmenters = parallel::map(rig.cameras.len(), learn).into_iter().collect::<Result<_, _>>()?;
         Ok(Self { truth, camera, segmenters })
@@ -40,12 +39,12 @@ impl<'a> SegmentedObserver<'a> {
 
     /// The silhouettes of one frame, which the truth must have.
     pub fn observe(&self, frame: usize) -> Observation {
-        let images = self.camera.images(frame);
-        let segment = |(segmenter, image): (&Segmenter, &Image)| {
+        let mut silhouettes = Vec::with_capacity(self.segmenters.len());
+        self.camera.each_image(frame, |camera, image: Image| {
             // the background was recorded by the same camera
-            segmenter.silhouette(image).unwrap_or_else(|_| Mask::new(image.width(), image.height()))
-        };
-        let silhouettes = self.segmenters.iter().zip(&images).map(segment).collect();
+            let silhouette = self.segmenters[camera].silhouette(&image);
+            silhouettes.push(silhouette.unwrap_or_else(|_| Mask::new(image.width(), image.height())));
+        });
         Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes, moment: None }
     }
 }

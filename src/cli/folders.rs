@@ -1,0 +1,79 @@
+//! Sets and runs as arguments: whether a folder is what was asked for, before anything in it is read.
+
+use std::path::Path;
+
+use crate::benchmark_set::is_set;
+use crate::experiment::{ExperimentError, RUN_FILE};
+use crate::scenario::similar_file;
+
+/// Files of which a tracker's folder has one.
+const FILES_OF_RUNS: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
+
+/// A mistake if this is no set, and it can be said what it is instead.
+///
+/// # Errors
+/// [`ExperimentError::Argument`] for a misspelt folder, and for a run.
+pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
+    expect_there("SET", set)?;
+    match !is_set(set) && is_run(set) {
+        true => {
+            Err(mistaken("SET", set, "is a run, and a benchmark set was expected: the set that the run was made on"))
+        }
+        false => Ok(()),
+    }
+}
+
+/// A mistake if this is a set instead of a run or a file of estimates.
+///
+/// # Errors
+/// [`ExperimentError::Argument`] for a misspelt name, and for a set.
+pub(super) fn expect_run(run: &Path) -> Result<(), ExperimentError> {
+    expect_there("RUN", run)?;
+    match is_set(run) && !is_run(run) {
+        true => Err(mistaken(
+            "RUN",
+            run,
+            "is a benchmark set, and a run was expected: make one with skiagraph track SET --tracker NAME --out RUN, and \
+            measure it with skiagraph evaluate SET RUN",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// As both, of a command that takes a set and then a run; `command` is its name.
+///
+/// # Errors
+/// [`ExperimentError::Argument`], also where they were exchanged.
+pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Result<(), ExperimentError> {
+    if is_set(run) && !is_set(set) && (is_run(set) || set.is_file()) {
+        let detail = format!(
+            "the two are exchanged, {} is the set: skiagraph {command} {} {}",
+            run.display(),
+            run.display(),
+            set.display()
+        );
+        return Err(ExperimentError::Argument { argument: "SET RUN", detail });
+    }
+    expect_set(set)?;
+    expect_run(run)
+}
+
+/// A mistake if this is not there and something beside it is named alike; what is not there at all is told where it is
+/// read.
+fn expect_there(argument: &'static str, path: &Path) -> Result<(), ExperimentError> {
+    match similar_file(path).filter(|_| !path.exists()) {
+        Some(guess) => {
+            let detail = format!("no such file or folder: {}; did you mean {guess}?", path.display());
+            Err(ExperimentError::Argument { argument, detail })
+        }
+        None => Ok(()),
+    }
+}
+
+fn is_run(folder: &Path) -> bool {
+    FILES_OF_RUNS.iter().any(|file| folder.join(file).is_file())
+}
+
+fn mistaken(argument: &'static str, path: &Path, what: &str) -> ExperimentError {
+    ExperimentError::Argument { argument, detail: format!("{} {what}", path.display()) }
+}

@@ -1,0 +1,195 @@
+//! Where the files that a file names may lie.
+//!
+//! Scenarios, sweeps, robots and skins come from strangers too, and may name any path. What they name must lie below the
+//! folder of the file that names it or below its project (the nearest folder above it that holds `.git` or
+//! [`PROJECT_FILE`]), or be named on the command line, or lie below a folder that is. Symbolic links count as what they
+//! lead to.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Component, Path, PathBuf};
+
+/// A file of this name makes its folder a project, whatever it holds.
+pub(crate) const PROJECT_FILE: &str = "skiagraph.project";
+
+/// The files and folders that names in a file may lead to; none at first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct AllowedFolders {
+    anywhere: bool,
+    /// Files, and folders with all below them, without links.
+    places: Vec<PathBuf>,
+    /// Folders of which everything is allowed but the files that lie directly in them.
+    around: Vec<PathBuf>,
+}
+
+impl AllowedFolders {
+    /// For names that stand in a file in this folder: the folder itself, or its project.
+    pub(crate) fn of_folder(folder: &Path) -> Self {
+        let Ok(folder) = fs::canonicalize(or_here(folder)) else { return Self::default() };
+        let projects = folder.ancestors().take_while(|above| !is_home_or_root(above));
+        let project =
+            projects.into_iter().find(|above| above.join(".git").exists() || above.join(PROJECT_FILE).is_file());
+        Self { places: vec![project.unwrap_or(&folder).to_owned()], ..Self::default() }
+    }
+
+    /// Also the folders beside this one, as packages of robots lay them out: `urdf/` and `meshes/`.
+    pub(crate) fn and_beside(mut self, folder: &Path) -> Self {
+        if let Ok(folder) = fs::canonicalize(or_here(folder))
+            && let Some(above) = folder.parent().filter(|above| !is_home_or_root(above) && !is_home_or_root(&folder))
+        {
+            self.around.push(above.to_owned());
+        }
+        self
+    }
+
+    /// Also this file or folder, if it is there.
+    pub(crate) fn allow(&mut self, place: &Path) {
+        self.places.extend(fs::canonicalize(or_here(place)));
+    }
+
+    /// Also everything that another allows.
+    pub(crate) fn allow_all_of(&mut self, other: &Self) {
+        self.anywhere |= other.anywhere;
+        self.places.extend(other.places.iter().cloned());
+        self.around.extend(other.around.iter().cloned());
+    }
+
+    /// Everything.
+    pub(crate) fn allow_anywhere(&mut self) {
+        self.anywhere = true;
+    }
+
+    /// An error unless the path, which need not be there, leads to an allowed file.
+    ///
+    /// # Errors
+    /// [`ErrorKind::PermissionDenied`], in words that follow the path.
+    pub(crate) fn check(&self, path: &Path) -> io::Result<()> {
+        if self.anywhere {
+            return Ok(());
+        }
+        let real = without_links(path);
+        let is_around = |above: &PathBuf| real.strip_prefix(above).is_ok_and(|rest| rest.components().nth(1).is_some());
+        if self.places.iter().any(|place| real.starts_with(place)) || self.around.iter().any(is_around) {
+            return Ok(());
+        }
+        let below =
+            self.places.first().map_or_else(|| "its own folder".to_owned(), |place| place.display().to_string());
+        Err(io::Error::new(
+            ErrorKind::PermissionDenied,
+            format!(
+                "leads out of {below}: a file may name files below its own folder or project (the nearest folder above it \
+                with .git or {PROJECT_FILE}) and below folders given on the command line; --allow-outside lifts this"
+            ),
+        ))
+    }
+}
+
+/// The path without links and `..`; of what is not there, as far as it is there.
+fn without_links(path: &Path) -> PathBuf {
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut real = PathBuf::new();
+    for part in whole.components() {
+        match part {
+            Component::ParentDir => drop(real.pop()),
+            Component::CurDir => {}
+            part => {
+                real.push(part);
+                // a link is followed before `..` goes up from where it leads
+                if let Ok(target) = fs::canonicalize(&real) {
+                    real = target;
+                }
+            }
+        }
+    }
+    real
+}
+
+fn or_here(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
+/// Whether everything that a user has lies below: then it is nobody's project.
+fn is_home_or_root(folder: &Path) -> bool {
+    let home = std::env::var_os("HOME").filter(|home| home != OsStr::new(""));
+    folder.parent().is_none() || home.is_some_and(|home| fs::canonicalize(home).is_ok_and(|home| home == folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tree(names: &[&str]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for name in names {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "x").unwrap();
+        }
+        root
+    }
+
+    #[test]
+    fn names_lead_to_files_below_the_folder_of_the_file_that_names_them() {
+        let root = tree(&["mine/a.toml", "mine/motions/walk.bvh", "secret"]);
+        let mine = root.path().join("mine");
+        let allowed = AllowedFolders::of_folder(&mine);
+        for inside in ["a.toml", "motions/walk.bvh", "motions/../a.toml", "./not/there", "gone/../a.toml"] {
+            allowed.check(&mine.join(inside)).unwrap();
+        }
+        for outside in
+            ["../secret", "../gone", "motions/../../secret", "gone/../../secret", "/etc/passwd", "/proc/self/environ"]
+        {
+            let error = allowed.check(&mine.join(outside)).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::PermissionDenied, "{outside}");
+            assert!(error.to_string().contains("--allow-outside"), "{error}");
+        }
+        let mut more = allowed.clone();
+        more.allow(root.path());
+        more.check(&mine.join("../secret")).unwrap();
+        more.check(Path::new("/etc/passwd")).unwrap_err();
+        more.allow_anywhere();
+        more.check(Path::new("/etc/passwd")).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_counts_as_what_it_leads_to() {
+        let root = tree(&["mine/a.toml", "other/secret", "other/deep/b"]);
+        let mine = root.path().join("mine");
+        std::os::unix::fs::symlink("../other", mine.join("link")).unwrap();
+        std::os::unix::fs::symlink("../other/secret", mine.join("walk.bvh")).unwrap();
+        std::os::unix::fs::symlink("../other/deep", mine.join("deep")).unwrap();
+        let mut allowed = AllowedFolders::of_folder(&mine);
+        for outside in ["link/secret", "walk.bvh", "link/gone", "deep/../secret"] {
+            allowed.check(&mine.join(outside)).unwrap_err();
+        }
+        allowed.allow(&root.path().join("other/secret"));
+        allowed.check(&mine.join("walk.bvh")).unwrap();
+        allowed.check(&mine.join("deep/b")).unwrap_err();
+    }
+
+    #[test]
+    fn a_project_is_the_nearest_folder_above_with_a_mark() {
+        let root = tree(&["work/.git/HEAD", "work/scenarios/sub/a.toml", "work/robots/r.urdf", "secret"]);
+        let folder = root.path().join("work/scenarios/sub");
+        let allowed = AllowedFolders::of_folder(&folder);
+        allowed.check(&folder.join("../../robots/r.urdf")).unwrap();
+        allowed.check(&folder.join("../../../secret")).unwrap_err();
+        fs::write(root.path().join("work/scenarios").join(PROJECT_FILE), "").unwrap();
+        let allowed = AllowedFolders::of_folder(&folder);
+        allowed.check(&folder.join("../b.toml")).unwrap();
+        allowed.check(&folder.join("../../robots/r.urdf")).unwrap_err();
+    }
+
+    #[test]
+    fn folders_beside_a_robots_are_allowed_and_files_beside_its_folder_are_not() {
+        let root = tree(&["package/urdf/r.urdf", "package/meshes/a.stl", "package/secret", "secret"]);
+        let folder = root.path().join("package/urdf");
+        let allowed = AllowedFolders::of_folder(&folder).and_beside(&folder);
+        allowed.check(&folder.join("../meshes/a.stl")).unwrap();
+        for outside in ["../secret", "../../secret", "/etc/passwd"] {
+            allowed.check(&folder.join(outside)).unwrap_err();
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What is said of a negative number where none may be: the range of its key.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::complaint::Complaint;
+use super::range_checks::RangeCheck;
+use super::tree::{at, settings_or_mistake};
+
+/// A complaint about a negative whole number, with the range of its key, which is found with other numbers in its place;
+/// any other complaint as it is. `tree` is what was read, `check` finds the first value out of its range.
+pub(super) fn with_range<T: DeserializeOwned>(
+    complaint: Complaint,
+    tree: &Value,
+    check: impl Fn(&T) -> RangeCheck,
+) -> Complaint {
+    let Some(found) = complaint.message.strip_prefix("invalid value: integer `-") else { return complaint };
+    let Some((found, _)) = found.split_once('`') else { return complaint };
+    let expected_of = |number: u32| {
+        let mut other = tree.clone();
+        *at(&mut other, &complaint.key)? = number.into();
+        let settings: T = settings_or_mistake(other).ok()?;
+        let problem = check(&settings).err().filter(|problem| problem.key == complaint.key)?;
+        let (expected, _) = problem.message.strip_prefix("expected ")?.rsplit_once(", found ")?;
+        Some(expected.to_owned())
+    };
+    let expected = [u32::MAX, 0].into_iter().find_map(expected_of);
+    let expected = expected.unwrap_or_else(|| "a whole number from 0".to_owned());
+    Complaint { message: format!("expected {expected}, found -{found}"), ..complaint }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use crate::scenario::{DEFAULT_SCENARIO, ScenarioFile, TrackerSettings};
+
+    #[test]
+    fn a_negative_number_is_told_with_the_range_of_its_key() {
+        for (change, words) in [
+            ("particles=-5", "expected 1 to 1000000, found -5"),
+            ("tracker.annealed_particle_filter.layers=-1", "expected 1 to 1000, found -1"),
+            ("seeds=-1", "expected 1 to 100000, found -1"),
+            ("seed=-3", "expected a whole number from 0, found -3"),
+            ("rig.ring.count=-2", "expected 1 to 64, found -2"),
+        ] {
+            let error = ScenarioFile::built_in(&[change.to_owned()]).unwrap_err().to_string();
+            assert!(error.ends_with(words), "{change}: {error}");
+        }
+        let text = DEFAULT_SCENARIO.replace("seeds = 5", "seeds = -5");
+        let error = ScenarioFile::parse(&text, "a.toml", PathBuf::new(), &[]).unwrap_err().to_string();
+        assert!(error.contains("seeds: expected 1 to 100000, found -5"), "{error}");
+        let error = TrackerSettings::default().overridden(&["particles=-5".to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("expected 1 to 1000000, found -5"), "{error}");
+    }
+}

@@ -1,0 +1,50 @@
+//! Whether `check` says how much memory `render` takes.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+
+use super::sandbox::{Sandbox, TINY};
+
+/// The greatest memory of a command that succeeds, bytes, as the system counts it.
+fn peak_of(room: &Sandbox, arguments: &str) -> f64 {
+    let mut child = Command::new(cargo_bin("skiagraph"))
+        .args(arguments.split(' '))
+        .current_dir(room.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut peak = 0.0;
+    loop {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
+        peak = kib.map_or(peak, |kib| 1024.0 * kib);
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success(), "{arguments}");
+            return peak;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_memory_of_segmented_silhouettes_is_told_within_a_quarter_at_two_sizes() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    for (size, cameras) in [("[640,480]", 2), ("[1280,960]", 3)] {
+        let settings = format!(
+            "tiny.toml observation.silhouette=segmented observation.images.background_frames=6 rig.ring.count={cameras} \
+             rig.ring.size_px={size} motion.last_frame=2 --threads 2"
+        );
+        let told: Value = serde_json::from_str(&room.succeed(&format!("check {settings} --json")).stdout).unwrap();
+        let told = told["cost"]["render_memory_bytes"].as_f64().unwrap();
+        let peak = peak_of(&room, &format!("render {settings} --quiet --out set{cameras}"));
+        assert!((told / peak - 1.0).abs() < 0.25, "{size} x {cameras}: told {told:e}, was {peak:e}");
+    }
+}
