@@ -116,7 +116,7 @@ impl ScenarioFile {
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
         let mut allowed = AllowedFolders::of_folder(&folder);
-        let typed = NamedOnCommandLine { assignments: overrides, ..NamedOnCommandLine::default() };
+        let typed = NamedOnCommandLine { assignments: &overrides, ..NamedOnCommandLine::default() };
         allowed.allow_all_of(&typed.allowed(&folder));
         let file = Self { scenario, origin, folder, path: None, allowed, text, overrides };
         match file.scenario.first_problem() {
