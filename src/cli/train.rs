@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     model: ModelArgument,
 
-    /// Output file; an existing model is replaced
+    /// Output file; replaced if the same training made what is there
     #[arg(long, value_name = "MODEL")]
     out: PathBuf,
 
@@ -79,7 +79,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     access: FileAccess,
 
-    /// Move an existing file that is not a model aside, to NAME~
+    /// Move an existing file that the same training did not make aside, to NAME~
     #[arg(long)]
     force: bool,
 

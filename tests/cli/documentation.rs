@@ -133,7 +133,7 @@ fn shrunk(text: &str) -> String {
         if !motion.contains_key("path_m") {
             let first = motion.get("first_frame").and_then(Value::as_integer).unwrap_or(1);
             let last = motion.get("last_frame").and_then(Value::as_integer).unwrap_or(i64::MAX);
-            motion.insert("last_frame".to_owned(), Value::Integer(last.min(first + 19)));
+            motion.insert("last_frame".to_owned(), Value::Integer(last.min(first + 11)));
         }
     };
     if let Some(Value::Table(table)) = scenario.get_mut("motion") {

@@ -249,14 +249,12 @@ fn in_a_sandbox_a_program_sees_neither_truth_nor_network_and_cannot_write_the_bl
     assert!(!said.contains("eth") && !said.contains("truth.npz\n") && !said.contains("track set"), "{said}");
     // one that tracks: its program is granted alone
     room.write("t.sh", frozen_and("true"));
-    let script = room.path("t.sh").display().to_string();
-    let command = format!("sh {script}");
-    let answer =
-        room.skiagraph(["track", "set", "--exec", &command, "--out", "run", "--sandbox", "--readable", &script]);
+    let (script, command) = ("t.sh", "sh t.sh");
+    let answer = room.skiagraph(["track", "set", "--exec", command, "--out", "run", "--sandbox", "--readable", script]);
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let record = json(&room, "run/program.json");
     assert_eq!((&record["answers"]["poses"], &record["options"]["sandbox"]), (&5.into(), &true.into()));
-    let not_granted = room.skiagraph(["track", "set", "--exec", &command, "--out", "other", "--sandbox"]);
+    let not_granted = room.skiagraph(["track", "set", "--exec", command, "--out", "other", "--sandbox"]);
     assert!(not_granted.code == 2 && not_granted.stderr.contains("ready"), "{}", not_granted.stderr);
 }
 

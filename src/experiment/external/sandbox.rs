@@ -51,8 +51,8 @@ impl ProgramSandbox {
         let mut bwrap = Command::new("bwrap");
         bwrap.args(["--unshare-all", "--die-with-parent", "--new-session", "--unsetenv", "OLDPWD"]);
         bwrap.args(self.mounts(folder));
-        // the folder of the command line where the program may see it
-        let current = current.map(|path| resolved(&path)).filter(|path| self.shows(path));
+        // the folder of the command line where the program may see something of it
+        let current = current.map(|path| resolved(&path)).filter(|path| self.shows(path) || self.shows_below(path));
         bwrap.arg("--chdir").arg(current.as_deref().unwrap_or(folder));
         bwrap.args(["--", "sh", "-c", command]);
         bwrap
@@ -77,6 +77,11 @@ impl ProgramSandbox {
     /// Whether the program can see a folder.
     fn shows(&self, path: &Path) -> bool {
         self.shows_around(path) && !self.hidden.iter().any(|hidden| path.starts_with(resolved(hidden)))
+    }
+
+    /// Whether something in a folder is granted.
+    fn shows_below(&self, folder: &Path) -> bool {
+        self.readable.iter().any(|readable| resolved(readable).starts_with(folder))
     }
 
     /// Whether a path lies in what the program may read.
@@ -108,6 +113,7 @@ mod tests {
         assert_eq!(mounts[at(&set) - 1], "--tmpfs");
         assert_eq!(mounts.last().unwrap(), "/tmp/blind");
         assert!(sandbox.shows(&root) && !sandbox.shows(&set) && !sandbox.shows(Path::new("/home")));
+        assert!(sandbox.shows_below(root.parent().unwrap()) && !sandbox.shows_below(&set));
         let alone = ProgramSandbox { readable: Vec::new(), hidden: vec![set.clone()] };
         assert!(!alone.mounts(Path::new("/tmp/blind")).contains(&set.into_os_string()), "it is not there at all");
     }
