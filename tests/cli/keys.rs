@@ -48,7 +48,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 fn errors_of_a_set_cannot_be_subtracted_by_those_of_another_motion_of_the_same_rig_and_seed() {
     let room = room();
     let settings = "rig.ring.count=32 rig.ring.size_px=[16,12] calibration_mm=20 calibration_deg=1 start_mm=40";
-    let (hidden, own) = ("motion.last_frame=3", "motion.first_frame=61 motion.last_frame=63");
+    let (hidden, own) = ("motion.last_frame=3", "motion.first_frame=21 motion.last_frame=23");
     for (place, key) in [("public", "--key default"), ("fresh", "")] {
         room.succeed(&format!("render tiny.toml {hidden} {settings} {key} --out {place}-hidden -q"));
         room.succeed(&format!("render tiny.toml {own} {settings} {key} --out {place}-own -q"));
@@ -163,7 +163,8 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
         let raw: Vec<u8> = (0..32).step_by(2).map(|at| u8::from_str_radix(&key[at..at + 2], 16).unwrap()).collect();
         // who guesses the motion renders it, exactly and with errors of his own
         let mut known = Vec::new();
-        for (guess, arguments) in [("plain", "--key default"), ("own", ""), ("told", &format!("--key {KEY}"))] {
+        for (guess, key) in [("plain", "--key default"), ("own", ""), ("told", KEY)] {
+            let arguments = if key == KEY { format!("--key {KEY}") } else { key.to_owned() };
             let guess = format!("{name}-{guess}");
             room.succeed(&format!("render tiny.toml {settings} {arguments} --out {guess} -q"));
             let listing = text(&room, &format!("{guess}/files.sha256"));
@@ -171,7 +172,7 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
             known.extend(of_truth.map(|line| line[..64].to_owned()));
             known.push(BlindSet::read(&room.path(&guess)).unwrap().set_hash);
         }
-        assert!(known.len() > 20, "{}", known.len());
+        assert!(known.len() > 15, "{}", known.len());
         for bytes in [files(&room.path(name)), files(&room.path(&format!("{name}-run")))].concat() {
             assert!(!contains(&bytes, key.trim_end().as_bytes()) && !contains(&bytes, &raw));
             let confirmed = known.iter().find(|hash| contains(&bytes, hash.as_bytes()));
@@ -222,6 +223,7 @@ fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
     let mut child = Command::new(cargo_bin("skiagraph"))
         .args(format!("render tiny.toml {settings} --out set -q").split(' '))
         .current_dir(room.path("."))
+        .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
@@ -298,7 +300,7 @@ fn a_mismatch_is_that_of_all_subjects_or_of_each_and_of_the_key_where_asked() {
     let by = |settings: &str| factors(&room, &format!("mismatch_by=subject {settings}"));
     let own = by("--key default");
     assert!(!near(&own, &one) && own.iter().all(|factor| (factor - 1.0).abs() <= 0.0301), "{own:?}");
-    assert!(near(&by("--key default motion.first_frame=31 motion.last_frame=33"), &own), "the subject is the same");
+    assert!(near(&by("--key default motion.first_frame=11 motion.last_frame=13"), &own), "the subject is the same");
     assert!(!near(&by(&format!("--key default {tall}")), &own));
     let keyed = by(&key);
     assert!(!near(&keyed, &own) && near(&by(&key), &keyed));
@@ -310,9 +312,8 @@ fn a_set_with_one_layer_and_one_with_five_have_one_set_hash_and_two_full_hashes(
     use sha2::Digest;
     let room = room();
     let five = "layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\"]";
-    for (set, arguments) in
-        [("none", ""), ("one", "layers=[\"depth\"]"), ("five", five), ("packed", &format!("{five} --shards 2"))]
-    {
+    let packed = format!("{five} --shards 2");
+    for (set, arguments) in [("none", ""), ("one", "layers=[\"depth\"]"), ("five", five), ("packed", packed.as_str())] {
         room.succeed(&format!("render tiny.toml {arguments} --out {set} -q"));
     }
     let mut full = Vec::new();
