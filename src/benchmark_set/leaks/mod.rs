@@ -4,9 +4,9 @@
 //! poses of all frames except those like frame 0, which is the start pose: joint angles of the actor and of the
 //! tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place;
 //! joints; link frames. A pose may be a row or a column, anywhere in an array, regardless of signs. Exact angles are
-//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are, however
-//! they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not found: poses
-//! in another representation, with more noise, compressed or encrypted (`docs/sets.md` has the tolerances).
+//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are and
+//! however they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not
+//! found: poses in another representation, with more noise, compressed or encrypted (`docs/sets.md` has tolerances).
 
 mod likeness;
 mod numbers;

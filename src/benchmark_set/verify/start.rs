@@ -1,5 +1,5 @@
-//! What trackers are told: a start pose and cameras that are the true ones with the errors that `set.toml` says, a body,
-//! and the spread of changes from frame to frame.
+//! What trackers are told: a start pose and cameras that are the true ones with the errors that `set.toml` says, a
+//! body, and the spread of changes from frame to frame.
 
 use super::arrays::wrong_names;
 use super::parts::ReadParts;
@@ -46,7 +46,11 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         true => String::new(),
         false => format!(" with the errors of {}", facts.corruption.in_words()),
     };
-    Ok((format!("the start pose and the cameras{told}, the body, {learned}"), faults))
+    let pose = match first_pose(parts) {
+        Some(_) => "the start pose",
+        None => "no start pose (the set does not say where the tracker's body is in frame 0)",
+    };
+    Ok((format!("{pose} and the cameras{told}, the body, {learned}"), faults))
 }
 
 /// The pose of frame 0 of the tracker's body, where the set has it.
