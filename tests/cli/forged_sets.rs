@@ -234,7 +234,9 @@ fn sets_of_many_kinds_are_sound_as_they_are_rendered() {
     for (tables, settings) in KINDS {
         let room = Sandbox::new();
         room.write("tiny.toml", format!("{TINY}{tables}"));
-        room.succeed(&format!("render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"));
+        room.succeed(&format!(
+            "render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"
+        ));
         let answer = room.skiagraph(["verify", "set"]);
         assert_eq!(answer.code, 0, "{tables}{settings}\n{}", answer.stdout);
     }

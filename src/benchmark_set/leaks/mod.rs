@@ -331,8 +331,8 @@ mod tests {
         let shifted: Vec<f64> = pixels.iter().enumerate().map(|(i, x)| x + 0.5 - size[i % 2]).collect();
         for (name, values, what) in [
             ("moved", moved, "markers of the actor, wherever it stands"),
-            ("pixels", pixels.to_vec(), "markers in the images of camera"),
-            ("shifted", shifted, "markers in the images of camera"),
+            ("pixels", pixels.to_vec(), "markers of the actor in the images of camera"),
+            ("shifted", shifted, "markers of the actor in the images of camera"),
         ] {
             let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
             assert!(
