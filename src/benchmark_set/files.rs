@@ -301,7 +301,7 @@ fn limit_of(path: &str) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::listing::LAYERS;
+    use crate::benchmark_set::listing::{FORMATS, LAYERS};
     use std::io::Write;
 
     fn sample() -> SetFiles {
@@ -368,10 +368,11 @@ mod tests {
     }
 
     #[test]
-    fn layers_do_not_change_what_identifies_a_set() {
+    fn layers_and_what_is_said_of_formats_do_not_change_what_identifies_a_set() {
         let directory = tempfile::tempdir().unwrap();
         let layer = format!("{LAYERS}cam00/000000.exr");
-        sample().write(directory.path(), &|| false, |writer| writer.put(&layer, b"layer")).unwrap();
+        let put = |writer: &SetWriter<'_>| writer.put(&layer, b"layer").and_then(|()| writer.put(FORMATS, b"said"));
+        sample().write(directory.path(), &|| false, put).unwrap();
         let files = SetFiles::open(directory.path()).unwrap();
         files.verify().unwrap();
         assert_eq!(&*files.read(&layer).unwrap(), b"layer");

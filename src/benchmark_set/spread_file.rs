@@ -34,8 +34,8 @@ pub struct StepSpread {
 const LEAST_DIFFERENCES: usize = 10;
 
 impl StepSpread {
-    /// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame.
-    /// Of a motion of very few frames not even that, but what is usual for a human.
+    /// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to
+    /// frame. Of a motion of very few frames not even that, but what is usual for a human.
     ///
     /// # Errors
     /// [`MotionModelError`] where the motion has too few frames.

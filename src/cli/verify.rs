@@ -20,11 +20,11 @@ const MOST_PRINTED: usize = 8;
 /// Verify a benchmark set: recompute what follows from its other files and report every fault
 ///
 /// Checks the hashes, then what hashes cannot show: cameras, axes, units, left and right, joints and markers from the
-/// poses, the start and cameras that trackers are told, projections by OpenCV's formula, every silhouette and truth image
-/// redrawn, contacts, everything in shards, and that no file outside truth/ reveals a pose of the test. What only the
-/// scenario or the recording could tell (which lengths the tracker's body was given, what a recording is called) is not
-/// checked: docs/sets.md has a table of files, tolerances and what cannot be told. Exit code 1 if anything is wrong, 2 if
-/// the directory is no set.
+/// poses, the start and cameras that trackers are told, projections by OpenCV's formula, every silhouette and truth
+/// image redrawn, contacts, everything in shards, and that no file outside truth/ reveals a pose of the test. What only
+/// the scenario or the recording could tell (which lengths the tracker's body was given, what a recording is called) is
+/// not checked: docs/sets.md has a table of files, tolerances and what cannot be told. Exit code 1 if anything is
+/// wrong, 2 if the directory is no set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
                         skiagraph verify sets/walk --every 10    # redraw every tenth frame only\n  \

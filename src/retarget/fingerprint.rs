@@ -83,8 +83,8 @@ impl MotionFingerprint {
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
 
-    /// How far a frame's markers are from the nearest of all rows, which may be its mirror image: mean difference of the
-    /// distances, leg lengths. `None` where either side has no rows, or the frame too few markers.
+    /// How far a frame's markers are from the nearest of all rows, which may be its mirror image: mean difference of
+    /// the distances, leg lengths. `None` where either side has no rows, or the frame too few markers.
     pub fn nearest(&self, markers: &Markers) -> Option<f32> {
         let own = distances(markers);
         let known =

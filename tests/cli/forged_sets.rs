@@ -196,38 +196,49 @@ fn the_same_of_a_tracker_with_another_robot_as_far_as_it_can_be_told() {
     });
 }
 
+/// What every kind of set adds to the scenario, and to the command.
+const KINDS: [(&str, &str); 6] = [
+    (
+        "[actor]\nshape = { population = \"adults\", seed = 3 }\n[tracker_body]\nmismatch = \"population\"\n\
+         [[prop]]\nname = \"post\"\nshape = { cylinder = { radius_m = 0.1, length_m = 1.6 } }\nplace_m = [0.9, 0.9, 0.8]\n",
+        "layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\",\"colour\"]",
+    ),
+    (
+        "[actor]\nskin = \"person_coarse\"\n[tracker_body]\nskin = \"person_coarse\"\nmismatch = \"standard\"\n",
+        "layers=[\"depth\",\"normals\",\"flow\",\"coverage\"]",
+    ),
+    (
+        "[observation]\nsilhouette = \"corrupted\"\nseed = 9\ncorruption = { start_mm = 30.0, start_deg = 4.0, calibration_mm = 8.0, \
+         calibration_deg = 0.3, wrong_body_percent = 4.0, boundary_px = 1.0, salt_and_pepper = 0.002, dropped_frames = 0.1, \
+         desynchronisation_ms = 8.0 }\n",
+        "motion.mirror=true",
+    ),
+    ("[observation]\nsilhouette = \"segmented\"\nimages = { background_frames = 5 }\n[actor]\ncontact = \"fix\"\n", ""),
+    (
+        "[actor]\ncontact = \"simulate\"\nroot_wrench = 0.2\n[tracker_body]\nrobot = \"tracker40\"\n\
+         [motion.variation]\nseed = 4\ntempo_percent = 10.0\nposture_deg = 4.0\n",
+        "motion.speed=1.2",
+    ),
+    (
+        "[observation]\nsilhouette = \"corrupted\"\ncorruption = { calibration_mm = 8.0, start_deg = 2.0 }\n\
+         [[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\
+         { time_s = 0.0, position_m = [3.0, 3.0, 1.6], look_at_m = [0.2, 0.0, 1.0] },\n\
+         { time_s = 0.6, position_m = [2.6, 3.3, 1.6], look_at_m = [0.4, 0.0, 1.0] }]\n\
+         [[rig.timing]]\ncamera = \"cam01\"\noffset_ms = 4.0\nline_delay_us = 100.0\n",
+        "layers=[\"depth\",\"normals\"]",
+    ),
+];
+
 #[test]
 fn sets_of_many_kinds_are_sound_as_they_are_rendered() {
-    let prop = "[[prop]]\nname = \"post\"\nshape = { cylinder = { radius_m = 0.1, length_m = 1.6 } }\nplace_m = [0.9, 0.9, 0.8]\n";
-    let moving = "[[rig.motion]]\ncamera = \"ring0\"\nkeyframes = [{ time_s = 0.0, position_m = [3.5, 0.0, 1.5], look_at_m = [0.0, 0.0, 1.0] }, { time_s = 0.3, position_m = [3.4, 0.3, 1.5], look_at_m = [0.0, 0.0, 1.0] }]\n\
-                  [[rig.timing]]\ncamera = \"ring1\"\noffset_ms = 4.0\nline_delay_us = 100.0\n";
-    for (settings, more) in [
-        (
-            "actor.shape.population=adults actor.shape.seed=3 tracker_body.mismatch=population layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\",\"colour\"]",
-            prop,
-        ),
-        (
-            "actor.skin=person_coarse tracker_body.skin=person_coarse tracker_body.mismatch=standard layers=[\"depth\",\"normals\",\"flow\",\"coverage\"]",
-            "",
-        ),
-        (
-            "observation.silhouette=corrupted observation.seed=9 start_mm=30.0 start_deg=4.0 calibration_mm=8.0 calibration_deg=0.3 wrong_body_percent=4.0 boundary_px=1.0 salt_and_pepper=0.002 dropped_frames=0.1 desynchronisation_ms=8.0",
-            "",
-        ),
-        ("observation.silhouette=segmented actor.contact=fix motion.mirror=true", ""),
-        (
-            "actor.contact=simulate root_wrench=0.2 motion.loop_to_s=1.4 motion.variation.posture_deg=4.0 tracker_body.robot=tracker40",
-            "",
-        ),
-        ("observation.silhouette=corrupted calibration_mm=8.0 start_deg=2.0 layers=[\"depth\",\"flow\"]", moving),
-    ] {
+    for (tables, settings) in KINDS {
         let room = Sandbox::new();
-        room.write("tiny.toml", format!("{TINY}{more}"));
+        room.write("tiny.toml", format!("{TINY}{tables}"));
         room.succeed(&format!(
             "render tiny.toml motion.last_frame=16 rig.ring.size_px=[48,36] {settings} --quiet --out set"
         ));
         let answer = room.skiagraph(["verify", "set"]);
-        assert_eq!(answer.code, 0, "{settings}\n{}", answer.stdout);
+        assert_eq!(answer.code, 0, "{tables}{settings}\n{}", answer.stdout);
     }
 }
 

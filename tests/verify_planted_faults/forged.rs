@@ -97,7 +97,7 @@ fn refitted_poses_that_are_a_degree_or_a_millimetre_off_are_found() {
     set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_angles", "1.0000 degrees"]);
     let set = Copy::of(&LAYERS);
     set.array("truth/truth.npz", "refitted_root", |v| floats(v, |i, x| if i == 15 { x + 0.001 } else { x }));
-    set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_root", "frame 2", "1.000 mm"]);
+    set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_root", "frame 2", "1.00 mm"]);
 }
 
 #[test]

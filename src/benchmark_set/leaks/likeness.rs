@@ -8,7 +8,7 @@
 use super::NumberSequence;
 
 /// Fewest features that change over the frames: fewer tell nothing.
-const LEAST_FEATURES: usize = 8;
+const LEAST_FEATURES: usize = 6;
 
 /// Most features: more tell nothing new.
 const MOST_FEATURES: usize = 24;

@@ -4,9 +4,9 @@
 //! poses of all frames except those like frame 0, which is the start pose: joint angles of the actor and of the
 //! tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place;
 //! joints; link frames. A pose may be a row or a column, anywhere in an array, regardless of signs. Exact angles are
-//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are, however
-//! they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not found: poses
-//! in another representation, with more noise, compressed or encrypted (`docs/sets.md` has the tolerances).
+//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are and
+//! however they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not
+//! found: poses in another representation, with more noise, compressed or encrypted (`docs/sets.md` has tolerances).
 
 mod likeness;
 mod numbers;
@@ -331,8 +331,8 @@ mod tests {
         let shifted: Vec<f64> = pixels.iter().enumerate().map(|(i, x)| x + 0.5 - size[i % 2]).collect();
         for (name, values, what) in [
             ("moved", moved, "markers of the actor, wherever it stands"),
-            ("pixels", pixels.to_vec(), "markers in the images of camera"),
-            ("shifted", shifted, "markers in the images of camera"),
+            ("pixels", pixels.to_vec(), "markers of the actor in the images of camera"),
+            ("shifted", shifted, "markers of the actor in the images of camera"),
         ] {
             let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
             assert!(

@@ -95,8 +95,9 @@ pub(super) fn likenesses(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid)
     all.extend(angles("tracker's body", body, &refitted));
     let markers = frames.iter().map(|f| f.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     let joints = frames.iter().map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
-    all.extend(points("markers", markers, 3, NOISE, &LENGTHS));
-    all.extend(points("joints", joints, 3, NOISE, &LENGTHS));
+    for (what, rows) in [("markers", markers), ("joints", joints)] {
+        all.extend(points(format!("{what} of the actor, wherever it stands"), rows, 3, NOISE, &LENGTHS));
+    }
     for (array, what) in [("markers_2d", "markers"), ("joints_2d", "joints")] {
         all.extend(views.into_iter().flat_map(|views| in_images(views, array, what)));
     }
@@ -104,10 +105,9 @@ pub(super) fn likenesses(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid)
 }
 
 /// Points of the actor by the distances between them.
-fn points(what: &str, rows: Vec<Vec<f64>>, dimensions: usize, noise: f64, units: &'static [f64]) -> Option<Likeness> {
+fn points(what: String, rows: Vec<Vec<f64>>, dimensions: usize, noise: f64, units: &'static [f64]) -> Option<Likeness> {
     let width = rows.first()?.len();
     let features = Feature::distances(width / dimensions, dimensions);
-    let what = format!("{what} of the actor, wherever it stands");
     // a marker that the body lacks is lacking in all frames
     if rows.iter().all(|row| row.len() == width) { Likeness::new(what, &rows, features, noise, units) } else { None }
 }
@@ -121,7 +121,7 @@ fn in_images(views: &Npz, array: &str, what: &str) -> Vec<Likeness> {
     let of_camera = |camera: usize| {
         let row = |frame: usize| pixels.get((frame * cameras + camera) * width..)?.get(..width).map(<[f64]>::to_vec);
         let rows = (0..frames).filter_map(row).collect();
-        points(&format!("{what} in the images of camera {camera}"), rows, 2, NOISE_PX, &[1.0])
+        points(format!("{what} of the actor in the images of camera {camera}"), rows, 2, NOISE_PX, &[1.0])
     };
     (0..cameras).filter_map(of_camera).collect()
 }

@@ -2,19 +2,16 @@
 
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
+use super::set_observer::SetObserver;
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::KEY_FILE;
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::silhouette_png;
-use crate::camera::{CameraRig, FilmingRig};
-use crate::observation::{
-    CorruptedObserver, Observation, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource,
-};
+use crate::camera::CameraRig;
+use crate::observation::{Observation, SilhouetteSource};
 use crate::parallel;
 use crate::raster::{Mask, overlap};
-use crate::rng::KeyedSeed;
-use crate::scene::GroundTruth;
 
 /// Pixels, and besides a share of the silhouette, in which a faulty silhouette may differ from what explains it.
 const EXPLAINED_PX: u64 = 2;
@@ -44,42 +41,6 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     let redrawn: usize = numbers.iter().map(taken).sum();
     let how_made = if exact { String::new() } else { format!(", {}", facts.in_words()) };
     Ok((format!("{redrawn} silhouettes redrawn{how_made}"), faults))
-}
-
-/// Observes again as the set says that it was observed.
-pub(super) enum SetObserver<'a> {
-    Exact(Box<Observer<'a>>),
-    Corrupted(Box<CorruptedObserver<'a>>),
-    Segmented(Box<SegmentedObserver<'a>>),
-}
-
-impl<'a> SetObserver<'a> {
-    pub(super) fn new(
-        truth: &'a GroundTruth,
-        filming: &FilmingRig,
-        facts: &ObservationFacts,
-        seed: KeyedSeed,
-    ) -> Result<Self, String> {
-        Ok(match facts.silhouette {
-            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
-            SilhouetteSource::Corrupted => {
-                Self::Corrupted(Box::new(CorruptedObserver::from_filming(truth, filming, facts.corruption, seed)))
-            }
-            SilhouetteSource::Segmented => {
-                let (images, background) = (facts.images.unwrap_or_default(), facts.background.unwrap_or_default());
-                let observer = SegmentedObserver::new(truth, filming.rig(), &images, &background, seed);
-                Self::Segmented(Box::new(observer.map_err(|e| format!("not checked: set.toml: {e}"))?))
-            }
-        })
-    }
-
-    pub(super) fn observe(&self, frame: usize) -> Observation {
-        match self {
-            Self::Exact(observer) => observer.foreground(frame),
-            Self::Corrupted(observer) => observer.observe(frame),
-            Self::Segmented(observer) => observer.observe(frame),
-        }
-    }
 }
 
 /// A frame to be redrawn.

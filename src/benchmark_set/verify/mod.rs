@@ -25,6 +25,7 @@ mod projection;
 mod recording;
 mod refit;
 mod rounding;
+mod set_observer;
 mod shards;
 mod start;
 mod surface;

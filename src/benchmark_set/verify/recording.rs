@@ -13,7 +13,7 @@ use crate::retarget::MotionFingerprint;
 
 /// How far the distances between landmarks of the truth may be from the nearest row, leg lengths, in the better half of
 /// the frames: bodies are retargeted, and planted or varied motions move on.
-const TOLERANCE: f32 = 0.15;
+const TOLERANCE: f32 = 0.1;
 
 /// How many frames of the truth are looked up.
 const SAMPLED_FRAMES: usize = 100;

@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use super::masks::SetObserver;
+use super::set_observer::SetObserver;
 use crate::camera::FilmingRig;
 use crate::observation::{ObservationFacts, SilhouetteSource};
 use crate::raster::Mask;
