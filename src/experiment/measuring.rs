@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::body_contacts::BodyContacts;
+use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::performed::refit;
 use super::tracking::Tracked;
@@ -34,6 +35,8 @@ pub struct Measures {
     pub frozen: Evaluation,
     /// How good the observed silhouettes are; `None` where they are exact.
     pub segmentation: Option<SegmentationQuality>,
+    /// What would explain most of the error, if the numbers of the estimate were read otherwise.
+    pub hint: Option<Hint>,
 }
 
 /// The measures of one seed.
@@ -121,7 +124,8 @@ impl Measures {
         let runs: Vec<SeedRun<'_>> =
             seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
-        Ok(Self { seeds, summary, frozen, segmentation, clip })
+        let hint = hint(set, tracked);
+        Ok(Self { seeds, summary, frozen, segmentation, clip, hint })
     }
 
     /// One entry a seed.

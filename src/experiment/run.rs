@@ -8,6 +8,7 @@ use super::error::output;
 use super::external::{
     ANSWERS_FILE, Conformance, EXTERNAL_FILE, ExternalRecord, ProgramSettings, dry_run, track_with_program,
 };
+use super::hints::{explained, told_by_the_start};
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::ResultKind;
@@ -96,7 +97,9 @@ pub fn track_set_with_program(
         search: Vec::new(),
         sources: Vec::new(),
         program: Some(done.record.clone()),
+        read_as: None,
     };
+    told_by_the_start(&blind, &tracked).iter().for_each(|hint| watch.note(hint));
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;
@@ -199,11 +202,17 @@ pub fn evaluate_run(
         detail,
     })?;
     let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
+    if is_ours && declared.is_of_file() {
+        let detail = "it is a run of skiagraph, whose units, axes, names and frames are known; leave out --units, --up, \
+            --axes, --swap-sides, --shift, --offset and --joint-map";
+        return Err(malformed(detail.to_owned()));
+    }
     if is_ours && !is_tracked {
         check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
     }
     if !is_tracked {
-        check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit).map_err(malformed)?;
+        check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit)
+            .map_err(|detail| malformed(explained(&whole, &tracked, detail)))?;
     }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {

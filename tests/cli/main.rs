@@ -13,6 +13,7 @@ mod edited;
 mod export;
 mod filming;
 mod gate;
+mod hints;
 mod inspect;
 mod options;
 mod poses;
