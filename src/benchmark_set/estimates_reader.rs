@@ -10,15 +10,6 @@ use crate::npz::Npz;
 
 mod seed_axis;
 
-/// Arrays of estimates, with the number of their axes.
-const NAMES_OF_AXES: [(&str, usize); 5] = [
-    ("estimate_root", 3),
-    ("estimate_angles", 3),
-    ("estimate_markers", 4),
-    ("estimate_joints", 4),
-    ("estimate_covariance", 5),
-];
-
 /// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
 const AGREEMENT_M: f64 = 0.001;
 /// No joint turns so far, radians, or slides so far, metres.

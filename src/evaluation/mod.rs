@@ -90,7 +90,7 @@ use metric::change;
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use misreading::{
     AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
-    with_sides_exchanged,
+    marker_of_other_side, with_sides_exchanged,
 };
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;

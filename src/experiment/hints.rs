@@ -11,7 +11,7 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, LANDMARKS, Landmark, Markers, Pose};
 use crate::evaluation::{
     AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
-    with_sides_exchanged,
+    marker_of_other_side, with_sides_exchanged,
 };
 
 /// A pelvis that is nearer than this to the origin in every frame is there by definition, metres.
@@ -205,7 +205,7 @@ impl FileAdvice<'_> {
             told.options.extend(option);
         }
         let file = &self.read_as.file;
-        told.text = format!("{file} seems to be such that {}", parts.join("; "));
+        told.text = format!("{file}: {}", parts.join("; "));
         if !told.options.is_empty() {
             told.text += &format!(". Say {}", told.options.join(" "));
         }
@@ -266,11 +266,7 @@ impl FileAdvice<'_> {
 
     /// The lines of the joint map: sides are exchanged after it.
     fn names(&self, map: &mut BTreeMap<String, String>) {
-        let side = |marker: usize| {
-            let index: Markers = std::array::from_fn(|marker| Some(Point3::from(Vector3::repeat(marker as f64))));
-            let other = if self.correction.swapped { with_sides_exchanged(&index)[marker] } else { index[marker] };
-            other.map_or(marker, |place| place.x as usize)
-        };
+        let side = |marker: usize| if self.correction.swapped { marker_of_other_side(marker) } else { marker };
         let moved = self.correction.names.iter().enumerate().filter(|(marker, name)| marker != *name);
         for (marker, name) in moved.filter(|_| !self.poses) {
             let there = LANDMARKS[side(*name)].name();

@@ -175,7 +175,7 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
     let swapped = |axes, shift| Planted { swapped: true, axes, shift, ..AS_IT_IS };
     let renamed = |axes| Planted { renamed: true, axes, ..AS_IT_IS };
     let moved = |axes| Planted { origin: [1.2, -0.7, 0.0], axes, ..AS_IT_IS };
-    let (y_up, turned_y_up, left_handed) = ("x,z,-y", "y,z,x", "x,-y,z");
+    let (y_up, turned_y_up, left_handed) = ("x,z,-y", "y,z,x", "-x,y,z");
     let mut cases: Vec<(String, Vec<String>, Vec<&str>, f64)> = Vec::new();
     let mut plant = |kind: &str, planted: Planted, expected: &[&'static str]| {
         let name = format!("{}.{}", cases.len(), kind.split(' ').next().unwrap());
@@ -249,8 +249,8 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
             arguments.extend(["--joint-map".to_owned(), "map.toml".to_owned()]);
         }
         let mended = read(&room, file, &arguments);
-        // a shift loses frames at an end, and an offset absorbs a bias of the estimate
-        let near = (mended.error - right).abs() <= 0.08 * right + 0.1;
+        // a shift loses frames at an end, and an offset that was found by the truth absorbs a bias of the estimate
+        let near = mended.error <= 1.08 * right + 0.1 && mended.error >= 0.8 * right - 0.1;
         if found.kinds != *expected || !near || !mended.kinds.is_empty() {
             wrong.push(format!(
                 "{file} {declared:?}: expected {expected:?}, found {:?} {arguments:?}; {:.1} mm, then {:.1} (right {right:.1}) {:?}",

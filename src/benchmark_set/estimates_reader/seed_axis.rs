@@ -1,8 +1,18 @@
 //! Files of one repetition, without seeds or the axis of the repetitions.
 
-use super::NAMES_OF_AXES;
 use crate::benchmark_set::SetError;
 use crate::npz::{Array, Npz, Values};
+
+/// Arrays of estimates, with the number of their axes.
+const AXES: [(&str, usize); 5] = [
+    ("estimate_root", 3),
+    ("estimate_angles", 3),
+    ("estimate_markers", 4),
+    ("estimate_joints", 4),
+    ("estimate_covariance", 5),
+];
+/// No file has so many repetitions; a shape may claim any number.
+const MOST_SEEDS: usize = 1_000_000;
 
 /// The archive with `seeds` and with the axis of the repetitions in front of every array of estimates. Arrays that have
 /// no such axis are of a single repetition. Without `seeds` the repetitions are numbered from 0.
@@ -10,7 +20,7 @@ use crate::npz::{Array, Npz, Values};
 /// # Errors
 /// [`SetError::Malformed`] where only some arrays have the axis, or it is missing and there are several seeds.
 pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
-    let axes = |name: &str| NAMES_OF_AXES.iter().find(|(known, _)| *known == name).map(|(_, axes)| *axes);
+    let axes = |name: &str| AXES.iter().find(|(known, _)| *known == name).map(|(_, axes)| *axes);
     type ShapeOf<'a> = (&'a str, usize, &'a [usize]);
     let there: Vec<ShapeOf<'_>> = npz
         .iter()
@@ -57,6 +67,3 @@ pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     }
     Ok(found)
 }
-
-/// No file has so many; a shape may claim any number.
-const MOST_SEEDS: usize = 1_000_000;

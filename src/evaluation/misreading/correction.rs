@@ -125,11 +125,11 @@ impl Correction {
 
 /// Markers with the names of left and right exchanged.
 pub fn with_sides_exchanged(markers: &Markers) -> Markers {
-    std::array::from_fn(|marker| markers[other_side(marker)])
+    std::array::from_fn(|marker| markers[marker_of_other_side(marker)])
 }
 
-/// The marker of the other side; the same marker for those in the middle.
-pub(super) fn other_side(marker: usize) -> usize {
+/// The index in [`LANDMARKS`] of the marker of the other side; the same one for those in the middle.
+pub fn marker_of_other_side(marker: usize) -> usize {
     let name = LANDMARKS[marker].name();
     let other = match (name.strip_prefix("left_"), name.strip_prefix("right_")) {
         (Some(rest), _) => format!("right_{rest}"),

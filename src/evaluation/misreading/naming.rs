@@ -2,7 +2,7 @@
 
 use super::Correction;
 use super::assignment::cheapest;
-use super::correction::other_side;
+use super::correction::marker_of_other_side;
 use super::evidence::Evidence;
 use crate::body::LANDMARKS;
 use crate::evaluation::mean;
@@ -35,7 +35,7 @@ pub(super) fn names(evidence: &Evidence<'_>, correction: &Correction) -> [usize;
     for cycle in cycles(&assigned) {
         let sum = |column: &dyn Fn(usize) -> usize| cycle.iter().map(|row| costs[*row][column(*row)]).sum::<f64>();
         let gains = sum(&|row| assigned[row]) <= GAIN * sum(&|row| row);
-        let is_of_sides = cycle.iter().all(|row| markers[assigned[*row]] == other_side(markers[*row]));
+        let is_of_sides = cycle.iter().all(|row| markers[assigned[*row]] == marker_of_other_side(markers[*row]));
         if gains && !is_of_sides {
             cycle.iter().for_each(|row| names[markers[*row]] = markers[assigned[*row]]);
         }

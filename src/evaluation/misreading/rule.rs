@@ -30,8 +30,7 @@ impl MisreadingKind {
     fn most_left(self) -> f64 {
         match self {
             Self::Axes | Self::Units => 0.4,
-            Self::Offset => 0.5,
-            Self::Sides => 0.6,
+            Self::Offset | Self::Sides => 0.5,
             Self::Shift => 0.65,
             Self::Names => 0.7,
         }

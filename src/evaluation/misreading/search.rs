@@ -11,7 +11,7 @@ const FEWEST_SAMPLES: usize = 3;
 /// A body whose size differs from a unit's by less than this factor has that unit.
 const NEARLY: f64 = 1.3;
 /// So many of the best explanations by axes are looked at further.
-const FOLLOWED: usize = 5;
+const FOLLOWED: usize = 4;
 /// A further part of an explanation must make it better by this factor to be preferred.
 const SIMPLER: f64 = 1.1;
 
@@ -26,7 +26,8 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let mut candidates = Vec::new();
     for base in bases(&evidence) {
         let named = Correction { names: names(&evidence, &base), ..base.clone() };
-        for one in [base, named] {
+        let of_names = (named != base).then_some(named);
+        for one in std::iter::once(base).chain(of_names) {
             let shifted = Correction { shift: best_shift(&evidence, &one), ..one.clone() };
             let moved = Correction { offset: evidence.offset(&shifted), ..shifted.clone() };
             for found in [one, shifted, moved] {

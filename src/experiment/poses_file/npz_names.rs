@@ -46,16 +46,16 @@ pub(super) fn named(
         };
         let map: Option<BTreeMap<String, String>> =
             map.map(|map| map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect());
-        if map.as_ref().is_none_or(BTreeMap::is_empty) && is_ours(&names, kind, body) {
+        let has_map = map.as_ref().is_some_and(|map| !map.is_empty());
+        if !has_map && is_ours(&names, kind, body) {
             by_marker.extend(own_columns(&names, kind, body));
             continue;
         }
         let found = match columns(&names, map.as_ref(), body, kind) {
             Ok(found) => found,
-            Err(detail) if map.is_some_and(|map| !map.is_empty()) => return Err(format!("{names_array}: {detail}")),
+            Err(detail) if has_map => return Err(format!("{names_array}: {detail}")),
             Err(_) => continue,
         };
-        let has_map = map.as_ref().is_some_and(|map| !map.is_empty());
         if !has_map && found.layout.is_none() {
             continue; // a misspelt name is told by the reader
         }

@@ -142,7 +142,7 @@ fn shifted(npz: &Npz, shift: i64, frames: usize) -> Result<Npz, String> {
     let mut found = Npz::default();
     for (name, array) in npz.iter() {
         match (is_of_frames(name), array.shape.as_slice()) {
-            (true, [seeds, given, rest @ ..]) => {
+            (true, [seeds, given, rest @ ..]) if *given > 0 => {
                 let width: usize = rest.iter().product();
                 let numbers = match &array.values {
                     Values::F64(numbers) => numbers.clone(),
