@@ -13,6 +13,7 @@ mod background;
 mod contact;
 mod degradation;
 mod gate;
+mod hints;
 mod intervals;
 mod monocular;
 mod plausibility;
@@ -29,7 +30,7 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 14] = [
+const STUDIES: [(&str, &str, Study); 15] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     (
@@ -39,6 +40,7 @@ const STUDIES: [(&str, &str, Study); 14] = [
     ),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
     ("gate", "how far the regression gate can be trusted: results/gate.md", gate::study),
+    ("hints", "false alarms that a run was misread: results/hints.md", hints::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),

@@ -15,7 +15,9 @@
 //! `truth_joint_names`.
 //!
 //! This program writes all of them. Of an estimate that another program made (see [`Estimates::from_bytes`])
-//! - `fps`, `seeds` and one of poses, markers and joints are enough; what is given twice must agree to a millimetre;
+//! - `fps` and one of poses, markers and joints are enough; what is given twice must agree to a millimetre;
+//! - without `seeds` the repetitions are numbered from 0, and arrays of a single one need no first axis;
+//! - no coordinate is farther than 10^6 m from the origin;
 //! - columns may stand in any order: names put them in order. Without `estimate_angle_names` the order is that of
 //!   `start/start.json`; markers and joints need their names, but not all of them need be there;
 //! - a frame without an estimate is NaN throughout, and so is a marker or joint that a frame lacks;
@@ -29,6 +31,10 @@ use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
+
+/// The greatest coordinate of an estimate, metres: what is farther is no body, but a number that stands for none, or in
+/// another unit.
+pub const FARTHEST_M: f64 = 1e6;
 
 /// A tracker's estimates: one sequence per seed.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,13 +2,18 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
-use super::estimates::{Articulation, EstimatedSequence, Estimates, Position};
+pub(crate) use self::seed_axis::with_seed_axis;
+use super::estimates::{Articulation, EstimatedSequence, Estimates, FARTHEST_M, Position};
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::Npz;
 
+mod seed_axis;
+
 /// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
 const AGREEMENT_M: f64 = 0.001;
+/// No joint turns so far, radians, or slides so far, metres.
+const FARTHEST_ANGLE: f64 = 1e6;
 /// Letters of a name that a message quotes.
 const QUOTED: usize = 60;
 
@@ -30,7 +35,15 @@ impl Estimates {
     /// # Errors
     /// [`SetError::Malformed`] as there, and where the bodies do not fit.
     pub fn from_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
-        let npz = Npz::from_bytes(file, bytes)?;
+        Self::from_npz(file, Npz::from_bytes(file, bytes)?, body, bodies)
+    }
+
+    /// As [`Self::from_bodies`], of an archive that has been read.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn from_npz(file: &str, npz: Npz, body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
+        let npz = with_seed_axis(file, npz)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
         let frames_per_second = npz.numbers(file, "fps", rate)?[0];
@@ -81,11 +94,23 @@ struct EstimatesReader<'a> {
     notes: Vec<String>,
 }
 
+/// Whether a place is where a body may be.
+fn is_near(place: &[f64]) -> bool {
+    place.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M)
+}
+
+fn too_far(who: &str, place: &[f64]) -> String {
+    format!(
+        "{who} is at {place:?}; expected at most {FARTHEST_M} m from the origin along each axis; check its units and frames \
+         without an estimate, which are NaN"
+    )
+}
+
 /// Whether a matrix is finite, symmetric and has no negative eigenvalue, but for rounding.
 fn is_covariance(matrix: &Matrix3<f64>) -> bool {
     let scale = matrix.abs().max();
     let symmetric = (matrix - matrix.transpose()).abs().max() <= 1e-5 * scale;
-    matrix.iter().all(|number| number.is_finite()) && symmetric && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
+    matrix.iter().all(|number| number.abs() <= FARTHEST_M * FARTHEST_M) && symmetric && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
 }
 
 /// Places of named points, one row for every frame of every seed.
@@ -154,6 +179,7 @@ impl EstimatesReader<'_> {
         }
         let numbers = self.numbers(NAME, &[Some(7)])?;
         let root = |(row, numbers): (usize, &[f64; 7])| match self.is_given(NAME, row, numbers)? {
+            true if !is_near(&numbers[..3]) => Err(self.refuse_row(NAME, row, &too_far("the root", &numbers[..3]))),
             true => rigid::from_rounded_row(numbers).map(Some).map_err(|e| self.refuse_row(NAME, row, &e)),
             false => Ok(None),
         };
@@ -185,6 +211,10 @@ impl EstimatesReader<'_> {
             let found = &numbers[row * degrees..(row + 1) * degrees];
             // a body without joints is where its root is
             let given = if degrees == 0 { roots[row].is_some() } else { self.is_given(NAME, row, found)? };
+            if given && found.iter().any(|angle| angle.abs() > FARTHEST_ANGLE) {
+                let detail = format!("an angle is beyond {FARTHEST_ANGLE} radians, or slides by more metres");
+                return Err(self.refuse_row(NAME, row, &detail));
+            }
             let mut angles = DVector::zeros(degrees);
             order.iter().zip(found).for_each(|(degree, angle)| angles[*degree] = *angle);
             Ok(given.then_some(angles))
@@ -221,6 +251,10 @@ impl EstimatesReader<'_> {
         let points = self.order(names_array, names, known)?;
         let numbers = self.numbers(name, &[Some(points.len()), Some(3)])?;
         let place = |(index, numbers): (usize, &[f64; 3])| match self.is_given(name, index / points.len(), numbers) {
+            Ok(true) if !is_near(numbers) => {
+                let who = format!("{:?}", names[index % points.len()]);
+                Err(self.refuse_row(name, index / points.len(), &too_far(&who, numbers)))
+            }
             Ok(given) => Ok(given.then(|| Point3::from(*numbers))),
             Err(_) => {
                 let detail = format!(

@@ -9,7 +9,8 @@ use super::folders::expect_set_and_run;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
-use crate::benchmark_set::SetPlace;
+use crate::benchmark_set::{FARTHEST_M, SetPlace};
+use crate::evaluation::AxisOrder;
 use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
 use crate::mocap::UpAxis;
 
@@ -24,19 +25,25 @@ use crate::mocap::UpAxis;
 /// "left_knee"; names that it leaves out count as they are. In BVH files joints go before the markers that lie on them.
 /// Frames that a CSV file with frame numbers leaves out are lost.
 ///
-/// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
-/// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units
-/// are wrong. So are joint angles that several joints could only have in degrees, unless --angles says what they are.
+/// Keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and SMPL are known by their names too.
 ///
-/// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
+/// Units and axes are metres, Z up, unless the file or --units, --up and --axes declare others; TRC declares its units
+/// and is Y up. A body of an impossible size is refused: its units are wrong. So are joint angles that several joints
+/// could only have in degrees, unless --angles says what they are. A line says what was declared and what was assumed,
+/// and if most of the error would go away with other axes, units, sides, frames, names or another origin, the result
+/// begins with that and the option to give.
+///
+/// Another program's .npz needs fps and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
-/// estimate.
+/// estimate. Arrays begin with an axis of seeds, or with that of frames where there is one repetition.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
                         skiagraph evaluate sets/walk mine.npz --out results/mine\n  \
                         skiagraph evaluate public/walk runs/walk --truth secret/walk\n  \
-                        skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml")]
+                        skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml\n  \
+                        skiagraph evaluate sets/walk mine.trc --axes y,z,x\n  \
+                        skiagraph evaluate sets/walk mine.npz --swap-sides --shift 5 --offset=-1.5,0,0")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
@@ -54,13 +61,30 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
-    /// Units of a .csv, .trc, .c3d or .bvh file [default: as the file declares, else m]
+    /// Unit of length [default: as the file declares, else m]
     #[arg(long, value_enum, value_name = "UNITS")]
     units: Option<Units>,
 
-    /// Vertical axis of a .csv, .trc, .c3d or .bvh file [default: z; of .trc y; of .bvh guessed]
-    #[arg(long, value_enum, value_name = "AXIS")]
+    /// Vertical axis: y is --axes x,z,-y, of .bvh y,z,x [default: z; of .trc and .bvh y]
+    #[arg(long, value_enum, value_name = "AXIS", conflicts_with = "axes")]
     up: Option<UpArgument>,
+
+    /// What the file's three coordinates are in the set's axes, where z is up: y,z,x or -x,z,y [default: as --up]
+    #[arg(long, value_name = "ORDER", allow_hyphen_values = true)]
+    axes: Option<AxisOrder>,
+
+    /// Exchange left and right in all names
+    #[arg(long)]
+    swap_sides: bool,
+
+    /// Add N to the frame numbers: the file's frame 0 is the set's frame N (N < 0: an estimate that is late). Frames
+    /// outside the set are dropped, frames of the set that are left over are lost
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(i64).range(-10_000_000..=10_000_000))]
+    shift: Option<i64>,
+
+    /// Where the file's origin is in the set, metres, added after --units and --axes
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = offset)]
+    offset: Option<[f64; 3]>,
 
     /// Unit of the joint angles of an .npz file [default: rad]
     #[arg(long, value_enum, value_name = "UNIT")]
@@ -89,6 +113,15 @@ enum Units {
     Cm,
     Mm,
     In,
+    Ft,
+}
+
+/// Three numbers with commas, metres.
+fn offset(text: &str) -> Result<[f64; 3], String> {
+    let refuse = || format!("expected three numbers of metres, at most {FARTHEST_M}, with commas, as 0.5,-1,0");
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|metres| metres.abs() <= FARTHEST_M);
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(refuse)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -111,11 +144,16 @@ impl Arguments {
                 Units::Cm => 0.01,
                 Units::Mm => 0.001,
                 Units::In => 0.0254,
+                Units::Ft => 0.3048,
             }),
             up: self.up.map(|up| match up {
                 UpArgument::Y => UpAxis::Y,
                 UpArgument::Z => UpAxis::Z,
             }),
+            axes: self.axes,
+            swap_sides: self.swap_sides,
+            shift: self.shift,
+            offset_m: self.offset,
             joint_map: self.joint_map.clone(),
             radians_per_unit: self.angles.map(|unit| match unit {
                 AngleUnit::Rad => 1.0,

@@ -9,20 +9,22 @@ fn is_shown(name: &str) -> bool {
     name != "coverage" && MAIN_METRICS.contains(&name)
 }
 
-/// The summary table: mean, 95 % interval, coverage, and the frozen tracker's value; values worse than it are marked.
+/// What may have been misread, then the summary table: mean, 95 % interval, coverage, and the frozen tracker's value; values worse than it are marked.
 /// Metrics that could not be measured follow.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();
     let plural = if seeds == 1 { "" } else { "s" };
-    let mut lines = vec![
+    let mut lines: Vec<String> = Vec::new();
+    lines.extend(record.hint.as_ref().map(|hint| format!("The estimate may have been misread: {}.\n", hint.text)));
+    lines.extend([
         format!(
             "{}: {} on {} frames at {} Hz, {seeds} seed{plural}, {model}",
             record.scenario, record.tracker, record.frames, record.frames_per_second
         ),
         String::new(),
         format!("  {:<37} {:>9}   {:^20}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
-    ];
+    ]);
     let is_worse = |name: &str| record.verdict.worse_than_frozen.contains(&name);
     let same: Vec<(&str, &str)> =
         aliases(&record.summary).into_iter().filter(|(shown, alias)| is_shown(shown) && is_shown(alias)).collect();
@@ -47,6 +49,7 @@ pub(super) fn table(record: &RunRecord) -> String {
         .filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
+    lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.in_words())));
     lines.extend(worse_in_words(record));
     lines.push(format!("  {}", record.summary.interval));
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {

@@ -108,8 +108,10 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
         Measurement::Pooled { per_frame, mean } => (per_frame, Some(mean)),
         Measurement::Whole(value) => (vec![], Some(value)),
     };
+    // what is written is finite or absent: a projection next to a camera's plane may be neither
+    let per_frame: Vec<Option<f64>> = per_frame.into_iter().map(|value| value.filter(|v| v.is_finite())).collect();
     let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
-    let mean = whole.or_else(|| super::mean(&values))?;
+    let mean = whole.or_else(|| super::mean(&values)).filter(|mean| mean.is_finite())?;
     let protocol = format!("{}; {span}", protocol::describe(metric, sequence));
     let spread = FrameSpread::from_values(&values);
     Some(MetricValue { unit: metric.unit, mean, spread, frames: values.len(), protocol, per_frame })

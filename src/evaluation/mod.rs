@@ -47,6 +47,7 @@ mod lag;
 mod limb_swaps;
 mod marker_list;
 mod metric;
+mod misreading;
 mod mpjae;
 mod mpjpe;
 mod orientation;
@@ -87,6 +88,10 @@ pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRan
 pub use marker_list::{MarkerList, PackedMarkers};
 use metric::change;
 pub use metric::{Direction, Measurement, Metric, Unit};
+pub use misreading::{
+    AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
+    marker_of_other_side, with_sides_exchanged,
+};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;

@@ -46,7 +46,8 @@ fn in_camera(sequence: &Sequence<'_>, camera: usize, frame: usize) -> Vec<f64> {
     let (lens, in_view) = (views.camera(camera, frame), &views.in_view[frame][camera]);
     let of_marker =
         |(_, truth, estimate): (usize, _, _)| Some((lens.project(&estimate)? - lens.project(&truth)?).norm());
-    sequence.pairs(frame).filter(|(landmark, ..)| in_view[*landmark]).filter_map(of_marker).collect()
+    let all = sequence.pairs(frame).filter(|(landmark, ..)| in_view[*landmark]).filter_map(of_marker);
+    all.filter(|pixels: &f64| pixels.is_finite()).collect()
 }
 
 /// One entry a camera; empty where the cameras are not known.

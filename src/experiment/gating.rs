@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::run_reading::hints_of_runs;
 use super::seed_advice::seed_advice;
 use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
@@ -28,6 +29,7 @@ impl From<GateRefusal> for ExperimentError {
 /// [`ExperimentError`] if the runs cannot be read, or cannot be held against this baseline.
 pub fn gate_run(run: &Path, baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
     let mut outcome = gate(&baseline.runs, &read_runs(run)?, rules)?;
+    outcome.misread = hints_of_runs(run);
     outcome.notes.extend(seed_advice(run, baseline, outcome.checks.iter().filter_map(|check| check.more_seeds)));
     if is_newer(&baseline.version) {
         let ours = env!("CARGO_PKG_VERSION");

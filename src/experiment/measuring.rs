@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::body_contacts::BodyContacts;
+use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::performed::refit;
 use super::tracking::Tracked;
@@ -34,6 +35,8 @@ pub struct Measures {
     pub frozen: Evaluation,
     /// How good the observed silhouettes are; `None` where they are exact.
     pub segmentation: Option<SegmentationQuality>,
+    /// What would explain most of the error, if the numbers of the estimate were read otherwise.
+    pub hint: Option<Hint>,
 }
 
 /// The measures of one seed.
@@ -121,7 +124,8 @@ impl Measures {
         let runs: Vec<SeedRun<'_>> =
             seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
-        Ok(Self { seeds, summary, frozen, segmentation, clip })
+        let hint = hint(set, tracked);
+        Ok(Self { seeds, summary, frozen, segmentation, clip, hint })
     }
 
     /// One entry a seed.
@@ -353,7 +357,8 @@ pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     }
     let (found, frames) = (estimates.frames(), set.blind.frame_count);
     if found != frames {
-        return Err(format!("it has {found} frames, the set {frames}"));
+        let hint = if tracked.read_as.is_some() { "; if that is right, say --shift with the set's frame of its first" } else { "" };
+        return Err(format!("it has {found} frames, the set {frames}{hint}"));
     }
     match estimates.sequences.iter().any(EstimatedSequence::has_any) {
         true => Ok(()),

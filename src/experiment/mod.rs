@@ -25,6 +25,7 @@ mod export;
 mod external;
 mod filming;
 mod gating;
+mod hints;
 mod inputs;
 mod inspect;
 mod key_source;
@@ -96,6 +97,7 @@ pub use external::{
     ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
+pub use hints::Hint;
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
     FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
@@ -110,7 +112,7 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use more_seeds::{MoreOf, add_missing_seeds, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::{keep_others_from_junit, put_file};
-pub use poses_file::PosesDeclared;
+pub use poses_file::{PosesDeclared, ReadAs, UNITS_OF_LENGTH};
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{Evaluated, RunOutcome, evaluate_run, run};

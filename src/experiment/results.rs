@@ -3,8 +3,10 @@
 use serde::Serialize;
 
 use super::external::ExternalRecord;
+use super::hints::Hint;
 use super::measuring::{Measures, Painters};
 use super::playback::playback;
+use super::poses_file::ReadAs;
 use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
@@ -45,6 +47,12 @@ pub struct RunRecord {
     pub seeds: Vec<u64>,
     /// The tracker's name; `external` for poses that another program made.
     pub tracker: String,
+    /// What would explain most of the error, if the estimate were read otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hint: Option<Hint>,
+    /// How the file was read, of poses that another program made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read_as: Option<ReadAs>,
     /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
     pub settings: Option<TrackerSettings>,
     /// What the tracker learned from, in words; empty where it learns nothing, and for poses that another program made.
@@ -140,6 +148,7 @@ impl RunResults {
             sheet: sheet.as_ref(),
             playback: playback.as_ref(),
             this_run: &this_run,
+            hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
         let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
@@ -167,6 +176,7 @@ pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
         sheet: None,
         playback: None,
         this_run: &[],
+        hint: None,
     })
 }
 
@@ -199,6 +209,8 @@ fn record(
         seed: seeds.first().copied().unwrap_or_default(),
         seeds,
         tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
+        hint: measures.hint.clone(),
+        read_as: tracked.read_as.clone(),
         settings: track.map(|t| t.tracker.clone()),
         learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
         set_hash: set.blind.set_hash.clone(),
@@ -328,9 +340,11 @@ fn facts(
         let facts = decided.into_iter().chain(report.numbers_in_words()).collect();
         groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
-    if !tracked.estimates.notes.is_empty() {
-        let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone())).collect();
-        groups.push(group("Estimate", notes));
+    let read_as = tracked.read_as.iter().map(|read_as| ("read as", read_as.in_words()));
+    let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone()));
+    let of_estimate: Vec<_> = read_as.chain(notes).collect();
+    if !of_estimate.is_empty() {
+        groups.push(group("Estimate", of_estimate));
     }
     let seeds: Vec<String> = tracked.estimates.seeds.iter().map(u64::to_string).collect();
     groups.push(group(

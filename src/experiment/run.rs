@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::destination::Destination;
 use super::error::output;
 use super::external::EXTERNAL_FILE;
+use super::hints::explained;
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::ResultKind;
@@ -91,11 +92,17 @@ pub fn evaluate_run(
         detail,
     })?;
     let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
+    if is_ours && declared.is_of_file() {
+        let detail = "it is a run of skiagraph, whose units, axes, names and frames are known; leave out --units, --up, \
+            --axes, --swap-sides, --shift, --offset and --joint-map";
+        return Err(malformed(detail.to_owned()));
+    }
     if is_ours && !is_tracked {
         check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
     }
     if !is_tracked {
-        check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit).map_err(malformed)?;
+        check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit)
+            .map_err(|detail| malformed(explained(&whole, &tracked, detail)))?;
         let note = note_of_start(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }

@@ -11,7 +11,7 @@ use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
 use crate::evaluation::{MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs};
-use crate::input::{foreign, is_ours, limits, unquoted};
+use crate::input::{foreign, is_ours, limits, plain, unquoted};
 use crate::scenario::json_tree;
 
 /// What `run.json` begins with.
@@ -167,6 +167,18 @@ fn folders_in(folder: &Path) -> Vec<PathBuf> {
         .collect();
     folders.sort();
     folders
+}
+
+/// What the runs at a path say of how their estimates were read, each with its clip; nothing where a file cannot be
+/// read, which [`read_runs`] tells.
+pub(super) fn hints_of_runs(path: &Path) -> Vec<String> {
+    let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+    let hint = |file: &PathBuf| {
+        let run: Value = serde_json::from_slice(&read_file(file, limits::RECORD).ok()?).ok()?;
+        let text = run.get("hint")?.get("text")?.as_str()?;
+        Some(format!("{}: {}", run.get("scenario")?.as_str()?, plain(text)))
+    };
+    files.iter().take(MOST_RUNS).filter_map(hint).collect()
 }
 
 /// Whether a folder holds further seeds of the run that it lies in.

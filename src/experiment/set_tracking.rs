@@ -10,6 +10,7 @@ use super::external::{
     ANSWERS_FILE, Conformance, ExternalRecord, ProgramSeed, ProgramSettings, Programmed, dry_run,
     track_seed_with_program,
 };
+use super::hints::told_by_the_start;
 use super::inputs::Inputs;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
@@ -135,7 +136,9 @@ pub fn track_set_with_program(
         sources: Vec::new(),
         program: Some(done.record.clone()),
         estimate: None,
+        read_as: None,
     };
+    told_by_the_start(&blind, &tracked).iter().for_each(|hint| watch.note(hint));
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::calibrating::Beginning;
 use super::error::read_file;
 use super::external::{EXTERNAL_FILE, ExternalRecord};
+use super::poses_file::ReadAs;
 use super::search_file::{SearchRecord, search_from_npz, search_to_npz};
 use super::track_timing::TrackTiming;
 use super::tracker_factory::TrackerFactory;
@@ -51,6 +52,8 @@ pub struct Tracked {
     pub program: Option<ExternalRecord>,
     /// The file or folder that is measured, as the command named it, where the results go elsewhere.
     pub estimate: Option<String>,
+    /// How the file was read, where another program wrote it.
+    pub read_as: Option<ReadAs>,
 }
 
 /// Who tracked what: `track.json`.
@@ -207,7 +210,7 @@ impl Tracked {
         }
         let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
         let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
-        Self { record: None, estimates, search, sources: Vec::new(), program: None, estimate: None }
+        Self { record: None, estimates, search, sources: Vec::new(), program: None, estimate: None, read_as: None }
     }
 
     /// Runs of one tracker with a seed each, put together in their order.
@@ -285,7 +288,7 @@ impl Tracked {
             false => Vec::new(),
             true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
         };
-        Ok(Self { record: Some(record), estimates, search, sources, program: None, estimate: None })
+        Ok(Self { record: Some(record), estimates, search, sources, program: None, estimate: None, read_as: None })
     }
 
     /// Reads what a program estimated in a run of `skiagraph track --exec`.
@@ -306,6 +309,6 @@ impl Tracked {
     /// [`ExperimentError`] if it cannot be read or is not what it should be.
     pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
-        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
+        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None, read_as: None })
     }
 }

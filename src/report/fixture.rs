@@ -134,6 +134,7 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         sheet: (!story.shown.is_empty()).then_some(&sheet),
         playback: (!story.shown.is_empty()).then_some(&playback),
         this_run: &[("command".to_owned(), "skiagraph run walk.toml".to_owned())],
+        hint: None,
     })
 }
 

@@ -41,6 +41,11 @@ impl GateReport<'_> {
         format!("{}: {} {said} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
     }
 
+    /// Runs whose estimate may have been misread, before all else.
+    fn misread(&self) -> impl Iterator<Item = String> {
+        self.outcome.misread.iter().map(|hint| format!("the estimate may have been misread: {hint}"))
+    }
+
     /// What a check's verdict counts as.
     fn counted(&self, verdict: GateVerdict) -> GateVerdict {
         if verdict == GateVerdict::Inconclusive { self.inconclusive } else { verdict }
@@ -48,7 +53,8 @@ impl GateReport<'_> {
 
     /// A line a check, the failing ones first; exact checks that pass share one.
     pub fn text(&self) -> String {
-        let mut lines = vec![self.headline(), String::new()];
+        let mut lines: Vec<String> = self.misread().collect();
+        lines.extend([self.headline(), String::new()]);
         let mut checks: Vec<&Check> = self.outcome.checks.iter().filter(|check| !is_quiet(check)).collect();
         checks.sort_by_key(|check| std::cmp::Reverse(check.verdict));
         let width = checks.iter().map(|check| name(check).chars().count()).max().unwrap_or(0);
@@ -65,7 +71,8 @@ impl GateReport<'_> {
 
     /// A table for a pull request.
     pub fn markdown(&self) -> String {
-        let mut text = format!("### {}\n\n| | check | finding |\n|---|---|---|\n", cell(&self.headline()));
+        let misread: String = self.misread().map(|line| format!("**{}**\n\n", cell(&line))).collect();
+        let mut text = format!("{misread}### {}\n\n| | check | finding |\n|---|---|---|\n", cell(&self.headline()));
         for check in self.outcome.checks.iter().filter(|check| !is_quiet(check)) {
             let mark = match check.verdict {
                 GateVerdict::Pass => "PASS".to_owned(),
@@ -91,6 +98,9 @@ impl GateReport<'_> {
             Some(format!("::{level} title={title}::{}", escaped(&finding(check), false)))
         };
         let mut lines: Vec<String> = self.outcome.checks.iter().filter_map(line).collect();
+        for line in self.misread() {
+            lines.insert(0, format!("::warning title=the estimate may have been misread::{}", escaped(&line, false)));
+        }
         if lines.is_empty() {
             lines.push(format!("::notice title=skiagraph gate::{}", escaped(&self.headline(), false)));
         }

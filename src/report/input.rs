@@ -31,6 +31,8 @@ pub struct ReportInput<'a> {
     pub playback: Option<&'a Playback>,
     /// How the run came about, where it is known: what differs from run to run.
     pub this_run: &'a [(String, String)],
+    /// What would explain most of the error, if the estimate were read otherwise.
+    pub hint: Option<&'a str>,
 }
 
 /// Some facts that belong together.

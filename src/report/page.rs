@@ -35,6 +35,7 @@ struct RunPage<'a> {
     tracker: &'a str,
     matched: bool,
     seeds: usize,
+    hint: Option<&'a str>,
     verdict: Verdict,
     headlines: Vec<Headline>,
     /// What the script draws, as JSON that may stand in a page.
@@ -167,6 +168,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         tracker: input.tracker,
         matched: input.matched,
         seeds: input.runs.len(),
+        hint: input.hint,
         headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning, worse(name))).collect(),
         sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
         playback: playback(input)?,

@@ -18,6 +18,7 @@ mod forged_sets;
 #[cfg(unix)]
 mod forgery;
 mod gate;
+mod hints;
 mod inspect;
 mod keys;
 mod memory;

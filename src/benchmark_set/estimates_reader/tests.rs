@@ -208,3 +208,54 @@ fn quaternions_in_single_precision_are_taken() {
     }
     assert!(read(&[("estimate_root", with(root_rows(), 3, 2.0))]).unwrap_err().contains("not a rigid transform"));
 }
+
+#[test]
+fn one_repetition_needs_neither_seeds_nor_their_axis() {
+    let without_axis = |array: Array| Array { shape: array.shape[1..].to_vec(), ..array };
+    let alone = |arrays: &[(&str, Array)], seeds: Option<Array>| {
+        let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]);
+        seeds.into_iter().for_each(|seeds| npz.push("seeds", seeds));
+        arrays.iter().for_each(|(name, array)| npz.push(name, array.clone()));
+        Estimates::from_bytes("p", &npz.to_bytes("p").unwrap(), &person()).map_err(|e| e.to_string())
+    };
+    let few = [1, 3];
+    let names = ("marker_names", marker_names(&few));
+    let with_axis = [("estimate_markers", marker_rows(&few)), names.clone()];
+    let none = [("estimate_markers", without_axis(marker_rows(&few))), names.clone()];
+    let expected = read(&with_axis).unwrap().sequences;
+    let one = |seed: i64| Some(Array::new(&[1], vec![seed]));
+    for (found, seeds) in [
+        (alone(&none, None), [0]),
+        (alone(&with_axis, None), [0]),
+        (alone(&none, one(5)), [5]),
+        (alone(&none, Some(Array::new(&[], vec![7_i64]))), [7]),
+    ] {
+        let found = found.unwrap();
+        assert_eq!((found.sequences, found.seeds), (expected.clone(), seeds.to_vec()));
+    }
+    let poses = [
+        ("estimate_root", without_axis(root_rows())),
+        ("estimate_angles", without_axis(angle_rows([0, 1, 2, 3, 4, 5]))),
+    ];
+    assert_eq!(alone(&poses, None).unwrap().sequences, [self::expected()]);
+    let several = alone(&none, Some(Array::new(&[2], vec![1_i64, 2])));
+    assert!(several.unwrap_err().contains("several seeds"));
+    let mixed = [("estimate_root", root_rows()), ("estimate_angles", without_axis(angle_rows([0, 1, 2, 3, 4, 5])))];
+    assert!(alone(&mixed, None).unwrap_err().contains("give both or neither"));
+}
+
+#[test]
+fn coordinates_and_angles_that_no_body_has_are_refused() {
+    let few = [14, 3];
+    for far in [1e300, -1.1e6] {
+        let markers = [("estimate_markers", with(marker_rows(&few), 6 + 4, far)), ("marker_names", marker_names(&few))];
+        let refused = read(&markers).unwrap_err();
+        assert!(refused.contains("estimate_markers: seed 5, frame 1: \"left_elbow\" is at"), "{refused}");
+        let refused = read(&[("estimate_root", with(root_rows(), 8, far))]).unwrap_err();
+        assert!(refused.contains("estimate_root: seed 5, frame 1: the root is at"), "{refused}");
+        let angles = with(angle_rows([0, 1, 2, 3, 4, 5]), 6, far);
+        let refused = read(&[("estimate_root", root_rows()), ("estimate_angles", angles)]).unwrap_err();
+        assert!(refused.contains("estimate_angles: seed 5, frame 1: an angle is beyond"), "{refused}");
+    }
+    assert!(read(&[("estimate_root", with(root_rows(), 7, 9e5))]).is_ok());
+}

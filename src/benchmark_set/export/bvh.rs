@@ -9,14 +9,17 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::folder::{Folder, file_name};
 use crate::benchmark_set::{BenchmarkSet, SetError};
-use crate::body::{Humanoid, JointKind, LinkFrames};
+use crate::body::{Humanoid, JointKind, LANDMARKS, Landmark, LinkFrames};
 
 const README: &str = "\
 actor.bvh   every link of the actor as a joint (end sites are the middle of the last link's geometry); centimetres, degrees;
             Y is up, the body faces +Z at rest, its left is +X: x = the set's y, y = its z, z = its x. Rotations are in the
             order Zrotation Xrotation Yrotation, each about the axes that the one before has turned. The rest pose is the
-            zero pose of the robot. Joints without any freedom are kept, with rotations of 0.";
+            zero pose of the robot. Joints without any freedom are kept, with rotations of 0. HumanEva's markers are joints
+            marker_NAME at the ends of the links that carry them, which never turn.";
 
+/// End sites of markers, which are points, metres.
+const MARKER_END_M: f64 = 0.01;
 /// End sites of links whose geometry is at their origin, metres.
 const SHORT_END_M: f64 = 0.05;
 
@@ -50,6 +53,8 @@ struct BvhSkeleton<'a> {
     children: Vec<Vec<usize>>,
     /// Links in the order of the hierarchy, parents first, one branch after another.
     order: Vec<usize>,
+    /// Markers on links: name, link, and place from the link's origin at rest in the set's axes, metres.
+    markers: Vec<(String, usize, Vector3<f64>)>,
 }
 
 impl<'a> BvhSkeleton<'a> {
@@ -63,7 +68,20 @@ impl<'a> BvhSkeleton<'a> {
             order.push(link);
             open.extend(children[link].iter().rev());
         }
-        Self { actor, rest: actor.link_frames(&actor.zero_pose()), children, order }
+        let rest = actor.link_frames(&actor.zero_pose());
+        // a link of that name may place the marker
+        let is_link = |name: &String| actor.links.iter().any(|link| link.name == *name);
+        let marker = |(index, landmark): (usize, &Landmark)| {
+            let at = actor.markers[index]?;
+            let name = format!("marker_{}", landmark.name());
+            (!is_link(&name)).then(|| (name, at.link, rest[at.link].rotation * at.point_in_link.coords))
+        };
+        let markers = LANDMARKS.iter().enumerate().filter_map(marker).collect();
+        Self { actor, rest, children, order, markers }
+    }
+
+    fn markers_of(&self, link: usize) -> impl Iterator<Item = &(String, usize, Vector3<f64>)> {
+        self.markers.iter().filter(move |(_, carrier, _)| *carrier == link)
     }
 
     /// Where a link begins, from where its parent does, at rest, metres.
@@ -88,6 +106,13 @@ impl<'a> BvhSkeleton<'a> {
         };
         writeln!(text, "{indent}{kind} {name}\n{indent}{{").ok();
         writeln!(text, "{indent}\tOFFSET {}\n{indent}\tCHANNELS {channels}", offset(self.offset(link))).ok();
+        for (name, _, at) in self.markers_of(link) {
+            writeln!(text, "{indent}\tJOINT {name}\n{indent}\t{{\n{indent}\t\tOFFSET {}", offset(*at)).ok();
+            writeln!(text, "{indent}\t\tCHANNELS 3 Zrotation Xrotation Yrotation").ok();
+            let end = Vector3::z() * MARKER_END_M;
+            writeln!(text, "{indent}\t\tEnd Site\n{indent}\t\t{{\n{indent}\t\t\tOFFSET {}", offset(end)).ok();
+            writeln!(text, "{indent}\t\t}}\n{indent}\t}}").ok();
+        }
         for child in &self.children[link] {
             self.push(text, *child, depth + 1);
         }
@@ -111,6 +136,7 @@ impl<'a> BvhSkeleton<'a> {
             };
             let [z, x, y] = euler_zxy(&local);
             write!(text, " {z:.6} {x:.6} {y:.6}").ok();
+            self.markers_of(*link).for_each(|_| text.push_str(" 0 0 0"));
         }
         text.push('\n');
     }

@@ -33,7 +33,7 @@ pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> R
     checks.extend(sides.lost_tracks());
     notes.extend(sides.notes());
     let verdict = checks.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
-    Ok(GateOutcome { schema: "skiagraph.gate_outcome/1".to_owned(), verdict, checks, notes })
+    Ok(GateOutcome { schema: "skiagraph.gate_outcome/1".to_owned(), verdict, misread: Vec::new(), checks, notes })
 }
 
 struct Sides<'a> {

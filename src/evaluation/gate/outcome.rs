@@ -26,6 +26,9 @@ pub struct GateOutcome {
     pub schema: String,
     /// The worst of all checks.
     pub verdict: GateVerdict,
+    /// Runs whose error is mostly explained by how their estimate was read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub misread: Vec<String>,
     /// In the order in which they were asked for.
     pub checks: Vec<Check>,
     /// What a user should know.

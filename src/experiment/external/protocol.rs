@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::benchmark_set::BlindSet;
+use crate::benchmark_set::{BlindSet, FARTHEST_M};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use crate::observation::Observation;
@@ -22,8 +22,6 @@ const PROTOCOL_OF_FILMING: &str = "skiagraph.tracker/2";
 pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
     if set.moments.is_some() { PROTOCOL_OF_FILMING } else { PROTOCOL }
 }
-/// No coordinate is farther from the origin, metres.
-const FARTHEST_M: f64 = 1e6;
 /// How far the length of a quaternion may be from 1.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 

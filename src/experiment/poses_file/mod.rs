@@ -6,7 +6,11 @@
 
 mod angles;
 mod csv_file;
+mod layouts;
 mod names;
+mod npz_names;
+mod read_as;
+mod rewriting;
 mod scale;
 
 use std::path::{Path, PathBuf};
@@ -14,16 +18,20 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use self::names::NameKind;
+use self::read_as::FormatUsage;
 use super::ExperimentError;
 use super::error::read_file;
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, Estimates};
 use crate::body::Humanoid;
+use crate::evaluation::AxisOrder;
 use crate::input::{self, limits};
 use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
 use crate::npz::{Array, Npz};
 
 pub(super) use angles::check_angles;
+pub use read_as::{ReadAs, UNITS_OF_LENGTH};
+pub(super) use rewriting::other_side;
 pub(super) use scale::check_scale;
 
 /// What a user declares about a file of poses.
@@ -33,6 +41,14 @@ pub struct PosesDeclared {
     pub metres_per_unit: Option<f64>,
     /// The vertical axis.
     pub up: Option<UpAxis>,
+    /// What the file's coordinates are in the axes of the set; goes before `up`.
+    pub axes: Option<AxisOrder>,
+    /// Whether left and right are exchanged in the file.
+    pub swap_sides: bool,
+    /// The set's frame that is the file's frame 0. Then the file may have more or fewer frames than the set.
+    pub shift: Option<i64>,
+    /// Where the file's origin is in the set, metres.
+    pub offset_m: Option<[f64; 3]>,
     /// A TOML file of names: `"theirs" = "ours"`.
     pub joint_map: Option<PathBuf>,
     /// Radians per unit of joint angles; of `.npz` files alone, the others have points.
@@ -40,9 +56,9 @@ pub struct PosesDeclared {
 }
 
 impl PosesDeclared {
-    /// Whether nothing is said of points.
-    fn is_of_angles_alone(&self) -> bool {
-        self.metres_per_unit.is_none() && self.up.is_none() && self.joint_map.is_none()
+    /// Whether anything is said that is for files of other programs alone.
+    pub(super) fn is_of_file(&self) -> bool {
+        Self { radians_per_unit: self.radians_per_unit, ..Self::default() } != *self
     }
 }
 
@@ -62,18 +78,13 @@ pub(super) fn read_poses(
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
     let points = match extension.as_str() {
-        "npz" if declared.is_of_angles_alone() => return from_npz(path, &set.blind.start.body, declared),
+        "npz" => return from_npz(path, set, declared),
         other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
             return Err(malformed("it is read as points, without joint angles; leave out --angles".to_owned()));
         }
-        "npz" => {
-            let detail = "units, axes and names of an .npz file are those of this program: metres, Z up; leave out \
-                --units, --up and --joint-map";
-            return Err(malformed(detail.to_owned()));
-        }
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
-            if is_numbered {
+            if is_numbered && declared.shift.is_none() {
                 points.check_numbers(set.blind.frame_count).map_err(malformed)?;
                 points.extend_to(set.blind.frame_count);
             }
@@ -88,26 +99,70 @@ pub(super) fn read_poses(
             return Err(malformed(detail));
         }
     };
-    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
-    let estimates = points.into_estimates(path, set, declared, first)?;
-    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
+    points.into_tracked(path, set, declared, &extension)
 }
 
-fn from_npz(path: &Path, body: &Humanoid, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
+/// What an `.npz` file, and any file that says nothing, is taken for.
+const ASSUMED: FormatUsage = FormatUsage {
+    metres: Some(1.0),
+    units_from: "assumed",
+    order: AxisOrder::SAME,
+    axes_from: "assumed",
+    y_up: AxisOrder::Y_UP,
+};
+
+fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let file = path.display().to_string();
     let bytes = angles::in_radians(path, read_file(path, limits::ARRAYS)?, declared.radians_per_unit)?;
-    let estimates = Estimates::from_bytes(&path.display().to_string(), &bytes, body)?;
-    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None })
+    let mut read_as = ReadAs::new(path, ASSUMED, declared);
+    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let body = &set.blind.start.body;
+    let named = npz_names::named(Npz::from_bytes(&file, &bytes)?, &file, map.as_ref(), body).map_err(malformed)?;
+    read_as.columns = named.columns;
+    read_as.layout = named.layout.map(str::to_owned);
+    let notes = named.notes.into_iter().map(|note| format!("{file} {note}")).collect();
+    tracked_from(named.npz, path, set, read_as, notes)
 }
 
-/// Joint positions of a BVH file, turned to metres, Z up. Y is up unless the user declares otherwise, and then Z is the
-/// set's x and X its y, as `export --to bvh` writes them: a BVH body faces +Z with its left at +X.
+/// The estimates of an archive in the file's units, axes and frames.
+fn tracked_from(
+    npz: Npz,
+    path: &Path,
+    set: &BenchmarkSet,
+    read_as: ReadAs,
+    notes: Vec<String>,
+) -> Result<Tracked, ExperimentError> {
+    let file = path.display().to_string();
+    let body = &set.blind.start.body;
+    let npz = rewriting::rewritten(npz, &file, &read_as, body, set.blind.frame_count)
+        .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
+    let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
+    estimates.notes.extend(notes);
+    Ok(Tracked {
+        record: None,
+        estimates,
+        search: Vec::new(),
+        sources: Vec::new(),
+        program: None,
+        estimate: None,
+        read_as: Some(read_as),
+    })
+}
+
+/// Joint positions of a BVH file in metres and its own axes. Y is up unless the user declares otherwise, and then Z is
+/// the set's x and X its y, as `export --to bvh` writes them: a BVH body faces +Z with its left at +X.
 fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, ExperimentError> {
-    let up = declared.up.unwrap_or(UpAxis::Y);
+    let is_y_up = match (declared.axes, declared.up) {
+        (Some(order), _) => order.set_from_file()[(2, 2)] == 0.0,
+        (None, up) => up != Some(UpAxis::Z),
+    };
+    let up = if is_y_up { UpAxis::Y } else { UpAxis::Z };
     let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: Some(up), ..ReadOptions::default() };
     let clip = read(path, &options)?;
     // recordings are read as x, -z, y
     let place = |place: &Point3<f64>| match up {
-        UpAxis::Y => [-place.y, place.x, place.z],
+        UpAxis::Y => [place.x, place.z, -place.y],
         UpAxis::Z => place.coords.into(),
     };
     let frame = |frame: usize| clip.joint_positions(frame).iter().map(|at| Some(place(at))).collect();
@@ -115,7 +170,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
         names: clip.skeleton.joints.iter().map(|joint| joint.name.clone()).collect(),
         frames_per_second: Some(clip.frames_per_second),
         metres_per_unit: Some(1.0),
-        up: Some(UpAxis::Z),
+        up: None,
         up_is_usual: false,
         frames: (0..clip.frames.len()).map(frame).collect(),
         notes: clip.notes.clone(),
@@ -130,7 +185,10 @@ impl PointFile {
             return Ok(());
         }
         let first = self.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
-        let hint = if first > 0 { format!("; its first is {first}: subtract {first} from all") } else { String::new() };
+        let hint = match first {
+            0 => String::new(),
+            _ => format!("; its first is {first}: subtract {first} from all, or say --shift -{first}"),
+        };
         Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
     }
 
@@ -147,26 +205,48 @@ impl PointFile {
         }
     }
 
-    fn into_estimates(
+    /// What the format says of units and axes.
+    fn usage(&self, extension: &str) -> FormatUsage {
+        let usage = match (self.metres_per_unit, self.up) {
+            (metres, up) if extension != "bvh" => FormatUsage {
+                metres: metres.or(Some(1.0)),
+                units_from: if metres.is_some() { "declared in the file" } else { "assumed" },
+                order: if up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
+                axes_from: match up {
+                    Some(_) if !self.up_is_usual => "declared in the file",
+                    _ => "assumed",
+                },
+                ..ASSUMED
+            },
+            _ => FormatUsage {
+                metres: None,
+                units_from: "guessed by the size of the body",
+                order: AxisOrder::BVH,
+                axes_from: "assumed",
+                y_up: AxisOrder::BVH,
+            },
+        };
+        let assumed = match extension {
+            "trc" => "assumed for .trc",
+            "bvh" => "assumed for .bvh",
+            _ => return usage,
+        };
+        FormatUsage { axes_from: assumed, ..usage }
+    }
+
+    fn into_tracked(
         self,
         path: &Path,
         set: &BenchmarkSet,
         declared: &PosesDeclared,
-        first: NameKind,
-    ) -> Result<Estimates, ExperimentError> {
+        extension: &str,
+    ) -> Result<Tracked, ExperimentError> {
         let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
         let body = &set.blind.start.body;
+        let mut read_as = ReadAs::new(path, self.usage(extension), declared);
         let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+        let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
         let columns = names::columns(&self.names, map.as_ref(), body, first).map_err(malformed)?;
-        // the reader of BVH has applied what is declared
-        let is_done = self.metres_per_unit == Some(1.0) && self.up == Some(UpAxis::Z);
-        let metres = if is_done { 1.0 } else { declared.metres_per_unit.or(self.metres_per_unit).unwrap_or(1.0) };
-        let up = if is_done { UpAxis::Z } else { declared.up.or(self.up).unwrap_or(UpAxis::Z) };
-        let place = |[x, y, z]: [f64; 3]| match up {
-            UpAxis::Z => [metres * x, metres * y, metres * z],
-            UpAxis::Y => [metres * x, -metres * z, metres * y],
-        };
-        let frames = self.frames.len();
         let rate = self.frames_per_second.unwrap_or(set.blind.frames_per_second);
         let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate])), ("seeds", Array::new(&[1], vec![0_i64]))]);
         for (array, names_array, kind) in [
@@ -176,19 +256,31 @@ impl PointFile {
             if kind.is_empty() {
                 continue;
             }
-            let numbers = self
-                .frames
-                .iter()
-                .flat_map(|frame| kind.iter().flat_map(|(column, _)| frame[*column].map_or([f64::NAN; 3], place)));
-            npz.push(array, Array::new(&[1, frames, kind.len(), 3], numbers.collect::<Vec<f64>>()));
+            let place = |frame: &Vec<Option<[f64; 3]>>| -> Vec<f64> {
+                kind.iter().flat_map(|(column, _)| frame[*column].unwrap_or([f64::NAN; 3])).collect()
+            };
+            let numbers: Vec<f64> = self.frames.iter().flat_map(place).collect();
+            npz.push(array, Array::new(&[1, self.frames.len(), kind.len(), 3], numbers));
             npz.push(names_array, Array::names(kind.iter().map(|(_, name)| name.as_str())));
         }
+        read_as.columns = columns.by_marker(&self.names, body);
+        read_as.layout = columns.layout.map(str::to_owned);
         let file = path.display().to_string();
-        let mut estimates = Estimates::from_bytes(&file, &npz.to_bytes(&file)?, body)?;
-        estimates.notes.extend(self.notes);
-        estimates.notes.extend(columns.note.map(|note| format!("{file} {note}")));
-        Ok(estimates)
+        let left_out = columns.note.map(|note| format!("{file} {note}"));
+        let notes = self.notes.into_iter().chain(left_out).collect();
+        // of BVH the reader has applied the unit
+        let in_file = ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
+        let mut tracked = tracked_from(npz, path, set, in_file, notes)?;
+        tracked.read_as = Some(read_as);
+        Ok(tracked)
     }
+}
+
+/// Whether this body's markers are known by this name of a joint.
+fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
+    let joint = body.joints.iter().position(|known| known.name == joint);
+    let markers = joint.into_iter().flat_map(|joint| body.markers_on_joint(joint));
+    markers.map(|marker| crate::body::LANDMARKS[marker].name()).collect()
 }
 
 /// A point's distance from another, metres.

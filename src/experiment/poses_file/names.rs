@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::layouts::{KeypointLayout, layout_names, layout_of};
+use super::markers_on;
 use crate::body::{Humanoid, LANDMARKS};
 use crate::experiment::ExperimentError;
 use crate::input::{self, excerpt, foreign, limits};
@@ -22,6 +24,19 @@ pub(super) struct NamedColumns {
     pub(super) joints: Vec<(usize, String)>,
     /// What was left out.
     pub(super) note: Option<String>,
+    /// Whose keypoints the names are, where they are not those of this program.
+    pub(super) layout: Option<&'static str>,
+}
+
+impl NamedColumns {
+    /// The file's name of every marker: of its column, or of the joint that it lies on.
+    pub(super) fn by_marker(&self, names: &[String], body: &Humanoid) -> BTreeMap<String, String> {
+        let on_joints = self.joints.iter().flat_map(|(column, joint)| {
+            markers_on(body, joint).into_iter().map(|marker| (marker.to_owned(), names[*column].clone()))
+        });
+        let markers = self.markers.iter().map(|(column, marker)| (marker.clone(), names[*column].clone()));
+        on_joints.chain(markers).collect()
+    }
 }
 
 /// Reads a joint map: TOML, `"theirs" = "ours"`.
@@ -39,7 +54,7 @@ struct NamedColumn {
     column: usize,
     kind: NameKind,
     known: String,
-    /// Whether the map says so.
+    /// Whether the map says so, or the name itself.
     is_mapped: bool,
 }
 
@@ -60,11 +75,19 @@ pub(super) fn columns(
         ));
     }
     let mut known = Vec::new();
+    let is_mapped = |name: &String| map.is_some_and(|map| map.contains_key(name));
+    let layout = layout(names.iter().filter(|name| !is_mapped(name)), body, first);
     for (column, name) in names.iter().enumerate() {
         let mapped = map.and_then(|map| map.get(name));
-        match (known_as(mapped.unwrap_or(name), body, first), mapped) {
+        let of_layout = layout.filter(|_| mapped.is_none()).map(|layout| layout.marker(name).flatten());
+        let found = match of_layout {
+            Some(marker) => marker.map(|marker| (NameKind::Marker, marker.name())),
+            None => known_as(mapped.unwrap_or(name), body, first),
+        };
+        match (found, mapped) {
             (Some((kind, known_as)), _) => {
-                known.push(NamedColumn { column, kind, known: known_as.to_owned(), is_mapped: mapped.is_some() });
+                let is_mapped = mapped.is_some() || said_to_be_marker(name).is_some();
+                known.push(NamedColumn { column, kind, known: known_as.to_owned(), is_mapped });
             }
             (None, Some(ours)) => {
                 return Err(format!(
@@ -76,7 +99,7 @@ pub(super) fn columns(
         }
     }
     leave_out_collisions(&mut known, body, first);
-    let mut found = NamedColumns::default();
+    let mut found = NamedColumns { layout: layout.map(|layout| layout.name), ..NamedColumns::default() };
     for NamedColumn { column, kind, known, .. } in known {
         let kind = if kind == NameKind::Marker { &mut found.markers } else { &mut found.joints };
         if kind.iter().any(|(_, there)| *there == known) {
@@ -86,9 +109,11 @@ pub(super) fn columns(
     }
     if found.markers.is_empty() && found.joints.is_empty() {
         return Err(format!(
-            "none of its names is known: {}; expected markers ({}) or joints of start/body.json, or a --joint-map",
+            "none of its names is known: {}; expected markers ({}) or joints of start/body.json, or keypoints of {}, or a \
+             --joint-map",
             listed(names),
-            LANDMARKS.map(|landmark| landmark.name()).join(", ")
+            LANDMARKS.map(|landmark| landmark.name()).join(", "),
+            layout_names()
         ));
     }
     let is_read = |column: usize| found.markers.iter().chain(&found.joints).any(|(read, _)| *read == column);
@@ -98,9 +123,29 @@ pub(super) fn columns(
     Ok(found)
 }
 
+/// The layout of keypoints that has all these names, where they are not all known without it.
+fn layout<'a>(
+    names: impl Iterator<Item = &'a String> + Clone,
+    body: &Humanoid,
+    first: NameKind,
+) -> Option<&'static KeypointLayout> {
+    let is_known = names.clone().all(|name| known_as(name, body, first).is_some());
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    layout_of(&names).filter(|_| !is_known)
+}
+
+/// The marker of a name with `marker_` in front, as links of a URDF have it: it is no joint of that name.
+fn said_to_be_marker(name: &str) -> Option<&'static str> {
+    let name = name.strip_prefix("marker_")?;
+    LANDMARKS.iter().map(|landmark| landmark.name()).find(|known| *known == name)
+}
+
 /// The marker or joint of a name.
 fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(NameKind, &'a str)> {
     let is = |known: &&str| plain(known) == plain(name);
+    if let Some(marker) = said_to_be_marker(name) {
+        return Some((NameKind::Marker, marker));
+    }
     let marker = LANDMARKS.iter().map(|landmark| landmark.name()).find(is);
     // the root link has no joint, and every other link the joint before it
     let of_link = || body.links.iter().skip(1).position(|link| is(&link.name.as_str()));

@@ -1,6 +1,6 @@
 //! Whether an estimate is in metres: its body has about the size of the start pose.
 
-use super::distance;
+use super::{UNITS_OF_LENGTH, distance};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::body::Markers;
 use crate::evaluation::quantile;
@@ -10,13 +10,11 @@ const TOO_LARGE: f64 = 5.0;
 /// A unit is named where the size fits it to this factor.
 const FITS: f64 = 1.5;
 const UNITS: [(&str, f64); 3] = [
-    ("millimetres (--units mm; of .npz, multiply by 0.001)", 1000.0),
-    ("centimetres (--units cm; of .npz, multiply by 0.01)", 100.0),
-    ("inches (--units in; of .npz, multiply by 0.0254)", 39.37),
+    ("millimetres (--units mm)", 1000.0),
+    ("centimetres (--units cm)", 100.0),
+    ("inches (--units in)", 39.37),
 ];
 
-/// Units that can be declared, in metres.
-const DECLARED: [(&str, f64); 4] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254)];
 /// A size so near to the ratio of two units is no tracker that collapses.
 const NEARLY: f64 = 1.15;
 
@@ -66,7 +64,7 @@ fn other_unit(typical: f64, declared: f64) -> Option<&'static str> {
         let size = typical * metres / declared;
         size.max(1.0 / size) < NEARLY
     };
-    DECLARED.iter().find(|(_, metres)| *metres != declared && fits(*metres)).map(|(unit, _)| *unit)
+    UNITS_OF_LENGTH.iter().find(|(.., metres)| *metres != declared && fits(*metres)).map(|(unit, ..)| *unit)
 }
 
 /// Size of the estimate relative to that of the start, by the markers that both have; `None` for fewer than three.

@@ -1,0 +1,155 @@
+//! Names of keypoints that other programs use, and which of HumanEva's markers lie there.
+
+use crate::body::Landmark;
+
+/// The keypoints of a dataset or program.
+#[derive(Debug)]
+pub(super) struct KeypointLayout {
+    /// What people call it.
+    pub(super) name: &'static str,
+    /// Its keypoints as [`canonical`] spells them, with the marker that lies there.
+    points: &'static [(&'static str, Option<Landmark>)],
+}
+
+use Landmark::{
+    HeadTop, LeftAnkle, LeftElbow, LeftHip, LeftKnee, LeftShoulder, LeftWrist, Pelvis, RightAnkle, RightElbow,
+    RightHip, RightKnee, RightShoulder, RightWrist, Thorax,
+};
+
+macro_rules! with_limbs {
+    ($($name:literal => $marker:expr),* $(,)?) => {
+        &[
+            ("leftshoulder", Some(LeftShoulder)), ("rightshoulder", Some(RightShoulder)),
+            ("leftelbow", Some(LeftElbow)), ("rightelbow", Some(RightElbow)),
+            ("leftwrist", Some(LeftWrist)), ("rightwrist", Some(RightWrist)),
+            ("lefthip", Some(LeftHip)), ("righthip", Some(RightHip)),
+            ("leftknee", Some(LeftKnee)), ("rightknee", Some(RightKnee)),
+            $(($name, $marker)),*
+        ]
+    };
+}
+
+/// The head of Human3.6M and HALPE is its top; that of SMPL is where it joins the neck, which no marker is.
+static LAYOUTS: [KeypointLayout; 5] = [
+    KeypointLayout {
+        name: "COCO-17",
+        points: with_limbs![
+            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
+            "righteye" => None, "leftear" => None, "rightear" => None,
+        ],
+    },
+    KeypointLayout {
+        name: "HALPE-26",
+        points: with_limbs![
+            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
+            "righteye" => None, "leftear" => None, "rightear" => None, "head" => Some(HeadTop), "neck" => Some(Thorax),
+            "hip" => Some(Pelvis), "leftbigtoe" => None, "rightbigtoe" => None, "leftsmalltoe" => None,
+            "rightsmalltoe" => None, "leftheel" => None, "rightheel" => None,
+        ],
+    },
+    KeypointLayout {
+        name: "BODY-25",
+        points: with_limbs![
+            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
+            "righteye" => None, "leftear" => None, "rightear" => None, "neck" => Some(Thorax),
+            "midhip" => Some(Pelvis), "leftbigtoe" => None, "rightbigtoe" => None, "leftsmalltoe" => None,
+            "rightsmalltoe" => None, "leftheel" => None, "rightheel" => None,
+        ],
+    },
+    KeypointLayout {
+        name: "Human3.6M",
+        points: with_limbs![
+            "leftfoot" => Some(LeftAnkle), "rightfoot" => Some(RightAnkle), "hip" => Some(Pelvis), "spine" => None,
+            "thorax" => Some(Thorax), "neck" => None, "neckbase" => None, "necknose" => None, "nose" => None,
+            "head" => Some(HeadTop),
+        ],
+    },
+    KeypointLayout {
+        name: "SMPL",
+        points: with_limbs![
+            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "pelvis" => Some(Pelvis),
+            "spine1" => None, "spine2" => None, "spine3" => None, "leftfoot" => None, "rightfoot" => None,
+            "neck" => Some(Thorax), "leftcollar" => None, "rightcollar" => None, "head" => None, "lefthand" => None,
+            "righthand" => None,
+        ],
+    },
+];
+
+impl KeypointLayout {
+    /// The marker of a keypoint; `None` if the layout has no such keypoint, `Some(None)` if it has, and no marker lies
+    /// there.
+    pub(super) fn marker(&self, name: &str) -> Option<Option<Landmark>> {
+        let name = canonical(name);
+        self.points.iter().find(|(known, _)| *known == name).map(|(_, marker)| *marker)
+    }
+}
+
+/// The layout that has all these names and the fewest besides; `None` unless they are more than half of it.
+pub(super) fn layout_of(names: &[&str]) -> Option<&'static KeypointLayout> {
+    let has_all = |layout: &&KeypointLayout| names.iter().all(|name| layout.marker(name).is_some());
+    let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.points.len();
+    LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.points.len())
+}
+
+/// All names of the layouts, for messages.
+pub(super) fn layout_names() -> String {
+    LAYOUTS.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Lower case, letters and digits alone, and `left` or `right` in front: `L_Knee`, `LKnee`, `knee_l` and `LeftKnee` are
+/// `leftknee`.
+fn canonical(name: &str) -> String {
+    const PARTS: [&str; 16] = [
+        "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "eye", "ear", "bigtoe", "smalltoe", "heel", "foot",
+        "collar", "hand", "upleg", "toe",
+    ];
+    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    let sides = [('l', "left"), ('r', "right")];
+    for (letter, side) in sides {
+        let around = [plain.strip_prefix(letter), plain.strip_suffix(letter), plain.strip_suffix(side)];
+        if let Some(part) = around.into_iter().flatten().find(|part| PARTS.contains(part)) {
+            return format!("{side}{part}");
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(names: &str) -> Option<&'static str> {
+        layout_of(&names.split_whitespace().collect::<Vec<_>>()).map(|layout| layout.name)
+    }
+
+    #[test]
+    fn sides_are_known_however_they_are_written() {
+        for name in ["left_knee", "LKnee", "L_Knee", "knee_l", "LeftKnee", "kneeLeft", "l.knee"] {
+            assert_eq!(canonical(name), "leftknee", "{name}");
+        }
+        assert_eq!(["Ear", "Heel", "REar", "RHeel"].map(canonical), ["ear", "heel", "rightear", "rightheel"]);
+    }
+
+    #[test]
+    fn the_layouts_are_told_apart_by_all_their_names() {
+        let limbs = "LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee";
+        let face = "Nose LEye REye LEar REar";
+        let feet = "LBigToe RBigToe LSmallToe RSmallToe LHeel RHeel";
+        assert_eq!(found(&format!("{limbs} {face} LAnkle RAnkle")), Some("COCO-17"));
+        assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Head Neck Hip")), Some("HALPE-26"));
+        assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Neck MidHip")), Some("BODY-25"));
+        assert_eq!(found(&format!("{limbs} LFoot RFoot Hip Spine Thorax Neck/Nose Head")), Some("Human3.6M"));
+        let trunk = "Pelvis Spine1 Spine2 Spine3 Neck Head L_Collar R_Collar L_Foot R_Foot L_Hand R_Hand";
+        assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));
+        assert_eq!(found(&format!("{limbs} tail")), None);
+        assert_eq!(found("LKnee"), None);
+    }
+
+    #[test]
+    fn a_foot_is_an_ankle_in_one_layout_and_none_in_another() {
+        let of = |layout: usize, name: &str| LAYOUTS[layout].marker(name);
+        assert_eq!(of(3, "LFoot"), Some(Some(Landmark::LeftAnkle)));
+        assert_eq!(of(4, "left_foot"), Some(None));
+        assert_eq!(of(0, "LFoot"), None);
+    }
+}
