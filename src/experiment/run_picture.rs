@@ -10,7 +10,7 @@ use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE
 use crate::evaluation::Summary;
 use crate::input::limits;
 use crate::report::{ComparedMethod, ComparisonInput, SummaryPicture, comparison_picture, summary_picture};
-use crate::scenario::json_tree;
+use crate::scenario::{TrackerSettings, json_tree};
 
 #[derive(Deserialize)]
 struct PicturedRun {
@@ -44,6 +44,9 @@ struct PicturedComparison {
 #[derive(Deserialize)]
 struct PicturedMethod {
     tracker: String,
+    /// Whether the true roots were given away to it.
+    #[serde(default)]
+    given_roots: bool,
     #[serde(default)]
     frozen: BTreeMap<String, f64>,
     #[serde(flatten)]
@@ -65,8 +68,9 @@ fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
             return Err(malformed(format!("expected the name of a folder as a method's name, found {name:?}")));
         }
         let errors = errors_of(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds)?;
-        let PicturedMethod { tracker, frozen, summary } = method;
-        methods.push(ComparedMethod { name, tracker, summary, frozen, errors });
+        let PicturedMethod { tracker, given_roots, frozen, summary } = method;
+        let knows_truth = given_roots || TrackerSettings::named(&tracker).is_ok_and(|known| known.kind().needs_truth());
+        methods.push(ComparedMethod { name, tracker, knows_truth, summary, frozen, errors });
     }
     Ok(comparison_picture(&ComparisonInput {
         title: &stored.scenario,

@@ -6,14 +6,15 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::displayed::{between, number, symbol};
+use super::grading::percent;
 use super::html::render_page;
 use super::plots::{Colour, Line, LinePlot, Size, Stroke, Svg};
 use crate::evaluation::{ClipValues, METRICS, Metric, Summary, difference, quantile};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
-const COLUMNS: [&str; 6] =
-    ["humaneva_mm", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss", "coverage"];
+const COLUMNS: [&str; 7] =
+    ["humaneva_mm", "lost_limb", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss", "coverage"];
 const COLOURS: [Colour; 7] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber, Colour::Ink];
 
@@ -39,6 +40,8 @@ pub struct ComparedMethod {
     pub name: String,
     /// Its tracker, in words.
     pub tracker: String,
+    /// Whether it is told the truth or a part of it, as an oracle is: a reference, not a tracker to choose.
+    pub knows_truth: bool,
     /// All its seeds together.
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
@@ -66,6 +69,7 @@ struct ComparisonPage<'a> {
 struct MethodRow<'a> {
     name: &'a str,
     tracker: &'a str,
+    knows_truth: bool,
     cells: Vec<String>,
     band: Option<Band>,
 }
@@ -94,7 +98,8 @@ impl<'a> MethodRow<'a> {
                 },
             )
         };
-        Self { name: &method.name, tracker: &method.tracker, cells: shown().map(cell).collect(), band: None }
+        let (name, tracker, knows_truth) = (&method.name, &method.tracker, method.knows_truth);
+        Self { name, tracker, knows_truth, cells: shown().map(cell).collect(), band: None }
     }
 }
 
@@ -144,11 +149,22 @@ fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
     methods.iter().map(|method| MethodRow { band: error(method).map(band), ..MethodRow::new(method) }).collect()
 }
 
-/// In words: which method is best, and whether it is surely better than the next.
+/// In words: which of the trackers is best, and whether it is surely better than the next. What knows the truth is a
+/// reference and no tracker, however small its error.
 pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
     let measured: Vec<&&ComparedMethod> = methods.iter().filter(|method| error_of(method).is_finite()).collect();
-    let [best, rest @ ..] = measured.as_slice() else { return "No method has an error that could be measured.".into() };
-    let alone = format!("{} has the least mean marker error, {:.1} mm", best.name, error_of(best));
+    let trackers: Vec<&&ComparedMethod> = measured.iter().copied().filter(|method| !method.knows_truth).collect();
+    let [best, rest @ ..] = trackers.as_slice() else {
+        return match measured.is_empty() {
+            true => "No method has an error that could be measured.".into(),
+            false => "All methods that could be measured know the truth: there is no tracker to choose.".into(),
+        };
+    };
+    let among = if trackers.len() < measured.len() { " of the trackers" } else { "" };
+    let lost = best.summary.metrics.get("lost_limb").map_or_else(String::new, |lost| {
+        format!(" (a marker is more than 150 mm off in {} of its frames)", percent(lost.mean))
+    });
+    let alone = format!("{} has the least mean marker error{among}, {:.1} mm{lost}", best.name, error_of(best));
     let Some(next) = rest.first() else { return format!("{alone}.") };
     let values = |method: &ComparedMethod| -> Vec<(u64, f64)> {
         let runs = method.summary.runs.iter().zip(&method.summary.metrics["humaneva_mm"].per_run);

@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
 };
+use super::difference_sentence::in_sentences;
 use super::html::render_page;
 use crate::evaluation::{AgainstBase, METRICS, RunComparison};
 
@@ -29,6 +30,8 @@ struct DifferencePage<'a> {
 #[derive(Serialize)]
 struct PageSide<'a> {
     name: &'a str,
+    /// What was found.
+    sentence: String,
     trackers: String,
     pairing: &'static str,
     lost: Option<String>,
@@ -42,6 +45,8 @@ struct DifferenceTable {
     first: &'static str,
     /// Whether rows have p values, findings and coverage.
     tested: bool,
+    /// Whether it is folded away.
+    folded: bool,
     rows: Vec<DifferenceRow>,
 }
 
@@ -50,16 +55,16 @@ struct DifferenceTable {
 /// # Errors
 /// [`ReportError`] if the page cannot be rendered.
 pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError> {
+    let table = |title, first, tested, rows| DifferenceTable { title, first, tested, folded: false, rows };
     let side = |side: &AgainstBase| {
         let tables = [
-            DifferenceTable { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
+            table("Metrics", "Metric", true, metric_rows(side, true)),
+            table("HumanEva 3-D error by clip, mm", "Clip", false, clip_rows(side)),
+            table("Error by marker, mm", "Marker", false, joint_rows(side)),
             DifferenceTable {
-                title: "HumanEva 3-D error by clip, mm",
-                first: "Clip",
-                tested: false,
-                rows: clip_rows(side),
+                folded: true,
+                ..table("The actor's own values, equal on both sides", "Metric", true, constant_rows(side))
             },
-            DifferenceTable { title: "Error by marker, mm", first: "Marker", tested: false, rows: joint_rows(side) },
         ];
         tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
     };
@@ -67,6 +72,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         .into_iter()
         .map(|other| PageSide {
             name: &other.side.name,
+            sentence: in_sentences(other, &comparison.base.name),
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
             lost: lost_in_words(&other.lost_tracks),

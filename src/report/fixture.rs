@@ -107,12 +107,13 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     let (frames, worst) = (frames(shown), frames(worst_frames(&runs, 10)));
     let sheet = Sheet { rig: &rig, frames_per_second: FPS, props: Vec::new(), frames, worst };
     let plan = PlaybackPlan { reduction: 1, stride: 1, frames: FRAMES };
-    let playback = Playback {
-        seed: typical as u64,
+    let worst_run = worst_frames(&runs, 1).first().map(|worst| worst.run).filter(|worst| *worst != typical);
+    let playback = |run: usize| Playback {
+        seed: run as u64,
         plan,
         views: (0..FRAMES)
             .map(|frame| {
-                let shown = sheet_frame(&rig, 0, frame, &truth, &estimates[typical]);
+                let shown = sheet_frame(&rig, 0, frame, &truth, &estimates[run]);
                 let estimated = shown.estimated.unwrap_or_default();
                 shown.observed.iter().zip(&estimated).map(|(a, b)| plan.pack(a, Some(b))).collect()
             })
@@ -121,8 +122,9 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         props: Vec::new(),
         moved: Vec::new(),
         truth: truth.clone(),
-        estimate: estimates[typical].clone(),
+        estimate: estimates[run].clone(),
     };
+    let playbacks: Vec<Playback> = std::iter::once(typical).chain(worst_run).map(playback).collect();
     read(&ReportInput {
         title: story.title,
         tracker: "annealed particle filter, 200 particles x 5 layers",
@@ -130,9 +132,10 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         facts: &facts(),
         runs: &report_runs,
         summary: &summarise(&runs).unwrap(),
+        own_likelihood: true,
         frozen: story.frozen.then_some(&frozen),
         sheet: (!story.shown.is_empty()).then_some(&sheet),
-        playback: (!story.shown.is_empty()).then_some(&playback),
+        playbacks: if story.shown.is_empty() { &[] } else { &playbacks },
         this_run: &[("command".to_owned(), "skiagraph run walk.toml".to_owned())],
     })
 }
@@ -271,7 +274,7 @@ fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[
     sequence.view_overlaps = Some(&overlaps);
     sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &seen, visible: &seen });
     sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });
-    sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate });
+    sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate, is_own: true });
     evaluate(&sequence).unwrap()
 }
 

@@ -24,6 +24,7 @@ mod contact_chart;
 mod contact_sheet;
 mod difference_page;
 mod difference_rows;
+mod difference_sentence;
 mod difference_text;
 mod displayed;
 mod drawing;

@@ -13,14 +13,15 @@ use super::metric_groups::{GROUPS, MetricGroup, aliases};
 use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
 use super::playback::playback_data;
 use super::verdict::{Verdict, verdict};
-use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
+use super::{Playback, ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
 
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
 /// The headline metrics with their meaning.
-const HEADLINES: [(&str, &str); 6] = [
+const HEADLINES: [(&str, &str); 7] = [
     ("humaneva_mm", "mean distance of the body's markers from the truth"),
+    ("lost_limb", "of the frames have a marker more than 150 mm off"),
     ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
     ("body_orientation_deg", "orientation error of the trunk"),
     ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
@@ -43,6 +44,8 @@ struct RunPage<'a> {
     figures: Vec<Figure>,
     search_figures: Vec<Figure>,
     cameras: Vec<CameraRow<'a>>,
+    /// Whether there are poses, whose silhouettes can be compared.
+    cameras_have_poses: bool,
     breakdown: Vec<BreakdownTable<'a>>,
     metrics: Vec<GroupOnPage>,
     absent: Vec<AbsentRow<'a>>,
@@ -50,6 +53,8 @@ struct RunPage<'a> {
     any_worse: bool,
     interval: &'a str,
     worst: Vec<WorstRow<'a>>,
+    worst_have_overlap: bool,
+    worst_have_gap: bool,
     facts: &'a [FactGroup],
     this_run: &'a [(String, String)],
 }
@@ -160,6 +165,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
+    let worst = worst_rows(input, &runs)?;
     let (search_figures, figures) = figures(input, typical)?.into_iter().partition(|figure| figure.about_search);
     let page = RunPage {
         script: SCRIPT,
@@ -173,6 +179,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         figures,
         search_figures,
         cameras: camera_rows(input.summary),
+        cameras_have_poses: input.summary.per_camera.iter().any(|camera| camera.overlap.is_some()),
         breakdown: breakdown_tables(&input.summary.breakdown),
         metrics: GROUPS
             .iter()
@@ -183,7 +190,9 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         has_frozen: input.frozen.is_some(),
         any_worse: !verdict.worse_than_frozen.is_empty(),
         interval: &input.summary.interval,
-        worst: worst_rows(input, &runs)?,
+        worst_have_overlap: worst.iter().any(|row| row.overlap.is_some()),
+        worst_have_gap: worst.iter().any(|row| row.gap.is_some()),
+        worst,
         facts: input.facts,
         this_run: input.this_run,
         verdict,
@@ -203,10 +212,13 @@ fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: b
 
 /// The data of the frames, in JSON whose text cannot end a script.
 fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
-    let (Some(playback), Some(sheet)) = (input.playback, input.sheet) else { return Ok(None) };
-    let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
-    let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
-    let data = serde_json::to_string(&playback_data(playback, sheet, errors)?);
+    let Some(sheet) = input.sheet.filter(|_| !input.playbacks.is_empty()) else { return Ok(None) };
+    let of_seed = |playback: &Playback| {
+        let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
+        let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
+        playback_data(playback, sheet, errors)
+    };
+    let data = serde_json::to_string(&input.playbacks.iter().map(of_seed).collect::<Result<Vec<_>, _>>()?);
     Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))
 }
 

@@ -11,14 +11,16 @@ use crate::evaluation::METRICS;
 pub struct Verdict {
     /// The worst grade of all criteria.
     pub grade: Grade,
-    /// One or two sentences: the grade, the error, and the limiting criteria.
+    /// Some sentences: the grade, the error beside the share of frames with a lost limb, the limiting criteria, and the
+    /// longest stretch of a lost limb.
     pub line: String,
     /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
     /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of those that
     /// measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
     pub worse_than_frozen: Vec<&'static str>,
-    /// Whether the images prefer the estimate or the true pose; `None` if energies are unknown.
+    /// Whether the images prefer the estimate or the true pose; absent if energies are unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cause: Option<String>,
 }
 
@@ -27,7 +29,8 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let criteria = criteria(input);
     let grade = criteria.iter().map(|criterion| criterion.grade).max().unwrap_or(Grade::Lost);
     let worse_than_frozen = worse_than_frozen(input);
-    let line = format!("{}: {}.{}", grade.title(), error_in_words(input), held_back_by(grade, &criteria));
+    let (error, lost) = (error_in_words(input), lost_limb_in_words(input));
+    let line = format!("{}: {error}{lost}.{}{}", grade.title(), held_back_by(grade, &criteria), longest_lost(input));
     Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input) }
 }
 
@@ -41,6 +44,25 @@ fn error_in_words(input: &ReportInput<'_>) -> String {
         None => error.interval.clone(),
     };
     format!("the mean marker error is {:.0} mm ({certainty})", error.mean)
+}
+
+/// What a mean hides: in how many frames a marker is far off.
+fn lost_limb_in_words(input: &ReportInput<'_>) -> String {
+    let share = input.summary.metrics.get("lost_limb").map(|lost| lost.mean);
+    match share {
+        None => String::new(),
+        Some(0.0) => ", no marker is ever more than 150 mm off".to_owned(),
+        Some(share) => format!(", a marker is more than 150 mm off in {} of the frames", percent(share)),
+    }
+}
+
+/// The longest stretch with a lost limb, as a sentence with a space before it; nothing where none is long.
+fn longest_lost(input: &ReportInput<'_>) -> String {
+    let Some(longest) = &input.summary.longest_lost else { return String::new() };
+    let words = longest.stretch.in_words();
+    let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
+    let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
+    format!(" The longest: {}{rest}{seed}.", first.to_lowercase())
 }
 
 /// The criteria that determine the grade, unless it is the best.
@@ -65,18 +87,27 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
     let gaps: Vec<f64> = gaps.filter(|gap| *gap != 0.0).collect();
     let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
-    Some(if share >= 0.5 {
-        format!(
+    Some(match (input.own_likelihood, share >= 0.5) {
+        (true, true) => format!(
             "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's \
             body): there the likelihood or the body model prefers a wrong pose.",
             percent(share)
-        )
-    } else {
-        format!(
+        ),
+        (true, false) => format!(
             "In {} of the frames the images fit the true pose (refitted to the tracker's body) better than the estimate: there \
              the search missed a better pose.",
             percent(1.0 - share)
-        )
+        ),
+        (false, true) => format!(
+            "In {} of the frames the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on the \
+            set's body: there silhouettes and this body do not tell the two poses apart.",
+            percent(share)
+        ),
+        (false, false) => format!(
+            "In {} of the frames the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on the \
+            set's body: there the images show a better pose than the program found.",
+            percent(1.0 - share)
+        ),
     })
 }
 

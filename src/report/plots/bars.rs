@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+use super::axis::PlotAxis;
 use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
@@ -81,7 +82,10 @@ impl BarPlot {
                 .margin_left(NAME_WIDTH * FINE)
                 .margin_right(44 * FINE)
                 .x_label_area_size(BELOW * FINE)
-                .build_cartesian_2d(0.0..self.greatest(), f64::from(height as i32 - BELOW)..f64::from(top))
+                .build_cartesian_2d(
+                    PlotAxis::round([0.0, self.greatest()]),
+                    PlotAxis::round([f64::from(height as i32 - BELOW), f64::from(top)]),
+                )
                 .map_err(failed)?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.value_label, (width / 100) as usize);

@@ -4,6 +4,7 @@
 //! that the plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
 //! ([`Svg::standalone`]).
 
+mod axis;
 mod bars;
 mod lines;
 mod paths;
@@ -11,6 +12,7 @@ mod scatter;
 mod spans;
 mod style;
 
+pub(super) use axis::log_ticks;
 pub use bars::{Bar, BarGroup, BarPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};

@@ -2,6 +2,7 @@
 
 mod analysis;
 mod figures;
+mod heat;
 mod input;
 mod markdown;
 mod page;
