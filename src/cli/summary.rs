@@ -83,7 +83,8 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
     for (name, method) in &comparison.methods {
         if let Some(error) = method.summary.metrics.get("humaneva_mm") {
-            let share = |name: &str| method.summary.metrics.get(name).map_or_else(|| "-".to_owned(), |m| number(m.mean));
+            let share =
+                |name: &str| method.summary.metrics.get(name).map_or_else(|| "-".to_owned(), |m| number(m.mean));
             let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });

@@ -226,7 +226,11 @@ mod tests {
         let mut seen = vec![[[true; 15]]; 9];
         let [wrist, pelvis] = [Landmark::LeftWrist, Landmark::Pelvis].map(|landmark| landmark as usize);
         for frame in 1..9 {
-            estimate[frame].iter_mut().enumerate().filter(|(m, _)| ![wrist, pelvis].contains(m)).for_each(|(_, m)| *m = None);
+            estimate[frame]
+                .iter_mut()
+                .enumerate()
+                .filter(|(m, _)| ![wrist, pelvis].contains(m))
+                .for_each(|(_, m)| *m = None);
             for (marker, hidden, millimetres) in [(wrist, frame <= 6, 80.0), (pelvis, frame == 8, 30.0)] {
                 seen[frame][0][marker] = !hidden;
                 let error = millimetres - if hidden { 10.0 } else { 0.0 };

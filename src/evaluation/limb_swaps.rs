@@ -24,7 +24,8 @@ pub(super) const SHARE: Metric = Metric {
 /// The markers of a left and a right limb that move apart from the trunk, joint by joint.
 pub(super) type Limbs = [[Landmark; 2]; 2];
 pub(super) const LEGS: Limbs = [[Landmark::LeftKnee, Landmark::RightKnee], [Landmark::LeftAnkle, Landmark::RightAnkle]];
-pub(super) const ARMS: Limbs = [[Landmark::LeftElbow, Landmark::RightElbow], [Landmark::LeftWrist, Landmark::RightWrist]];
+pub(super) const ARMS: Limbs =
+    [[Landmark::LeftElbow, Landmark::RightElbow], [Landmark::LeftWrist, Landmark::RightWrist]];
 
 fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     let swapped = |frame: usize| {

@@ -135,7 +135,10 @@ mod tests {
         assert!(evaluation.metrics["humaneva_mm"].mean < 30.0);
         assert!((evaluation.metrics["lost_limb"].mean - 201.0 / 400.0).abs() < 1e-12);
         let longest = evaluation.longest_lost.unwrap();
-        assert_eq!((longest.frames(), longest.in_words()), (201, "left wrist more than 150 mm off from frame 40 to 240".to_owned()));
+        assert_eq!(
+            (longest.frames(), longest.in_words()),
+            (201, "left wrist more than 150 mm off from frame 40 to 240".to_owned())
+        );
     }
 
     #[test]
@@ -149,7 +152,16 @@ mod tests {
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 40");
         estimate[30..61].fill([None; 15]);
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 60");
-        assert_eq!(words(&vec![[None; 15]; 61].into_iter().enumerate().map(|(f, m)| if f < 3 { truth[f] } else { m }).collect::<Vec<_>>()), "most of the body more than 150 mm off from frame 3 to 60");
+        assert_eq!(
+            words(
+                &vec![[None; 15]; 61]
+                    .into_iter()
+                    .enumerate()
+                    .map(|(f, m)| if f < 3 { truth[f] } else { m })
+                    .collect::<Vec<_>>()
+            ),
+            "most of the body more than 150 mm off from frame 3 to 60"
+        );
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use super::metric::Metric;
 use super::{
     balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
-    ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation, pck, pck_3dpw, procrustes,
-    prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
+    ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation,
+    pck, pck_3dpw, procrustes, prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
 };
 
 /// Metrics that short tables show.

@@ -10,8 +10,8 @@ use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, Unit, ValueRange, find_metric, interval_words, mean,
-    mean_interval,
+    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, Unit, ValueRange, find_metric, interval_words,
+    mean, mean_interval,
 };
 use crate::body::LANDMARKS;
 

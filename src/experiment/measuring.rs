@@ -381,9 +381,11 @@ impl Painters {
             let Some(pose) = pose else { return vec![None; self.cameras.len()] };
             let drawn = self.silhouettes(body, pose);
             let views = drawn.iter().zip(&observed.silhouettes).enumerate();
-            views.map(|(camera, (drawn, mask))| {
-                observed.has_image(camera).then(|| intersection_over_union(drawn, mask)).flatten()
-            }).collect()
+            views
+                .map(|(camera, (drawn, mask))| {
+                    observed.has_image(camera).then(|| intersection_over_union(drawn, mask)).flatten()
+                })
+                .collect()
         };
         poses.map(of_pose).collect()
     }

@@ -23,6 +23,7 @@ mod destination;
 mod error;
 mod export;
 mod external;
+mod figure_files;
 mod filming;
 mod gating;
 mod inputs;
@@ -89,6 +90,7 @@ pub use external::{
     AnswerCount, Conformance, ExternalRecord, Incident, ProgramOptions, ProgramSettings, Programmed, ProtocolCheck,
     dry_run, track_with_program,
 };
+pub use figure_files::write_figures;
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,

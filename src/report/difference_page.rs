@@ -115,6 +115,7 @@ fn shown(others: &[AgainstBase]) -> Vec<&AgainstBase> {
 mod tests {
     use super::super::difference_text::tests::compared;
     use super::*;
+    use crate::evaluation::Finding;
 
     #[test]
     fn of_very_many_sides_the_page_shows_the_best_and_the_worst() {
@@ -133,6 +134,21 @@ mod tests {
         assert_eq!(html.matches("<h2>side-").count(), SIDES);
         // 7 x 143 = 1001: the second best; 500 x 7 = 3500: in the middle
         assert!(html.contains("<h2>side-0-") && html.contains("<h2>side-143-") && !html.contains("<h2>side-500-"));
+    }
+
+    #[test]
+    fn the_page_begins_with_what_was_found_and_folds_away_what_is_the_actors() {
+        let mut comparison = compared(&["walk"]);
+        let side = &mut comparison.others[0];
+        let mut truth = side.metrics[0].clone();
+        (truth.metric, truth.finding) = ("truth_foot_float_mm".to_owned(), Finding::Same);
+        side.metrics.push(truth);
+        let html = difference_page(&comparison).unwrap();
+        let [sentence, table, fold, row] =
+            ["my_change is worse than main: ", "<table", "The actor&#x27;s own values", "truth_foot_float_mm"]
+                .map(|words| html.find(words).unwrap_or_else(|| panic!("{words}")));
+        assert!(sentence < table && table < fold && fold < row);
+        assert_eq!(html.matches("truth_foot_float_mm").count(), 1);
     }
 
     /// Set `SKIAGRAPH_DIFFERENCE_PAGE` to a path to look at the page in a browser.

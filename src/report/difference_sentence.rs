@@ -21,10 +21,8 @@ fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
     let found = &error.difference;
     let size = number(found.difference.abs(), error.unit);
     let than = if found.difference > 0.0 { "more than" } else { "less than" };
-    let means = format!(
-        "its mean marker error is {} mm, {size} mm {than} that of {base}",
-        number(found.other, error.unit)
-    );
+    let means =
+        format!("its mean marker error is {} mm, {size} mm {than} that of {base}", number(found.other, error.unit));
     let ends = found.ci95.map(|ends| format!(" (difference, 95 %: {})", between(ends.low, ends.high, error.unit)));
     let ends = ends.unwrap_or_default();
     match error.finding {
@@ -32,7 +30,10 @@ fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
         Finding::Worse => format!("{name} is worse than {base}: {means}{ends}."),
         Finding::Differs => format!("{name} differs from {base}: {means}{ends}."),
         Finding::Same => {
-            format!("{name} and {base} have the same mean marker error, {} mm, in every run.", number(found.other, error.unit))
+            format!(
+                "{name} and {base} have the same mean marker error, {} mm, in every run.",
+                number(found.other, error.unit)
+            )
         }
         Finding::NotShown => {
             format!("No difference between {name} and {base} is shown: {means}{ends}.")
@@ -44,7 +45,9 @@ fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
 /// How often a limb is lost, which a mean hides.
 fn lost_in_words(lost: &ComparedMetric, name: &str, base: &str) -> String {
     let [of_base, of_other] = [lost.difference.base, lost.difference.other].map(percent);
-    format!("A marker is more than 150 mm off in {of_other} of the frames of {name} and in {of_base} of those of {base}.")
+    format!(
+        "A marker is more than 150 mm off in {of_other} of the frames of {name} and in {of_base} of those of {base}."
+    )
 }
 
 /// Metrics by which a side can be better, without those of the actor and those that the sentences before name.

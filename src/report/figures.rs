@@ -29,6 +29,18 @@ pub(super) struct Figure {
     over_frames: bool,
 }
 
+impl Figure {
+    /// The plot for half a page.
+    pub(super) fn for_paper(&self) -> Svg {
+        Svg(self.wide.clone())
+    }
+
+    /// What it shows and how to read it.
+    pub(super) fn caption(&self) -> String {
+        format!("{}. {}", self.title, self.how_to_read)
+    }
+}
+
 const BROAD: u32 = 1160;
 const WIDE: u32 = 560;
 const NARROW: u32 = 350;
@@ -455,6 +467,25 @@ mod tests {
     fn a_full_run_has_every_figure() {
         let all = ["error", "stances", "joints", "pck", "energy", "survival", "annealing"];
         assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
+    }
+
+    fn of_joints(story: &Story) -> String {
+        told(story, |input| per_joint(input).unwrap().unwrap().how_to_read)
+    }
+
+    #[test]
+    fn hands_and_feet_are_said_to_be_worst_where_they_are() {
+        assert!(of_joints(&Story::default()).contains("Hands and feet are worst here"));
+        let alike = of_joints(&Story { beside_m: 0.3, wander: 0.0, ..Story::default() });
+        assert!(!alike.contains("Hands and feet") && alike.contains("Worst here: "), "{alike}");
+    }
+
+    #[test]
+    fn a_limb_that_is_lost_on_one_side_is_named() {
+        let lost = of_joints(&Story { wrist_lost_from: Some(40), ..Story::default() });
+        assert!(lost.contains("The left wrist is ") && lost.contains("one limb is lost and not the other"), "{lost}");
+        assert!(!lost.contains("swapped"));
+        assert!(!of_joints(&Story::default()).contains("one limb is lost"));
     }
 
     #[test]

@@ -82,7 +82,9 @@ fn outline(font: &FontRef<'static>, text: &str, [x, y]: [f32; 2], height: f32) -
 
 fn ends(curve: &OutlineCurve) -> (Point, Point) {
     match *curve {
-        OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, .., to) => (from, to),
+        OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, .., to) => {
+            (from, to)
+        }
     }
 }
 
@@ -117,7 +119,8 @@ mod tests {
     #[test]
     fn all_that_pages_say_has_letters() {
         let font = FONT.as_ref().unwrap();
-        for letter in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain(".,:;-–/%=<>()±²³°·µλ×éüßñ'\"&+_".chars()) {
+        for letter in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain(".,:;-–/%=<>()±²³°·µλ×éüßñ'\"&+_".chars())
+        {
             assert_ne!(font.glyph_id(letter).0, 0, "{letter}");
         }
         assert_eq!(font.glyph_id('\u{4e2d}').0, 0);

@@ -414,6 +414,57 @@ mod tests {
     }
 
     #[test]
+    fn lines_that_need_energies_are_absent_without_them_and_nothing_is_none() {
+        let without = page(&Story { energies: false, layers: 0, shown: &[1], ..Story::default() });
+        for words in ["Energy gap</th>", "class=\"cause\"", "None", "null"] {
+            let visible = without.split("<script").next().unwrap();
+            assert!(!visible.contains(words), "{words}");
+        }
+        let with = page(&Story { shown: &[1], ..Story::default() });
+        assert!(with.contains("Energy gap</th>") && with.contains("class=\"cause\""));
+    }
+
+    #[test]
+    fn the_slider_has_the_seed_of_the_worst_frame() {
+        let (worst, seeds) = told(&Story { seeds: 5, shown: &[1, 60], ..Story::default() }, |input| {
+            let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
+            let data: serde_json::Value = serde_json::from_str(&playback(input).unwrap().unwrap()).unwrap();
+            let seeds = data.as_array().unwrap().iter().map(|one| one["seed"].as_u64().unwrap()).collect::<Vec<_>>();
+            (runs[worst_frames(&runs, 1)[0].run].seed, seeds)
+        });
+        assert!(seeds.len() <= 2 && seeds.contains(&worst), "{worst}: {seeds:?}");
+    }
+
+    /// What is wider than a phone scrolls within itself.
+    #[test]
+    fn every_table_of_every_page_has_a_box_that_scrolls() {
+        for template in [
+            TEMPLATE,
+            include_str!("comparison.html"),
+            include_str!("difference_page.html"),
+            include_str!("model_page.html"),
+            include_str!("body_page.html"),
+            include_str!("contact_page.html"),
+            include_str!("sweep/page.html"),
+        ] {
+            for before in template.match_indices("<table").map(|(at, _)| &template[..at]) {
+                let inside = before.rfind("class=\"scroll\"").is_some_and(|at| !before[at..].contains("</div>"));
+                assert!(inside, "{}", &before[before.len().saturating_sub(200)..]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_share_of_frames_with_a_lost_limb_stands_beside_the_mean() {
+        let html = page(&Story { wrist_lost_from: Some(80), ..Story::default() });
+        assert!(html.contains("of the frames have a marker more than 150 mm off"));
+        let rows = html.split("class=\"metrics\"").nth(1).unwrap();
+        let [error, lost] =
+            ["HumanEva 3-D error", "Frames with a marker over 150 mm off"].map(|t| rows.find(t).unwrap());
+        assert!(error < lost && !rows[error..lost].contains("PCK"), "the row below");
+    }
+
+    #[test]
     fn a_metric_of_the_whole_clip_has_a_mean_and_no_spread() {
         let row = told(&Story::default(), |input| {
             metric_row(input, crate::evaluation::find_metric("lag_ms").unwrap(), false)

@@ -140,14 +140,18 @@ mod tests {
         close(&logarithmic(3.0, 3e5, 8), &[10.0, 100.0, 1000.0, 1e4, 1e5]);
         close(&logarithmic(410.0, 436.0, 6), &[415.0, 420.0, 425.0, 430.0, 435.0]);
         assert!(logarithmic(1e-9, 1e9, 5).len() <= 5);
-        assert_eq!([415.0, 3.2, 1e5, 0.05].map(|value| power_of_ten(libm::log10(value))), ["415", "3.2", "100000", "0.05"]);
+        assert_eq!(
+            [415.0, 3.2, 1e5, 0.05].map(|value| power_of_ten(libm::log10(value))),
+            ["415", "3.2", "100000", "0.05"]
+        );
         let axis = PlotAxis::logarithmic([2.0, 3.0]);
         close(&axis.key_points(BoldPoints(6)), &[100.0_f64, 200.0, 500.0, 1000.0].map(libm::log10));
     }
 
     #[test]
     fn an_axis_of_whole_numbers_has_whole_ticks() {
-        let ticks = |values: [f64; 2], most| PlotAxis::from_values(values, values.into_iter()).key_points(BoldPoints(most));
+        let ticks =
+            |values: [f64; 2], most| PlotAxis::from_values(values, values.into_iter()).key_points(BoldPoints(most));
         assert_eq!(ticks([1.0, 4.0], 8), [1.0, 2.0, 3.0, 4.0], "no half cameras");
         assert_eq!(ticks([2.0, 3.0], 8), [2.0, 3.0]);
         assert_eq!(ticks([0.0, 240.0], 8), [0.0, 50.0, 100.0, 150.0, 200.0]);

@@ -6,6 +6,7 @@
 
 mod axis;
 mod bars;
+mod heat_plot;
 mod lines;
 mod paths;
 mod scatter;
@@ -14,6 +15,7 @@ mod style;
 
 pub(super) use axis::log_ticks;
 pub use bars::{Bar, BarGroup, BarPlot};
+pub use heat_plot::{HeatCell, HeatPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
 pub use scatter::{ScatterGroup, ScatterPlot, ScatterPoint};

@@ -160,7 +160,8 @@ mod tests {
         assert!(low == 0.0 && high > 8.0 && !whole.cuts_off());
         let wild = plot([[3.0, 800.0], [1.0, 3.0]]);
         assert!(wild.cuts_off() && wild.ranges()[1][1] < 11.0);
-        let arrows = |plot: &ScatterPlot| plot.svg(Size { width: 600, height: 300 }).unwrap().0.matches("<polygon").count();
+        let arrows =
+            |plot: &ScatterPlot| plot.svg(Size { width: 600, height: 300 }).unwrap().0.matches("<polygon").count();
         assert_eq!([arrows(&whole), arrows(&wild)], [0, 1]);
     }
 

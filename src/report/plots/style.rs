@@ -157,6 +157,11 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
 pub struct Svg(pub String);
 
 impl Svg {
+    /// The same as a file of its own in the colours of white paper, without a style sheet.
+    pub(in crate::report) fn for_paper(&self) -> String {
+        self.0.replacen('>', &format!("><metadata>{GENERATOR}</metadata>"), 1)
+    }
+
     /// The same as a file of its own, which follows the reader's light or dark theme.
     pub fn standalone(&self) -> String {
         let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());

@@ -14,7 +14,7 @@ use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
 /// Of plots on broad pages, and on phones.
-const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
+pub(super) const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
 /// Values of an axis of a heat map, and of one that a plot goes along.
@@ -44,14 +44,14 @@ pub(super) struct MapCell {
 
 #[derive(Serialize)]
 pub(super) struct ErrorCurve {
-    axis: String,
-    plot: TwoSizes,
+    pub(super) axis: String,
+    pub(super) plot: TwoSizes,
 }
 
 /// A plot as SVG for broad pages and for phones.
 #[derive(Serialize)]
 pub(super) struct TwoSizes {
-    wide: String,
+    pub(super) wide: String,
     narrow: String,
 }
 

@@ -156,7 +156,9 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         rows: table(input, &shown.settings),
         ends: shown.ends,
         dots: shown::thinned(input.settings.len()),
-        cut_off: [CostMeasure::Evaluations, CostMeasure::Processor].iter().any(|cost| scatter_plot(input, *cost).cuts_off()),
+        cut_off: [CostMeasure::Evaluations, CostMeasure::Processor]
+            .iter()
+            .any(|cost| scatter_plot(input, *cost).cuts_off()),
         facts: &input.facts,
     };
     render_page(TEMPLATE, &page)
