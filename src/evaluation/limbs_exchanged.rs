@@ -11,8 +11,8 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 const FOUND_MM: f64 = 100.0;
 /// So many times nearer than as they are.
 const NEARER: f64 = 2.0;
-/// So long an exchange lasts at least, seconds. A body that stands still passes the mirror image of its pose twice in a
-/// cycle of gait, for a quarter of a second; what follows the wrong leg stays with it.
+/// So long an exchange lasts at least, seconds: legs that pass each other are near the other leg for a few frames, what
+/// follows the wrong leg stays with it.
 const SECONDS: f64 = 0.5;
 
 /// Share of frames in which left and right are exchanged.
@@ -135,7 +135,8 @@ mod tests {
         }
     }
 
-    /// The false finding of old: a pose that never changes and goes with the body fits better exchanged half of the time.
+    /// The false finding of old: a pose that never changes and goes with the body fits better exchanged for a third of the
+    /// time, yet not well: the other leg is as far away as the hips are apart.
     #[test]
     fn a_rigid_body_that_goes_with_the_actor_is_not_exchanged() {
         let truth = walking(241);
@@ -143,7 +144,7 @@ mod tests {
             let along = |frame: usize| Vector3::new(0.02 * (frame as f64 - pose as f64), 0.0, 0.0);
             let rigid: Vec<Markers> = (0..241).map(|frame| translated(&truth[pose], along(frame))).collect();
             let metrics = evaluate_markers(&truth, &rigid).metrics;
-            assert!(metrics["limb_swaps"].mean > 0.4 || pose == 0, "{}", metrics["limb_swaps"].mean);
+            assert!(metrics["limb_swaps"].mean > 0.3 || pose == 0, "{}", metrics["limb_swaps"].mean);
             assert_eq!(metrics["limbs_exchanged"].mean, 0.0, "rigid in the pose of frame {pose}");
         }
     }

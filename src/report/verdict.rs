@@ -175,13 +175,13 @@ mod tests {
         assert!(!short.line.contains("The longest"), "{}", short.line);
     }
 
-    /// A pose that never changes fits better with left and right exchanged in half of the frames of a walk.
+    /// A pose that never changes fits better with left and right exchanged in a third of the frames of a walk.
     #[test]
     fn a_rigid_pose_is_not_said_to_be_exchanged() {
         let (verdict, swaps) = told(&Story { rigid: true, ..Story::default() }, |input| {
             (verdict(input), input.summary.metrics["limb_swaps"].mean)
         });
-        assert!(swaps > 0.4, "{swaps}");
+        assert!(swaps > 0.3, "{swaps}");
         let exchanged = verdict.criteria.iter().find(|criterion| criterion.metric == "limbs_exchanged").unwrap();
         assert!(exchanged.grade == Grade::Good && !verdict.line.contains("exchanged"), "{}", verdict.line);
     }
