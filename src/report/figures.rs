@@ -253,6 +253,9 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     }))
 }
 
+/// So many times further off than any other marker hands and feet are on their mean where they are said to be worst.
+const CLEARLY: f64 = 1.1;
+
 /// Which markers are worst, as a sentence with a space before it: hands and feet where they are.
 fn worst_in_words(input: &ReportInput<'_>) -> String {
     let is_end = |joint: &&JointSummary| ["wrist", "ankle"].iter().any(|part| joint.joint.ends_with(part));
@@ -262,7 +265,7 @@ fn worst_in_words(input: &ReportInput<'_>) -> String {
     let (ends, others) = (means(&ends), means(&others));
     let greatest_of_others = others.iter().copied().fold(0.0, f64::max);
     match (mean(&ends), joints.iter().max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm))) {
-        (Some(of_ends), _) if !others.is_empty() && of_ends > greatest_of_others => {
+        (Some(of_ends), _) if !others.is_empty() && of_ends > CLEARLY * greatest_of_others => {
             " Hands and feet are worst here, as they often are, because they cover little of the silhouette.".to_owned()
         }
         (_, Some(worst)) if joints.len() > 1 => {
