@@ -66,6 +66,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("clap", &["cli"]),
     ("image", &["experiment/pictures.rs", "observation/imaging/jpeg.rs"]),
     ("tiny_skia", &["report"]),
+    ("ab_glyph", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),

@@ -10,7 +10,7 @@ use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
-use crate::experiment::{Destination, ExperimentError, REPORT_FILE, put_file, run_picture};
+use crate::experiment::{Destination, ExperimentError, REPORT_FILE, put_file, run_picture, write_figures};
 use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 
 /// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run or sweep
@@ -23,20 +23,30 @@ use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 /// Runs have their report.html from the start. --png makes one picture: of a run its verdict, main figures, error over
 /// time and chosen frames; of a run with several methods their errors with intervals and over time; of a sweep what to
 /// choose, error against cost, heat maps and the best settings.
+///
+/// --figures writes the plots as SVG files, for papers and slides, with their captions in README.txt: of a run error
+/// over time, error per joint, share of markers within a distance, energies and the search; of a run with several methods
+/// their errors with intervals and over time; of a sweep error against cost, heat maps and the axes. The folder is new,
+/// empty, or one that --figures wrote and nobody changed.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
                         skiagraph report runs/walk --png walk.png\n  \
+                        skiagraph report runs/walk --figures figures/walk\n  \
                         skiagraph report sweeps/mine --png mine.png")]
 pub(super) struct Arguments {
-    /// Directory of the sweep; with --png of a run
+    /// Directory of the sweep; with --png or --figures of a run
     #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
 
     /// Make a picture instead, 1200 pixels wide
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "ask"])]
     png: Option<PathBuf>,
+
+    /// Write the figures as SVG files into this folder instead
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "ask", "png"])]
+    figures: Option<PathBuf>,
 
     /// File of the page, .html or .md [default: SWEEP/report.html, whose links lead to the reports of cells]
     #[arg(long, value_name = "FILE")]
@@ -51,7 +61,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with_all = ["out", "within"])]
     ask: bool,
 
-    /// Move an existing file that skiagraph did not write aside, to NAME~
+    /// Move an existing file or folder that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 }
@@ -69,10 +79,17 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
+    if let Some(path) = &arguments.figures {
+        let to = Destination { path, force: arguments.force };
+        let count = write_figures(&arguments.sweep, arguments.within, to)?;
+        volume.written(path);
+        output::print(&format!("{}: {count} figures", path.display()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let page = arguments.sweep.join(REPORT_FILE);
     if page.is_file() && !arguments.sweep.join(PLAN_FILE).is_file() {
         let detail = format!(
-            "expected a sweep, found a run: its page is {}, and --png FILE makes a picture of it",
+            "expected a sweep, found a run: its page is {}, and --png FILE makes a picture of it, --figures DIR its figures",
             page.display()
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());

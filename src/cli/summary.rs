@@ -78,15 +78,20 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
     let mut lines = vec![
         format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
         String::new(),
-        format!("  {:<28} {:>9}   {:^20}  {:>11}", "HumanEva error, mm", "mean", "95 % interval", "frames lost"),
+        format!(
+            "  {:<28} {:>9}   {:^20}  {:>15}  {:>11}",
+            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames lost"
+        ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
     for (name, method) in &comparison.methods {
         if let Some(error) = method.summary.metrics.get("humaneva_mm") {
-            let lost = method.summary.metrics.get("track_loss").map_or_else(|| "-".to_owned(), |m| number(m.mean));
+            let share =
+                |name: &str| method.summary.metrics.get(name).map_or_else(|| "-".to_owned(), |m| number(m.mean));
+            let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
-            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {lost:>11}", interval(error)));
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>11}", interval(error)));
         }
     }
     lines.push(String::new());

@@ -18,6 +18,12 @@ pub struct BreakdownSummary {
     pub mean_mm: f64,
     /// 95 % interval of it.
     pub ci95: Option<Interval>,
+    /// As [`BreakdownGroup::same_marker_mm`], over clips of each clip's mean over seeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub same_marker_mm: Option<f64>,
+    /// 95 % interval of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub same_marker_ci95: Option<Interval>,
     /// Share of the markers, mean over clips and seeds.
     pub share: f64,
 }
@@ -37,11 +43,15 @@ pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
         };
         let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
         let clips = by_clip(runs, &per_run);
+        let differences: Vec<Option<f64>> = runs.iter().map(|run| find(run)?.same_marker_mm).collect();
+        let differences = by_clip(runs, &differences);
         Some(BreakdownSummary {
             by: by.to_owned(),
             group: group.to_owned(),
             mean_mm: mean_of_means(&clips)?,
             ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
+            same_marker_mm: mean_of_means(&differences),
+            same_marker_ci95: mean_interval(&differences, ValueRange::Any).map(|(ends, _)| ends),
             share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
         })
     };

@@ -33,6 +33,14 @@ fn every_marker(change: impl Fn(usize, usize, Point3<f64>) -> Point3<f64>) -> Ve
     (0..5).map(of).collect()
 }
 
+fn exchanged_legs() -> Vec<Markers> {
+    let mut markers = star();
+    for [left, right] in super::limb_swaps::LEGS {
+        markers.swap(left as usize, right as usize);
+    }
+    vec![markers; 5]
+}
+
 /// What is wrong, the estimate, and the value of every convention.
 type ConventionCase = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
 
@@ -59,6 +67,7 @@ fn cases() -> Vec<ConventionCase> {
                 ("pck50_3dpw", 1.0),
                 ("auc200_3dpw", 1.0),
                 ("coverage", 1.0),
+                ("lost_limb", 0.0),
             ],
         ),
         (
@@ -87,6 +96,8 @@ fn cases() -> Vec<ConventionCase> {
                 ("humaneva_official_mm", 160.0 / 10.0),
                 ("humaneva_relative_official_mm", 160.0 / 9.0),
                 ("pck150", 14.0 / 15.0),
+                // in every frame
+                ("lost_limb", 1.0),
                 ("auc150", 14.0 / 15.0),
                 ("pck50_3dpw", 11.0 / 12.0),
                 // eleven joints of 1, one with a step at 160 mm
@@ -104,6 +115,17 @@ fn cases() -> Vec<ConventionCase> {
                 ("w_mpjpe100_mm", 1.25),
                 // aligned with all, by 2.5 mm: 1.5, 0.5, 0.5, 1.5
                 ("wa_mpjpe100_mm", 1.0),
+            ],
+        ),
+        (
+            "left and right knees and ankles exchanged, all others right",
+            exchanged_legs(),
+            vec![
+                // knees are 1/sqrt(2) m apart, ankles too: (2 x 707.11 + 2 x 707.11) / 15
+                ("humaneva_mm", 4.0 * 500.0 * std::f64::consts::SQRT_2 / 15.0),
+                ("limb_swaps", 1.0),
+                ("limbs_exchanged", 1.0),
+                ("lost_limb", 1.0),
             ],
         ),
     ]

@@ -9,9 +9,10 @@ pub(super) const GAP: Metric = Metric {
     title: "Energy gap, truth minus estimate",
     unit: Unit::Energy,
     direction: Direction::Neither,
-    needs: "energies of truth and estimate, which skiagraph's trackers with a likelihood record",
-    protocol: "energy of the true pose refitted to the tracker's body minus energy of the estimate, under the tracker's \
-               own likelihood; positive: the likelihood prefers the estimate, so the likelihood or the body model \
+    needs: "a tracker with a likelihood, or another program's poses of the set's body (estimate_root and \
+        estimate_angles)",
+    protocol: "energy of the true pose refitted to the tracker's body minus energy of the estimate, under \
+               {likelihood}; positive: the likelihood prefers the estimate, so the likelihood or the body model \
                causes the error; zero or negative with a large error: the search causes it; mean over frames",
     measure: gap,
 };
@@ -35,7 +36,7 @@ mod tests {
         let (truth, estimate) =
             ([Some(9.0), Some(0.5), Some(0.3), None], [Some(0.0), Some(0.25), Some(0.5), Some(1.0)]);
         let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
-        sequence.energies = Some(Energies { truth: &truth, estimate: &estimate });
+        sequence.energies = Some(Energies { truth: &truth, estimate: &estimate, is_own: true });
         let metrics = evaluate(&sequence).unwrap().metrics;
         assert_eq!(metrics["energy_gap"].per_frame, [None, Some(0.25), Some(-0.2), None]);
         assert!((metrics["energy_gap"].mean - 0.025).abs() < 1e-12);

@@ -9,8 +9,8 @@ use crate::body::LANDMARKS;
 use super::breakdown::{self, BreakdownGroup};
 use super::pck::{self, CurvePoint};
 use super::reprojection::{self, PerCameraError};
-use super::{EvaluationError, FrameSpread, METRICS, Measurement, Metric, Sequence, Unit};
-use super::{coverage, protocol};
+use super::{EvaluationError, FrameSpread, LostStretch, METRICS, Measurement, Metric, Sequence, Unit};
+use super::{coverage, lost_limb, protocol};
 
 /// Everything measured on one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,9 @@ pub struct Evaluation {
     /// Errors by camera; empty where the cameras are not known.
     #[serde(default)]
     pub per_camera: Vec<PerCameraError>,
+    /// The longest stretch of frames in which a marker is lost throughout; absent where none is long.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest_lost: Option<LostStretch>,
     /// Share of markers within 0, 5, ... 150 mm.
     pub pck_curve: Vec<CurvePoint>,
 }
@@ -98,6 +101,7 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
         per_joint: per_joint(sequence),
         breakdown: breakdown::breakdown(sequence),
         per_camera: reprojection::per_camera(sequence),
+        longest_lost: lost_limb::longest_stretch(sequence),
         pck_curve: pck::curve(sequence),
     })
 }

@@ -6,10 +6,11 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use crate::body::{Landmark, Markers};
 
-/// Share of frames in which left and right are exchanged.
+/// Share of frames in which limbs are nearer to the truth with left and right exchanged. That alone does not say that
+/// they are exchanged: [`super::limbs_exchanged`] asks whether the exchange makes them good.
 pub(super) const SHARE: Metric = Metric {
     name: "limb_swaps",
-    title: "Frames with left and right exchanged",
+    title: "Frames that fit better exchanged",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "both knees and ankles, or both elbows and wrists, in truth and estimate",
@@ -21,9 +22,10 @@ pub(super) const SHARE: Metric = Metric {
 };
 
 /// The markers of a left and a right limb that move apart from the trunk, joint by joint.
-type Limbs = [[Landmark; 2]; 2];
-const LEGS: Limbs = [[Landmark::LeftKnee, Landmark::RightKnee], [Landmark::LeftAnkle, Landmark::RightAnkle]];
-const ARMS: Limbs = [[Landmark::LeftElbow, Landmark::RightElbow], [Landmark::LeftWrist, Landmark::RightWrist]];
+pub(super) type Limbs = [[Landmark; 2]; 2];
+pub(super) const LEGS: Limbs = [[Landmark::LeftKnee, Landmark::RightKnee], [Landmark::LeftAnkle, Landmark::RightAnkle]];
+pub(super) const ARMS: Limbs =
+    [[Landmark::LeftElbow, Landmark::RightElbow], [Landmark::LeftWrist, Landmark::RightWrist]];
 
 fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     let swapped = |frame: usize| {

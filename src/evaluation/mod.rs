@@ -45,6 +45,8 @@ mod interval;
 mod interval_words;
 mod lag;
 mod limb_swaps;
+mod limbs_exchanged;
+mod lost_limb;
 mod marker_list;
 mod metric;
 mod misreading;
@@ -85,6 +87,7 @@ pub use gate::{
     MetricMargin, MoreSeeds, gate, seeds_to_decide,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
+pub use lost_limb::{LOST_LIMB_MM, LostStretch};
 pub use marker_list::{MarkerList, PackedMarkers};
 use metric::change;
 pub use metric::{Direction, Measurement, Metric, Unit};
@@ -105,5 +108,5 @@ pub use sequence::{
 };
 pub use silhouette::intersection_over_union;
 pub use statistics::{FrameSpread, mean, quantile};
-pub use summary::{JointSummary, MetricSummary, RunKey, Summary, summarise};
+pub use summary::{JointSummary, LostStretchOfRun, MetricSummary, RunKey, Summary, summarise};
 pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

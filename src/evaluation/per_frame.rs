@@ -50,8 +50,11 @@ mod tests {
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4);
-        assert!(lines[0].starts_with("clip,seed,frame,time_s,humaneva_mm,humaneva_relative_mm,humaneva_official_mm"));
+        assert!(
+            lines[0]
+                .starts_with("clip,seed,frame,time_s,humaneva_mm,lost_limb,humaneva_relative_mm,humaneva_official_mm")
+        );
         assert!(lines[1].starts_with("\"walk, slow\",7,0,0,,,"));
-        assert!(lines[2].starts_with("\"walk, slow\",7,1,0.016666666666666666,500,0,500,0,500"), "{}", lines[2]);
+        assert!(lines[2].starts_with("\"walk, slow\",7,1,0.016666666666666666,500,1,0,500,0,500"), "{}", lines[2]);
     }
 }

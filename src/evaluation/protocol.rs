@@ -10,8 +10,20 @@ pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
         ("{contact_rule}", rule),
         ("{gravity}", format!("{GRAVITY} m/s^2")),
         ("{friction}", format!("{GROUND_FRICTION}")),
+        ("{likelihood}", likelihood(sequence).to_owned()),
     ];
     numbers.iter().fold(metric.protocol.to_owned(), |text, (name, value)| text.replace(name, value))
+}
+
+/// Whose likelihood the energies are of, in words.
+fn likelihood(sequence: &Sequence<'_>) -> &'static str {
+    match sequence.energies {
+        Some(energies) if !energies.is_own => {
+            "skiagraph's silhouette likelihood with its default settings, on the set's body, because the program's own is \
+            not known"
+        }
+        _ => "the tracker's own likelihood",
+    }
 }
 
 #[cfg(test)]

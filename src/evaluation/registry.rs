@@ -3,13 +3,14 @@
 use super::metric::Metric;
 use super::{
     balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
-    ground_gap, humaneva, humaneva_official, lag, limb_swaps, mpjae, mpjpe, orientation, pck, pck_3dpw, procrustes,
-    prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
+    ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation,
+    pck, pck_3dpw, procrustes, prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
 };
 
 /// Metrics that short tables show.
-pub(crate) const MAIN_METRICS: [&str; 12] = [
+pub(crate) const MAIN_METRICS: [&str; 13] = [
     "humaneva_mm",
+    "lost_limb",
     "mpjpe_mm",
     "mpjpe_root_mm",
     "pa_mpjpe_mm",
@@ -19,13 +20,14 @@ pub(crate) const MAIN_METRICS: [&str; 12] = [
     "track_loss",
     "coverage",
     "lost_frames",
-    "limb_swaps",
+    "limbs_exchanged",
     "energy_gap",
 ];
 /// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
 /// docs.
 pub const METRICS: &[Metric] = &[
     humaneva::ABSOLUTE,
+    lost_limb::SHARE,
     humaneva::RELATIVE,
     humaneva_official::ABSOLUTE,
     humaneva_official::RELATIVE,
@@ -42,6 +44,7 @@ pub const METRICS: &[Metric] = &[
     reprojection::ERROR,
     silhouette::ALL_VIEWS,
     silhouette::WORST_VIEW,
+    silhouette::EXACT,
     boundary::F,
     pck::PCK,
     pck::AUC,
@@ -61,6 +64,7 @@ pub const METRICS: &[Metric] = &[
     derivatives::JITTER,
     lag::LAG,
     lag::LAG_CORRECTED,
+    limbs_exchanged::SHARE,
     limb_swaps::SHARE,
     contact_f1::F1,
     foot_skate::SKATE,

@@ -27,6 +27,9 @@ pub struct Sequence<'a> {
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
     /// ([`super::intersection_over_union`]), where known.
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
+    /// `[frame][view]`: overlap of the estimate's silhouette with the actor's exact one, both in the true cameras, where
+    /// the observed ones are not exact.
+    pub exact_overlaps: Option<&'a [Vec<Option<f64>>]>,
     /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), where
     /// known.
     pub view_boundaries: Option<&'a [Vec<Option<f64>>]>,
@@ -139,6 +142,8 @@ pub struct Energies<'a> {
     pub truth: &'a [Option<f64>],
     /// At the estimate.
     pub estimate: &'a [Option<f64>],
+    /// Whether it is the tracker's own likelihood; else skiagraph's, with its default settings, on the set's body.
+    pub is_own: bool,
 }
 
 /// Errors of evaluation.
@@ -198,6 +203,7 @@ impl<'a> Sequence<'a> {
             estimate_markers: estimate.into(),
             roots: None,
             view_overlaps: None,
+            exact_overlaps: None,
             view_boundaries: None,
             views: None,
             parts: None,
@@ -266,6 +272,7 @@ impl<'a> Sequence<'a> {
             ("true root rotations", self.roots.map(|r| r.truth.len())),
             ("estimated root rotations", self.roots.map(|r| r.estimate.len())),
             ("silhouette overlaps", self.view_overlaps.map(<[_]>::len)),
+            ("overlaps with the exact silhouettes", self.exact_overlaps.map(<[_]>::len)),
             ("agreement of outlines", self.view_boundaries.map(<[_]>::len)),
             ("markers in the images", self.views.map(|v| v.in_view.len())),
             ("visible markers", self.views.map(|v| v.visible.len())),
@@ -297,7 +304,8 @@ impl<'a> Sequence<'a> {
                     }
                 }
             }
-            let numbers = self.view_overlaps.map_or(&[][..], |overlaps| &overlaps[frame]).iter().copied();
+            let overlaps = [self.view_overlaps, self.exact_overlaps].into_iter().flatten();
+            let numbers = overlaps.flat_map(|overlaps| &overlaps[frame]).copied();
             let energies = self.energies.map_or([None, None], |e| [e.truth[frame], e.estimate[frame]]);
             if numbers.chain(energies).flatten().any(|x| !x.is_finite()) {
                 return broken("an overlap or energy".into());

@@ -32,6 +32,19 @@ pub(super) const WORST_VIEW: Metric = Metric {
     measure: worst_view,
 };
 
+/// Overlap with what an undisturbed observation would show.
+pub(super) const EXACT: Metric = Metric {
+    name: "silhouette_iou_exact",
+    title: "Overlap with the exact silhouettes",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    needs: "observed silhouettes that are not exact, and poses of the tracker's body to draw",
+    protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body in the true cameras, \
+               and the actor's silhouette as the true cameras see it, before anything was corrupted; mean over views, then \
+               over frames; views in which both are empty are skipped",
+    measure: exact,
+};
+
 /// Intersection over union; `None` if both are empty.
 pub fn intersection_over_union(estimated: &Mask, observed: &Mask) -> Option<f64> {
     let counts = overlap(estimated, observed);
@@ -39,8 +52,15 @@ pub fn intersection_over_union(estimated: &Mask, observed: &Mask) -> Option<f64>
 }
 
 fn all_views(sequence: &Sequence<'_>) -> Option<Measurement> {
-    let overlaps = sequence.view_overlaps?;
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(overlaps[frame].iter().flatten().copied()))))
+    Some(mean_over_views(sequence, sequence.view_overlaps?))
+}
+
+fn exact(sequence: &Sequence<'_>) -> Option<Measurement> {
+    Some(mean_over_views(sequence, sequence.exact_overlaps?))
+}
+
+fn mean_over_views(sequence: &Sequence<'_>, overlaps: &[Vec<Option<f64>>]) -> Measurement {
+    Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(overlaps[frame].iter().flatten().copied())))
 }
 
 fn worst_view(sequence: &Sequence<'_>) -> Option<Measurement> {
@@ -75,6 +95,19 @@ mod tests {
     #[test]
     fn two_empty_masks_have_no_overlap_to_speak_of() {
         assert_eq!(intersection_over_union(&block(0, 0), &block(0, 0)), None);
+    }
+
+    #[test]
+    fn the_exact_overlap_is_absent_unless_silhouettes_are_corrupted() {
+        let markers = vec![standing(); 2];
+        let (observed, exact) = (vec![vec![Some(0.5)]; 2], vec![vec![Some(0.9), Some(0.7)]; 2]);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
+        sequence.view_overlaps = Some(&observed);
+        assert!(!evaluate(&sequence).unwrap().metrics.contains_key("silhouette_iou_exact"));
+        sequence.exact_overlaps = Some(&exact);
+        let metrics = evaluate(&sequence).unwrap().metrics;
+        assert!((metrics["silhouette_iou_exact"].mean - 0.8).abs() < 1e-12);
+        assert!((metrics["silhouette_iou"].mean - 0.5).abs() < 1e-12);
     }
 
     #[test]

@@ -10,8 +10,8 @@ use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    EvaluationError, FrameSpread, Interval, MetricValue, Unit, ValueRange, find_metric, interval_words, mean,
-    mean_interval,
+    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, Unit, ValueRange, find_metric, interval_words,
+    mean, mean_interval,
 };
 use crate::body::LANDMARKS;
 
@@ -38,12 +38,26 @@ pub struct Summary {
     pub absent: BTreeMap<String, String>,
     /// Mean error of every marker, in the order of [`crate::body::LANDMARKS`], millimetres.
     pub per_joint: Vec<JointSummary>,
+    /// The longest stretch of frames of all runs in which a marker is lost throughout; absent where none is long.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest_lost: Option<LostStretchOfRun>,
     /// Mean error by groups of markers: phase of gait, speed, cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownSummary>,
     /// Errors by camera.
     #[serde(default)]
     pub per_camera: Vec<PerCameraSummary>,
+}
+
+/// The longest stretch with a lost marker, and the run that it is in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LostStretchOfRun {
+    /// The run.
+    #[serde(flatten)]
+    pub run: RunKey,
+    /// The stretch.
+    #[serde(flatten)]
+    pub stretch: LostStretch,
 }
 
 /// One metric over all runs.
@@ -105,6 +119,7 @@ pub fn summarise(runs: &[SeedRun<'_>]) -> Result<Summary, EvaluationError> {
         metrics,
         absent,
         per_joint: LANDMARKS.iter().filter_map(|landmark| joint_summary(runs, landmark.name())).collect(),
+        longest_lost: longest_lost(runs),
         breakdown: summarise_groups(runs),
         per_camera: summarise_cameras(runs),
     })
@@ -153,6 +168,14 @@ fn joint_summary(runs: &[SeedRun<'_>], joint: &str) -> Option<JointSummary> {
     };
     let coverage = mean(&runs.iter().map(share).collect::<Vec<_>>())?;
     Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage, per_run })
+}
+
+/// The longest of all runs; of equal ones the first.
+fn longest_lost(runs: &[SeedRun<'_>]) -> Option<LostStretchOfRun> {
+    let stretches = runs.iter().filter_map(|run| Some((run, run.evaluation.longest_lost.as_ref()?)));
+    let (run, stretch) = stretches.reduce(|one, other| if other.1.frames() > one.1.frames() { other } else { one })?;
+    let run = RunKey { clip: run.clip.to_owned(), seed: run.seed };
+    Some(LostStretchOfRun { run, stretch: stretch.clone() })
 }
 
 /// How many frames of all runs have no estimate, to follow a protocol; nothing where all have one.

@@ -20,7 +20,7 @@ use crate::evaluation::{
 use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
 use crate::report::FootStances;
-use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
+use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Measures of a run: every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
@@ -71,23 +71,29 @@ impl Measures {
             .map(|index| tracked.estimates.body(index, &blind.start.body))
             .chain([&blind.start.body])
             .collect();
-        let as_given = truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?;
+        let as_given = match tracked.record {
+            Some(_) => truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?,
+            None => program_truth_energy(set, &tracked.estimates.sequences)?,
+        };
         let filming = set.true_filming();
         let exact = blind.observation.as_ref().map(|_| Observer::from_filming(&set.truth.ground_truth, &filming));
-        let per_frame: Vec<(FrameAgreements, Vec<MaskQuality>)> = (0..blind.frame_count)
+        let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
-                || Painters::new(blind),
-                |painters, frame| {
+                || (Painters::new(blind), Painters::from_rig(filming.rig())),
+                |(painters, true_painters), frame| {
                     if watch.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
                     let observed = blind.observation(frame)?;
-                    let poses = bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
-                    let agreements = painters.agreements(&observed, poses);
-                    let quality = exact.as_ref().map(|exact| qualities(&observed, &exact.observe(frame)));
+                    let poses = || bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
+                    let agreements = painters.agreements(&observed, poses());
+                    let exact = exact.as_ref().map(|exact| exact.observe(frame)).map(|exact| AgainstExact {
+                        overlaps: true_painters.overlaps(&exact, poses()),
+                        qualities: qualities(&observed, &exact),
+                    });
                     watch.advance();
-                    Ok((agreements, quality.unwrap_or_default()))
+                    Ok((agreements, exact))
                 },
             )
             .collect::<Result<_, _>>()?;
@@ -96,9 +102,11 @@ impl Measures {
         let agreements = |answer: usize| Agreements {
             overlaps: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.overlap).collect()).collect(),
             boundaries: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.boundary_f).collect()).collect(),
+            exact: per_frame.iter().map(|(_, exact)| Some(exact.as_ref()?.overlaps[answer].clone())).collect(),
         };
         let segmentation = exact.is_some().then(|| {
-            let all: Vec<MaskQuality> = per_frame.iter().flat_map(|(_, quality)| quality.iter().copied()).collect();
+            let of_frames = per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
+            let all: Vec<MaskQuality> = of_frames.flat_map(|exact| exact.qualities.iter().copied()).collect();
             SegmentationQuality::mean(&all)
         });
         let mut seeds = Vec::new();
@@ -106,19 +114,23 @@ impl Measures {
             if watch.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
-            let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
+            let energy = match tracked.record {
+                Some(_) => tracked.search.get(index).map(|records| energies(records)).unwrap_or_default(),
+                None => program_energy(blind, answers[index])?,
+            };
             let truth_energy = match tracked.estimates.bodies.get(index) {
                 None => as_given.clone(),
                 Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
             };
             let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
-            let answer = SeedEstimate { body, sequence, agreements: &agreements, energy: &energy };
+            let is_own = tracked.record.is_some();
+            let answer = SeedEstimate { body, sequence, agreements: &agreements, energy: &energy, is_own };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             let markers = answers[index].markers.clone();
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
         }
         let (body, agreements) = (&blind.start.body, agreements(seeds.len()));
-        let floor = SeedEstimate { body, sequence: &frozen, agreements: &agreements, energy: &[] };
+        let floor = SeedEstimate { body, sequence: &frozen, agreements: &agreements, energy: &[], is_own: true };
         let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<SeedRun<'_>> =
@@ -148,6 +160,15 @@ struct ViewAgreement {
 struct Agreements {
     overlaps: Vec<Vec<Option<f64>>>,
     boundaries: Vec<Vec<Option<f64>>>,
+    /// Overlaps with the exact silhouettes; `None` where the observed ones are exact.
+    exact: Option<Vec<Vec<Option<f64>>>>,
+}
+
+/// A frame beside its exact silhouettes.
+struct AgainstExact {
+    /// `[estimate][camera]`.
+    overlaps: Vec<Vec<Option<f64>>>,
+    qualities: Vec<MaskQuality>,
 }
 
 /// Of every camera that took an image.
@@ -165,6 +186,8 @@ struct SeedEstimate<'a> {
     sequence: &'a EstimatedSequence,
     agreements: &'a Agreements,
     energy: &'a [Option<f64>],
+    /// Whether energies are of the tracker's own likelihood.
+    is_own: bool,
 }
 
 impl SeedEstimate<'_> {
@@ -210,10 +233,11 @@ impl SeedEstimate<'_> {
             estimate_markers: (&self.sequence.markers).into(),
             roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
             view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
+            exact_overlaps: self.sequence.poses().and(self.agreements.exact.as_deref()),
             view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),
             views: Some(Views { cameras, moved: &moved, in_view: &in_view, visible: &visible }),
             parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
-            energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
+            energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy, is_own: self.is_own }),
             contacts,
             covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
         })?;
@@ -260,6 +284,41 @@ fn truth_energy(
     }
 }
 
+/// The energy that skiagraph's silhouette likelihood, with its default settings and the set's body, gives the truth
+/// refitted to that body, for poses of a program whose own likelihood is not known; empty where it gave none.
+fn program_truth_energy(
+    set: &BenchmarkSet,
+    sequences: &[EstimatedSequence],
+) -> Result<Vec<Option<f64>>, ExperimentError> {
+    if sequences.iter().all(|sequence| sequence.poses().is_none()) {
+        return Ok(Vec::new());
+    }
+    let motion = match &set.truth.refitted {
+        Some(motion) => motion.clone(),
+        None => refitted(&set.blind.start.body, set),
+    };
+    energies_of(&motion, default_likelihood(&set.blind)?, &set.blind)
+}
+
+/// The same of a program's poses.
+fn program_energy(set: &BlindSet, sequence: &EstimatedSequence) -> Result<Vec<Option<f64>>, ExperimentError> {
+    if sequence.poses().is_none() {
+        return Ok(Vec::new());
+    }
+    let mut likelihood = default_likelihood(set)?;
+    let mut scratch = likelihood.scratch();
+    let mut energies = Vec::with_capacity(set.frame_count);
+    for (frame, observation) in set.observations().enumerate() {
+        likelihood.prepare(&observation?)?;
+        energies.push(sequence.pose(frame).map(|pose| likelihood.energy_unrejected(pose, &mut scratch)));
+    }
+    Ok(energies)
+}
+
+fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, ExperimentError> {
+    Ok(SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, SilhouetteSettings::default())?)
+}
+
 fn energies_of(
     motion: &Motion,
     mut likelihood: impl Likelihood,
@@ -281,7 +340,11 @@ pub(super) struct Painters {
 
 impl Painters {
     pub(super) fn new(set: &BlindSet) -> Self {
-        Self { cameras: set.rig.cameras.iter().map(SilhouettePainter::new).collect() }
+        Self::from_rig(&set.rig)
+    }
+
+    fn from_rig(rig: &CameraRig) -> Self {
+        Self { cameras: rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
     /// Puts the cameras where they were when they took their images; whether they film in such a way that this is told.
@@ -309,6 +372,26 @@ impl Painters {
     pub(super) fn props(&mut self, props: &[Prop]) -> Vec<Mask> {
         let seen = if props.is_empty() { &mut [][..] } else { &mut self.cameras };
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
+    }
+
+    /// `[answer][camera]`: overlap of each pose's silhouettes with those observed.
+    fn overlaps<'p>(
+        &mut self,
+        observed: &Observation,
+        poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
+    ) -> Vec<Vec<Option<f64>>> {
+        self.place(observed);
+        let of_pose = |(body, pose): (&Humanoid, Option<&Pose>)| {
+            let Some(pose) = pose else { return vec![None; self.cameras.len()] };
+            let drawn = self.silhouettes(body, pose);
+            let views = drawn.iter().zip(&observed.silhouettes).enumerate();
+            views
+                .map(|(camera, (drawn, mask))| {
+                    observed.has_image(camera).then(|| intersection_over_union(drawn, mask)).flatten()
+                })
+                .collect()
+        };
+        poses.map(of_pose).collect()
     }
 
     /// `[answer][camera]`: agreement of each pose's silhouettes with those observed.

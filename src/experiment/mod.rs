@@ -23,6 +23,7 @@ mod destination;
 mod error;
 mod export;
 mod external;
+mod figure_files;
 mod filming;
 mod gating;
 mod hints;
@@ -96,6 +97,7 @@ pub use external::{
     AnswerCount, Conformance, ExternalRecord, Incident, LeftBehind, LeftFile, ProgramOptions, ProgramSandbox,
     ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
+pub use figure_files::write_figures;
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{

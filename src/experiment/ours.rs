@@ -23,6 +23,8 @@ pub(crate) enum ResultKind {
     Set,
     /// A set in another format.
     Export,
+    /// Figures and their captions.
+    Figures,
 }
 
 /// Whether `path` is a directory that holds nothing but a result of that kind; an empty one may be replaced too.
@@ -34,8 +36,21 @@ pub(crate) fn is_ours(path: &Path, kind: ResultKind) -> bool {
     is_empty
         || match kind {
             ResultKind::Run | ResultKind::Export => ownership::is_signed(path),
+            ResultKind::Figures => ownership::is_signed(path) && holds_figures_alone(path),
             ResultKind::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
         }
+}
+
+/// Whether a folder holds pictures in SVG, their captions and a listing: a run is no figure, and not replaced by some.
+fn holds_figures_alone(folder: &Path) -> bool {
+    let is_one = |entry: std::io::Result<fs::DirEntry>| {
+        entry.is_ok_and(|entry| {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            name.ends_with(".svg") || name == "README.txt" || name == ownership::LISTING
+        })
+    };
+    fs::read_dir(folder).is_ok_and(|mut entries| entries.all(is_one))
 }
 
 /// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its

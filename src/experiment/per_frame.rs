@@ -24,7 +24,7 @@ pub(super) fn to_csv(tracked: &Tracked, measures: &Measures) -> Result<Vec<u8>, 
         let mut row: csv::StringRecord = row.map_err(failed)?.iter().map(table_cell).collect();
         let search = tracked.search.get(seed).and_then(|records| records.get(frame));
         row.push_field(&cell(measures.seeds[seed].truth_energy.get(frame).copied().flatten()));
-        row.push_field(&cell(search.and_then(|r| r.energy)));
+        row.push_field(&cell(measures.seeds[seed].energy.get(frame).copied().flatten()));
         row.push_field(&search.map(|r| r.evaluations.to_string()).unwrap_or_default());
         for layer in 0..layers {
             let record = search.and_then(|r| r.layers.get(layer));

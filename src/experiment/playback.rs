@@ -1,4 +1,4 @@
-//! Every frame of the run with the median error, packed for the report.
+//! Every frame of the run with the median error, and of the run with the worst frame, packed for the report.
 
 use rayon::prelude::*;
 
@@ -7,24 +7,38 @@ use super::measuring::{Measures, Painters};
 use super::tracking::Tracked;
 use crate::benchmark_set::BenchmarkSet;
 use crate::raster::Mask;
-use crate::report::{PackedView, Playback, PlaybackPlan, typical_run};
+use crate::report::{PackedView, Playback, PlaybackPlan, typical_run, worst_frames};
 
 /// Frames that the plan is made from.
 const SAMPLES: usize = 6;
 
-/// The frames of the seed whose error is in the middle; `None` without a seed.
-pub(super) fn playback(
+/// The frames of the seed whose error is in the middle, then of that with the worst frame where it is another; none
+/// without a seed.
+pub(super) fn playbacks(
     set: &BenchmarkSet,
     tracked: &Tracked,
     measures: &Measures,
-) -> Result<Option<Playback>, ExperimentError> {
+) -> Result<Vec<Playback>, ExperimentError> {
     let runs = measures.runs();
-    let Some(typical) = typical_run(&runs).filter(|_| set.blind.frame_count > 0) else { return Ok(None) };
+    let Some(typical) = typical_run(&runs).filter(|_| set.blind.frame_count > 0) else { return Ok(Vec::new()) };
+    let worst = worst_frames(&runs, 1).first().map(|worst| worst.run).filter(|worst| *worst != typical);
+    let shown: Vec<usize> = std::iter::once(typical).chain(worst).collect();
+    shown.iter().map(|run| playback(set, tracked, measures, *run, shown.len())).collect()
+}
+
+/// The frames of a run, one of so many on the page.
+fn playback(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    measures: &Measures,
+    run: usize,
+    on_page: usize,
+) -> Result<Playback, ExperimentError> {
     let frames = set.blind.frame_count;
     let views = |painters: &mut Painters, frame: usize| -> Result<(Vec<Mask>, Option<Vec<Mask>>), ExperimentError> {
-        let body = tracked.estimates.body(typical, &set.blind.start.body);
+        let body = tracked.estimates.body(run, &set.blind.start.body);
         let observed = set.blind.observation(frame)?;
-        let pose = tracked.estimates.sequences[typical].pose(frame);
+        let pose = tracked.estimates.sequences[run].pose(frame);
         let estimated = pose.map(|pose| painters.seen(&observed, body, pose));
         Ok((observed.silhouettes, estimated))
     };
@@ -38,7 +52,7 @@ pub(super) fn playback(
             observed.iter().enumerate().map(move |(index, mask)| (mask, estimate(index)))
         })
         .collect();
-    let plan = PlaybackPlan::new(frames, set.blind.rig.cameras.len(), &pairs);
+    let plan = PlaybackPlan::new(frames, on_page * set.blind.rig.cameras.len(), &pairs);
     let kept: Vec<usize> = plan.kept().collect();
     let packed: Vec<Vec<PackedView>> = kept
         .par_iter()
@@ -53,13 +67,13 @@ pub(super) fn playback(
         )
         .collect::<Result<_, ExperimentError>>()?;
     let is_filmed = set.blind.moments.is_some();
-    Ok(Some(Playback {
-        seed: measures.seeds[typical].seed,
+    Ok(Playback {
+        seed: measures.seeds[run].seed,
         plan,
         views: packed,
         props: if is_filmed { Vec::new() } else { painters.props(&set.truth.ground_truth.props) },
         moved: kept.iter().filter(|_| is_filmed).map(|frame| set.blind.rig_at(*frame).into_owned()).collect(),
         truth: kept.iter().map(|frame| set.truth.ground_truth.frames[*frame].markers).collect(),
-        estimate: kept.iter().map(|frame| measures.seeds[typical].markers[*frame]).collect(),
-    }))
+        estimate: kept.iter().map(|frame| measures.seeds[run].markers[*frame]).collect(),
+    })
 }

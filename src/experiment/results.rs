@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::external::ExternalRecord;
 use super::hints::Hint;
 use super::measuring::{Measures, Painters};
-use super::playback::playback;
 use super::poses_file::ReadAs;
+use super::playback::playbacks;
 use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
@@ -134,7 +134,7 @@ impl RunResults {
         let facts = facts(set, tracked, measures.segmentation.as_ref(), &poses);
         let runs = report_runs(tracked, measures);
         let sheet = sheet(set, tracked, measures)?;
-        let playback = playback(set, tracked, measures)?;
+        let playbacks = playbacks(set, tracked, measures)?;
         let this_run = this_run(tracked, command);
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
@@ -144,9 +144,10 @@ impl RunResults {
             facts: &facts,
             runs: &runs,
             summary: &measures.summary,
+            own_likelihood: tracked.record.is_some(),
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
-            playback: playback.as_ref(),
+            playbacks: &playbacks,
             this_run: &this_run,
             hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
         };
@@ -172,9 +173,10 @@ pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
         facts: &[],
         runs: &report_runs(tracked, measures),
         summary: &measures.summary,
+        own_likelihood: tracked.record.is_some(),
         frozen: Some(&measures.frozen),
         sheet: None,
-        playback: None,
+        playbacks: &[],
         this_run: &[],
         hint: None,
     })

@@ -11,20 +11,22 @@ use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE
 use crate::evaluation::Summary;
 use crate::input::limits;
 use crate::report::{ComparedMethod, ComparisonInput, SummaryPicture, comparison_picture, summary_picture};
-use crate::scenario::json_tree;
+use crate::scenario::{TrackerSettings, json_tree};
 
+/// What is read of `run.json`.
 #[derive(Deserialize)]
-struct PicturedRun {
+pub(super) struct PicturedRun {
     schema: String,
-    scenario: String,
-    seeds: Vec<u64>,
-    tracker: String,
-    frames: usize,
+    pub(super) scenario: String,
+    pub(super) seeds: Vec<u64>,
+    pub(super) tracker: String,
+    pub(super) frames: usize,
+    pub(super) frames_per_second: f64,
     verdict: PicturedVerdict,
     #[serde(default)]
     frozen: BTreeMap<String, f64>,
     #[serde(flatten)]
-    summary: Summary,
+    pub(super) summary: Summary,
 }
 
 #[derive(Deserialize)]
@@ -45,14 +47,30 @@ struct PicturedComparison {
 #[derive(Deserialize)]
 struct PicturedMethod {
     tracker: String,
+    /// Whether the true roots were given away to it.
+    #[serde(default)]
+    given_roots: bool,
     #[serde(default)]
     frozen: BTreeMap<String, f64>,
     #[serde(flatten)]
     summary: Summary,
 }
 
-/// Of a run that compares methods: verdict, errors with intervals, errors over time.
-fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
+/// A comparison of methods, read back.
+pub(super) struct StoredMethods {
+    pub(super) title: String,
+    pub(super) frames: usize,
+    /// How many.
+    pub(super) seeds: usize,
+    pub(super) matched: bool,
+    pub(super) methods: Vec<ComparedMethod>,
+}
+
+/// The methods of a run that compares some.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file that is missing or damaged.
+pub(super) fn stored_methods(run: &Path) -> Result<StoredMethods, ExperimentError> {
     let path = run.join(COMPARISON_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
     let stored: PicturedComparison = json_tree::value_of_file(&read_listed(&path, limits::JSON)?).map_err(malformed)?;
@@ -65,17 +83,34 @@ fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
         if Path::new(&name).file_name().is_none_or(|file| file != name.as_str()) {
             return Err(malformed(format!("expected the name of a folder as a method's name, found {name:?}")));
         }
-        let errors = errors_of(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds)?;
-        let PicturedMethod { tracker, frozen, summary } = method;
-        methods.push(ComparedMethod { name, tracker, summary, frozen, errors });
+        let errors = stored_columns(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
+        let PicturedMethod { tracker, given_roots, frozen, summary } = method;
+        let knows_truth = given_roots || TrackerSettings::named(&tracker).is_ok_and(|known| known.kind().needs_truth());
+        methods.push(ComparedMethod { name, tracker, knows_truth, summary, frozen, errors });
     }
-    Ok(comparison_picture(&ComparisonInput {
-        title: &stored.scenario,
-        frames: stored.frames,
-        seeds: stored.seeds.len(),
-        matched: stored.matched,
-        methods: &methods,
-    })?)
+    let PicturedComparison { scenario: title, frames, matched, .. } = stored;
+    Ok(StoredMethods { title, frames, seeds: stored.seeds.len(), matched, methods })
+}
+
+/// A measured run.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file that is missing or damaged.
+pub(super) fn stored_run(run: &Path) -> Result<PicturedRun, ExperimentError> {
+    let path = run.join(RUN_FILE);
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
+    let bytes = read_listed(&path, limits::JSON)?;
+    let stored: PicturedRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
+    if stored.schema != "skiagraph.run/1" {
+        return Err(malformed(format!("expected schema skiagraph.run/1, found {:?}", stored.schema)));
+    }
+    Ok(stored)
+}
+
+/// Of a run that compares methods: verdict, errors with intervals, errors over time.
+fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
+    let StoredMethods { title, frames, seeds, matched, methods } = stored_methods(run)?;
+    Ok(comparison_picture(&ComparisonInput { title: &title, frames, seeds, matched, methods: &methods })?)
 }
 
 /// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison
@@ -87,14 +122,8 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     if run.join(COMPARISON_FILE).is_file() {
         return methods_picture(run);
     }
-    let path = run.join(RUN_FILE);
-    let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-    let bytes = read_listed(&path, limits::JSON)?;
-    let stored: PicturedRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
-    if stored.schema != "skiagraph.run/1" {
-        return Err(malformed(format!("expected schema skiagraph.run/1, found {:?}", stored.schema)));
-    }
-    let errors = errors_of(&run.join(PER_FRAME_FILE), &stored.seeds)?;
+    let stored = stored_run(run)?;
+    let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
     let sheet_path = run.join(CONTACT_SHEET_FILE);
     let sheet = sheet_path.is_file().then(|| read_listed(&sheet_path, limits::PICTURE)).transpose()?;
     let plural = if stored.seeds.len() == 1 { "" } else { "s" };
@@ -116,22 +145,32 @@ fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
     read_file(path, limit)
 }
 
-/// HumanEva errors of every seed over the frames.
-fn errors_of(path: &Path, seeds: &[u64]) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
+/// One column of the table of frames, seed by seed; a column that is not `required` may be missing and is then empty.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file that is missing or damaged.
+pub(super) fn stored_columns(
+    path: &Path,
+    seeds: &[u64],
+    name: &str,
+    required: bool,
+) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let bytes = read_listed(path, limits::RECORDING)?;
     let mut table = csv::Reader::from_reader(bytes.as_slice());
     let columns = table.headers().map_err(|e| malformed(e.to_string()))?.clone();
     let column = |name: &str| columns.iter().position(|column| column == name);
-    let (Some(seed), Some(error)) = (column("seed"), column("humaneva_mm")) else {
-        return Err(malformed("expected the columns seed and humaneva_mm".to_owned()));
+    let mut values = vec![Vec::new(); seeds.len()];
+    let (seed, value) = match (column("seed"), column(name)) {
+        (Some(seed), Some(value)) => (seed, value),
+        (Some(_), None) if !required => return Ok(values),
+        _ => return Err(malformed(format!("expected the columns seed and {name}"))),
     };
-    let mut errors = vec![Vec::new(); seeds.len()];
     for row in table.records() {
         let row = row.map_err(|e| malformed(e.to_string()))?;
         let number = row.get(seed).and_then(|text| text.parse::<u64>().ok());
         let Some(index) = seeds.iter().position(|known| Some(*known) == number) else { continue };
-        errors[index].push(row.get(error).and_then(|text| text.parse::<f64>().ok()).filter(|e| e.is_finite()));
+        values[index].push(row.get(value).and_then(|text| text.parse::<f64>().ok()).filter(|e| e.is_finite()));
     }
-    Ok(errors)
+    Ok(values)
 }

@@ -139,6 +139,7 @@ mod tests {
             name: name.to_owned(),
             tracker: "a tracker".to_owned(),
             summary: summary.clone(),
+            knows_truth: false,
             frozen: [("humaneva_mm".to_owned(), 1.0)].into(),
             errors: vec![vec![None, Some(error), Some(error + 5.0), Some(error)]; 3],
         };

@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
 };
+use super::difference_sentence::in_sentences;
 use super::html::render_page;
 use crate::evaluation::{AgainstBase, METRICS, RunComparison};
 
@@ -29,6 +30,8 @@ struct DifferencePage<'a> {
 #[derive(Serialize)]
 struct PageSide<'a> {
     name: &'a str,
+    /// What was found.
+    sentence: String,
     trackers: String,
     pairing: &'static str,
     lost: Option<String>,
@@ -42,6 +45,8 @@ struct DifferenceTable {
     first: &'static str,
     /// Whether rows have p values, findings and coverage.
     tested: bool,
+    /// Whether it is folded away.
+    folded: bool,
     rows: Vec<DifferenceRow>,
 }
 
@@ -50,16 +55,16 @@ struct DifferenceTable {
 /// # Errors
 /// [`ReportError`] if the page cannot be rendered.
 pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError> {
+    let table = |title, first, tested, rows| DifferenceTable { title, first, tested, folded: false, rows };
     let side = |side: &AgainstBase| {
         let tables = [
-            DifferenceTable { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
+            table("Metrics", "Metric", true, metric_rows(side, true)),
+            table("HumanEva 3-D error by clip, mm", "Clip", false, clip_rows(side)),
+            table("Error by marker, mm", "Marker", false, joint_rows(side)),
             DifferenceTable {
-                title: "HumanEva 3-D error by clip, mm",
-                first: "Clip",
-                tested: false,
-                rows: clip_rows(side),
+                folded: true,
+                ..table("The actor's own values, equal on both sides", "Metric", true, constant_rows(side))
             },
-            DifferenceTable { title: "Error by marker, mm", first: "Marker", tested: false, rows: joint_rows(side) },
         ];
         tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
     };
@@ -67,6 +72,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         .into_iter()
         .map(|other| PageSide {
             name: &other.side.name,
+            sentence: in_sentences(other, &comparison.base.name),
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
             lost: lost_in_words(&other.lost_tracks),
@@ -109,6 +115,7 @@ fn shown(others: &[AgainstBase]) -> Vec<&AgainstBase> {
 mod tests {
     use super::super::difference_text::tests::compared;
     use super::*;
+    use crate::evaluation::Finding;
 
     #[test]
     fn of_very_many_sides_the_page_shows_the_best_and_the_worst() {
@@ -127,6 +134,21 @@ mod tests {
         assert_eq!(html.matches("<h2>side-").count(), SIDES);
         // 7 x 143 = 1001: the second best; 500 x 7 = 3500: in the middle
         assert!(html.contains("<h2>side-0-") && html.contains("<h2>side-143-") && !html.contains("<h2>side-500-"));
+    }
+
+    #[test]
+    fn the_page_begins_with_what_was_found_and_folds_away_what_is_the_actors() {
+        let mut comparison = compared(&["walk"]);
+        let side = &mut comparison.others[0];
+        let mut truth = side.metrics[0].clone();
+        (truth.metric, truth.finding) = ("truth_foot_float_mm".to_owned(), Finding::Same);
+        side.metrics.push(truth);
+        let html = difference_page(&comparison).unwrap();
+        let [sentence, table, fold, row] =
+            ["my_change is worse than main: ", "<table", "The actor&#x27;s own values", "truth_foot_float_mm"]
+                .map(|words| html.find(words).unwrap_or_else(|| panic!("{words}")));
+        assert!(sentence < table && table < fold && fold < row);
+        assert_eq!(html.matches("truth_foot_float_mm").count(), 1);
     }
 
     /// Set `SKIAGRAPH_DIFFERENCE_PAGE` to a path to look at the page in a browser.

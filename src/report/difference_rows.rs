@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::displayed::{between, number, symbol};
+use super::difference_sentence::is_constant;
+use super::displayed::{between, number, signed, symbol};
 use crate::evaluation::{
     AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, MAIN_METRICS, Rate, RunComparison,
     Unit, find_metric,
@@ -66,16 +67,12 @@ impl DifferenceRow {
 
     /// A clip or a joint: no test of its own.
     pub(super) fn plain(title: String, name: &str, difference: &Difference, unit: Unit) -> Self {
-        let signed = |value: f64| {
-            let text = number(value, unit);
-            if text.starts_with('-') || value == 0.0 { text } else { format!("+{text}") }
-        };
         Self {
             title,
             name: name.to_owned(),
             base: number(difference.base, unit),
             other: number(difference.other, unit),
-            difference: signed(difference.difference),
+            difference: signed(difference.difference, unit),
             interval: match (difference.ci95, difference.rule) {
                 (Some(ends), _) => between(ends.low, ends.high, unit),
                 (None, DifferenceRule::Exact) => "exact".to_owned(),
@@ -91,10 +88,21 @@ impl DifferenceRow {
     }
 }
 
-/// Rows of all metrics, or of the short table.
+/// Rows of all metrics, or of the short table; without those that only say that the actor is the same.
 pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
     let shown = side.metrics.iter().filter(|metric| all || MAIN_METRICS.contains(&metric.metric.as_str()));
-    shown.map(DifferenceRow::from_metric).collect()
+    shown.filter(|metric| !is_constant(metric)).map(DifferenceRow::from_metric).collect()
+}
+
+/// Rows of the actor's own values where they are the same on both sides.
+pub(super) fn constant_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
+    side.metrics.iter().filter(|metric| is_constant(metric)).map(DifferenceRow::from_metric).collect()
+}
+
+/// The names of [`constant_rows`], in words; nothing without any.
+pub(super) fn constants_in_words(side: &AgainstBase) -> Option<String> {
+    let names: Vec<String> = constant_rows(side).into_iter().map(|row| row.name).collect();
+    (!names.is_empty()).then(|| format!("the actor's own values are equal on both sides: {}", names.join(", ")))
 }
 
 /// Rows of HumanEva's error clip by clip; nothing for a single clip.

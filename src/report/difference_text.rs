@@ -1,8 +1,9 @@
 //! Differences of runs as text: for a terminal, and as Markdown for a pull request.
 
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, constants_in_words, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
 };
+use super::difference_sentence::in_sentences;
 use crate::evaluation::{AgainstBase, RunComparison};
 
 /// A table for a terminal: the main metrics, or all with `all`, which adds joints.
@@ -18,10 +19,12 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
             base.name,
             pairing(side)
         ));
+        lines.push(format!("  {}", in_sentences(side, &base.name)));
         lines.extend(table("metric", &metric_rows(side, all)));
         lines.extend(table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
         if all {
             lines.extend(table("error by marker, mm", &joint_rows(side)));
+            lines.extend(constants_in_words(side).map(|words| format!("  {words}")));
         }
         lines.extend(lost_in_words(&side.lost_tracks).map(|line| format!("  {line}")));
         lines.extend(left_out(side).into_iter().map(|line| format!("  left out: {line}")));
@@ -64,6 +67,7 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
     let mut text = String::new();
     for side in &comparison.others {
         text.push_str(&format!("### {} against {}\n\n", cell(&side.side.name), cell(&base.name)));
+        text.push_str(&format!("**{}**\n\n", cell(&in_sentences(side, &base.name))));
         text.push_str(&format!("{}; {}.\n\n", pairing(side), cell(&seeds_of(comparison))));
         text.push_str(&markdown_table("metric", &metric_rows(side, false)));
         text.push_str(&markdown_table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
@@ -74,7 +78,8 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
             text.push_str(&format!("- left out: {}\n", cell(&line)));
         }
         let (all, joints) = (metric_rows(side, true), joint_rows(side));
-        let more = [markdown_table("metric", &all), markdown_table("error by marker, mm", &joints)].concat();
+        let constants = constants_in_words(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
+        let more = [markdown_table("metric", &all), markdown_table("error by marker, mm", &joints), constants].concat();
         text.push_str(&format!(
             "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{HOW}.\n\n</details>\n\n"
         ));

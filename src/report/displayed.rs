@@ -23,6 +23,12 @@ pub(super) fn between(low: f64, high: f64, unit: Unit) -> String {
     format!("{} to {}", number(low, unit), number(high, unit))
 }
 
+/// With its sign; 0 has none.
+pub(super) fn signed(value: f64, unit: Unit) -> String {
+    let text = number(value, unit);
+    if text.starts_with('-') || value == 0.0 { text } else { format!("+{text}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::body::LANDMARKS;
-use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, quantile};
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean, quantile};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::input::worst_frames;
@@ -29,6 +29,18 @@ pub(super) struct Figure {
     over_frames: bool,
 }
 
+impl Figure {
+    /// The plot for half a page.
+    pub(super) fn for_paper(&self) -> Svg {
+        Svg(self.wide.clone())
+    }
+
+    /// What it shows and how to read it.
+    pub(super) fn caption(&self) -> String {
+        format!("{}. {}", self.title, self.how_to_read)
+    }
+}
+
 const BROAD: u32 = 1160;
 const WIDE: u32 = 560;
 const NARROW: u32 = 350;
@@ -47,7 +59,7 @@ pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Resul
         stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
-        energies(typical)?,
+        energies(input, typical)?,
         effective_sample_size(typical)?,
         annealing(typical)?,
         occupancy(typical)?,
@@ -222,10 +234,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         finding: joint_finding(input),
     };
     let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
-    let mut how =
-        "Shorter is better. Hands and feet are usually worst, because they cover little of the silhouette. A large \
-        difference between left and right may mean swapped limbs."
-            .to_owned();
+    let mut how = format!("Shorter is better.{}{}", worst_in_words(input), sides_in_words(input));
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
     }
@@ -242,6 +251,46 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         about_search: false,
         over_frames: false,
     }))
+}
+
+/// So many times further off than any other marker hands and feet are on their mean where they are said to be worst.
+const CLEARLY: f64 = 1.1;
+
+/// Which markers are worst, as a sentence with a space before it: hands and feet where they are.
+fn worst_in_words(input: &ReportInput<'_>) -> String {
+    let is_end = |joint: &&JointSummary| ["wrist", "ankle"].iter().any(|part| joint.joint.ends_with(part));
+    let joints = &input.summary.per_joint;
+    let (ends, others): (Vec<&JointSummary>, Vec<&JointSummary>) = joints.iter().partition(is_end);
+    let means = |joints: &[&JointSummary]| joints.iter().map(|joint| joint.mean_mm).collect::<Vec<_>>();
+    let (ends, others) = (means(&ends), means(&others));
+    let greatest_of_others = others.iter().copied().fold(0.0, f64::max);
+    match (mean(&ends), joints.iter().max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm))) {
+        (Some(of_ends), _) if !others.is_empty() && of_ends > CLEARLY * greatest_of_others => {
+            " Hands and feet are worst here, as they often are, because they cover little of the silhouette.".to_owned()
+        }
+        (_, Some(worst)) if joints.len() > 1 => {
+            format!(" Worst here: {}, {:.0} mm.", worst.joint.replace('_', " "), worst.mean_mm)
+        }
+        _ => String::new(),
+    }
+}
+
+/// The joint whose sides differ most, where one is at least twice as far off as the other and by 30 mm: one limb is lost
+/// there and the other is not.
+fn sides_in_words(input: &ReportInput<'_>) -> String {
+    let joints = &input.summary.per_joint;
+    let pair = |left: &JointSummary| {
+        let part = left.joint.strip_prefix("left_")?.to_owned();
+        let right = joints.iter().find(|joint| joint.joint.strip_prefix("right_") == Some(part.as_str()))?;
+        Some((part.replace('_', " "), left.mean_mm, right.mean_mm))
+    };
+    let apart = |(_, left, right): &(String, f64, f64)| (left - right).abs();
+    let one_sided = joints.iter().filter_map(pair).filter(|pair| apart(pair) >= pair.1.min(pair.2).max(30.0));
+    one_sided.max_by(|one, other| apart(one).total_cmp(&apart(other))).map_or_else(String::new, |(part, left, right)| {
+        let [worse, better] = if left > right { ["left", "right"] } else { ["right", "left"] };
+        let (more, less) = (left.max(right), left.min(right));
+        format!(" The {worse} {part} is {more:.0} mm off and the {better} one {less:.0} mm: one limb is lost and not the other.")
+    })
 }
 
 /// The worst and the best joint, in words.
@@ -291,7 +340,7 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     lines("pck", "Share of markers within a distance", how.into(), Span::Half, &plot)
 }
 
-fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+fn energies(input: &ReportInput<'_>, run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
         x_label: "set frame, from 0".into(),
         y_label: "energy (lower fits the images better)".into(),
@@ -302,8 +351,17 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         finding: energy_finding(run),
         ..LinePlot::default()
     };
-    let how = "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
-        likelihood or the body model causes the error. Where it is above, the search missed a better pose.";
+    let how = match input.own_likelihood {
+        true => {
+            "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
+            likelihood or the body model causes the error. Where it is above, the search missed a better pose."
+        }
+        false => {
+            "By skiagraph's silhouette likelihood on the set's body, because the program's own is not known. Where the dashed \
+            line is above the solid line, the silhouettes show that there is a better pose; where it is below, they fit a \
+            wrong one."
+        }
+    };
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 
@@ -412,6 +470,25 @@ mod tests {
     fn a_full_run_has_every_figure() {
         let all = ["error", "stances", "joints", "pck", "energy", "survival", "annealing"];
         assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
+    }
+
+    fn of_joints(story: &Story) -> String {
+        told(story, |input| per_joint(input).unwrap().unwrap().how_to_read)
+    }
+
+    #[test]
+    fn hands_and_feet_are_said_to_be_worst_where_they_are() {
+        assert!(of_joints(&Story::default()).contains("Hands and feet are worst here"));
+        let alike = of_joints(&Story { beside_m: 0.3, wander: 0.0, ..Story::default() });
+        assert!(!alike.contains("Hands and feet") && alike.contains("Worst here: "), "{alike}");
+    }
+
+    #[test]
+    fn a_limb_that_is_lost_on_one_side_is_named() {
+        let lost = of_joints(&Story { wrist_lost_from: Some(40), ..Story::default() });
+        assert!(lost.contains("The left wrist is ") && lost.contains("one limb is lost and not the other"), "{lost}");
+        assert!(!lost.contains("swapped"));
+        assert!(!of_joints(&Story::default()).contains("one limb is lost"));
     }
 
     #[test]

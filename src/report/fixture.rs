@@ -39,6 +39,14 @@ pub(super) struct Story {
     pub(super) wander: f64,
     /// Whether left and right limbs are exchanged.
     pub(super) exchanged: bool,
+    /// Whether the estimate keeps one pose and goes along with the actor.
+    pub(super) rigid: bool,
+    /// The frame from which on the left wrist is half a metre off.
+    pub(super) wrist_lost_from: Option<usize>,
+    /// Overlap with the exact silhouettes, where those observed are corrupted.
+    pub(super) exact_overlap: Option<f64>,
+    /// Whether energies are of the tracker's own likelihood.
+    pub(super) own_likelihood: bool,
     /// Frames on the sheet; the worst is added. None, no sheet.
     pub(super) shown: &'static [usize],
 }
@@ -58,6 +66,10 @@ impl Default for Story {
             beside_m: 0.0,
             wander: 1.0,
             exchanged: false,
+            rigid: false,
+            wrist_lost_from: None,
+            exact_overlap: None,
+            own_likelihood: true,
             shown: &[],
         }
     }
@@ -69,8 +81,11 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
     let estimates: Vec<Vec<Markers>> = (0..story.seeds).map(|seed| estimate(&truth, story, seed)).collect();
     let energies: Vec<[Vec<Option<f64>>; 2]> = (0..story.seeds).map(|seed| energies(story, seed)).collect();
-    let evaluations: Vec<Evaluation> =
-        estimates.iter().zip(&energies).map(|(estimate, energies)| measured(&truth, estimate, energies)).collect();
+    let evaluations: Vec<Evaluation> = estimates
+        .iter()
+        .zip(&energies)
+        .map(|(estimate, energies)| measured(story, &truth, estimate, energies))
+        .collect();
     let stances = ["left foot", "right foot"].map(|foot| FootStances {
         foot: foot.to_owned(),
         truth: vec![[0, 40], [60, 100]],
@@ -107,12 +122,13 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     let (frames, worst) = (frames(shown), frames(worst_frames(&runs, 10)));
     let sheet = Sheet { rig: &rig, frames_per_second: FPS, props: Vec::new(), frames, worst };
     let plan = PlaybackPlan { reduction: 1, stride: 1, frames: FRAMES };
-    let playback = Playback {
-        seed: typical as u64,
+    let worst_run = worst_frames(&runs, 1).first().map(|worst| worst.run).filter(|worst| *worst != typical);
+    let playback = |run: usize| Playback {
+        seed: run as u64,
         plan,
         views: (0..FRAMES)
             .map(|frame| {
-                let shown = sheet_frame(&rig, 0, frame, &truth, &estimates[typical]);
+                let shown = sheet_frame(&rig, 0, frame, &truth, &estimates[run]);
                 let estimated = shown.estimated.unwrap_or_default();
                 shown.observed.iter().zip(&estimated).map(|(a, b)| plan.pack(a, Some(b))).collect()
             })
@@ -121,8 +137,9 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         props: Vec::new(),
         moved: Vec::new(),
         truth: truth.clone(),
-        estimate: estimates[typical].clone(),
+        estimate: estimates[run].clone(),
     };
+    let playbacks: Vec<Playback> = std::iter::once(typical).chain(worst_run).map(playback).collect();
     read(&ReportInput {
         title: story.title,
         tracker: "annealed particle filter, 200 particles x 5 layers",
@@ -130,9 +147,10 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         facts: &facts(),
         runs: &report_runs,
         summary: &summarise(&runs).unwrap(),
+        own_likelihood: story.own_likelihood,
         frozen: story.frozen.then_some(&frozen),
         sheet: (!story.shown.is_empty()).then_some(&sheet),
-        playback: (!story.shown.is_empty()).then_some(&playback),
+        playbacks: if story.shown.is_empty() { &[] } else { &playbacks },
         this_run: &[("command".to_owned(), "skiagraph run walk.toml".to_owned())],
         hint: None,
     })
@@ -234,11 +252,16 @@ fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
     let of_frame = |(frame, markers): (usize, &Markers)| {
         let beside = Vector3::new(0.0, story.beside_m, 0.0);
         let lost = story.lost_from.filter(|from| frame >= *from).map_or(0.0, |from| 0.02 * (frame - from + 10) as f64);
-        let mut estimate = *markers;
+        let along = Vector3::new(0.012 * (frame as f64 - 15.0), 0.0, 0.0);
+        let mut estimate = if story.rigid { translated(&truth[15], along) } else { *markers };
         for (index, marker) in estimate.iter_mut().enumerate() {
             let size = if [4, 7, 10, 13].contains(&index) { 0.024 } else { 0.011 } * (frame as f64 / 12.0).min(1.0);
             let error = Vector3::from_fn(|axis, _| story.wander * size * wander(frame, index, axis, seed));
             *marker = marker.map(|p| p + error + beside + Vector3::new(0.0, lost, 0.0));
+        }
+        if story.wrist_lost_from.is_some_and(|from| frame >= from) {
+            let wrist = &mut estimate[Landmark::LeftWrist as usize];
+            *wrist = wrist.map(|p| p + Vector3::new(0.0, 0.5, 0.0));
         }
         if story.exchanged {
             [(3, 6), (4, 7), (9, 12), (10, 13)].into_iter().for_each(|(left, right)| estimate.swap(left, right));
@@ -254,7 +277,12 @@ fn wander(frame: usize, marker: usize, axis: usize, seed: u64) -> f64 {
     libm::sin(0.13 * t + 1.7 * place) + 0.6 * libm::sin(0.41 * t + 2.9 * place) + 0.3 * libm::sin(1.9 * t + 4.1 * place)
 }
 
-fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[Vec<Option<f64>>; 2]) -> Evaluation {
+fn measured(
+    story: &Story,
+    truth: &[Markers],
+    estimate: &[Markers],
+    [at_truth, at_estimate]: &[Vec<Option<f64>>; 2],
+) -> Evaluation {
     let cameras = [camera_in_front()];
     let overlaps: Vec<Vec<Option<f64>>> = (0..FRAMES)
         .map(|f| {
@@ -269,10 +297,13 @@ fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[
         .map(|f| Some(UnitQuaternion::from_euler_angles(0.02, 0.03 * libm::sin(f as f64 / 9.0), 0.05)))
         .collect();
     let mut sequence = Sequence::from_markers(FPS, truth, estimate);
+    let exact = story.exact_overlap.map(|overlap| vec![vec![Some(overlap)]; FRAMES]);
     sequence.view_overlaps = Some(&overlaps);
+    sequence.exact_overlaps = exact.as_deref();
     sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &seen, visible: &seen });
     sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });
-    sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate });
+    sequence.energies =
+        (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate, is_own: true });
     evaluate(&sequence).unwrap()
 }
 

@@ -10,6 +10,8 @@ use super::plots::{css_rules, css_variables};
 
 const SHELL: &str = include_str!("shell.html");
 const FACTS: &str = include_str!("facts.html");
+/// Contents of the page, and tables that are sorted by a click; of every page.
+const SCRIPT: &str = include_str!("shell.js");
 const STYLE: &str = include_str!("page.css");
 
 /// A self-contained page: `template` extends `shell.html`, `page` names what it shows.
@@ -21,6 +23,7 @@ pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<Strin
     environment.add_template("facts.html", FACTS)?;
     environment.add_template("page.html", template)?;
     environment.add_global("style", style());
+    environment.add_global("shell_script", SCRIPT);
     environment.add_global("generator", super::GENERATOR);
     Ok(environment.get_template("page.html")?.render(Value::from(Serde(page)))?)
 }

@@ -23,12 +23,15 @@ pub struct ReportInput<'a> {
     pub runs: &'a [ReportRun<'a>],
     /// All runs together.
     pub summary: &'a Summary,
+    /// Whether energies are of the tracker's own likelihood; else of skiagraph's on the set's body.
+    pub own_likelihood: bool,
     /// A tracker that never moves, on the same clip.
     pub frozen: Option<&'a Evaluation>,
     /// The pictures.
     pub sheet: Option<&'a Sheet<'a>>,
-    /// Every frame in every camera of the sheet.
-    pub playback: Option<&'a Playback>,
+    /// Every frame in every camera of the sheet: of the run with the median error, and of that with the worst frame where
+    /// it is another.
+    pub playbacks: &'a [Playback],
     /// How the run came about, where it is known: what differs from run to run.
     pub this_run: &'a [(String, String)],
     /// What would explain most of the error, if the estimate were read otherwise.

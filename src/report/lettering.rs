@@ -1,131 +1,137 @@
-//! Letters for pictures: strokes on a grid, capitals and figures only.
+//! Text in pictures, in Open Sans (`font/README.md`).
 
-use tiny_skia::{Color, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
+use std::sync::LazyLock;
 
-/// Grid units from one letter to the next; letters are 4 wide and 6 high.
-const ADVANCE: f32 = 5.6;
+use ab_glyph::{Font, FontRef, OutlineCurve, Point};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
-/// Strokes of a letter: points `xy` on the grid (x to the right, y down), a space between points, a bar between
-/// strokes.
-fn strokes(letter: char) -> &'static str {
-    match letter.to_ascii_uppercase() {
-        'A' => "06 20 46|14 34",
-        'B' => "00 06 36 45 44 33 03|33 42 41 30 00",
-        'C' => "41 30 10 01 05 16 36 45",
-        'D' => "00 06 26 44 42 20 00",
-        'E' => "40 00 06 46|03 33",
-        'F' => "40 00 06|03 33",
-        'G' => "41 30 10 01 05 16 36 45 43 23",
-        'H' => "00 06|40 46|03 43",
-        'I' => "10 30|20 26|16 36",
-        'J' => "40 45 36 16 05",
-        'K' => "00 06|40 03 46",
-        'L' => "00 06 46",
-        'M' => "06 00 23 40 46",
-        'N' => "06 00 46 40",
-        'O' => "10 30 41 45 36 16 05 01 10",
-        'P' => "06 00 30 41 42 33 03",
-        'Q' => "10 30 41 45 36 16 05 01 10|24 46",
-        'R' => "06 00 30 41 42 33 03|23 46",
-        'S' => "41 30 10 01 02 13 33 44 45 36 16 05",
-        'T' => "00 40|20 26",
-        'U' => "00 05 16 36 45 40",
-        'V' => "00 26 40",
-        'W' => "00 16 23 36 40",
-        'X' => "00 46|40 06",
-        'Y' => "00 23 40|23 26",
-        'Z' => "00 40 06 46",
-        '0' => "10 30 41 45 36 16 05 01 10|33 13",
-        '1' => "01 20 26|06 46",
-        '2' => "01 10 30 41 42 06 46",
-        '3' => "01 10 30 41 42 33 44 45 36 16 05|33 23",
-        '4' => "36 30 04 44",
-        '5' => "40 00 02 32 43 45 36 06",
-        '6' => "40 20 02 05 16 36 45 44 33 03",
-        '7' => "00 40 16",
-        '8' => "13 02 01 10 30 41 42 33 13 04 05 16 36 45 44 33",
-        '9' => "43 13 02 01 10 30 41 44 26 06",
-        '.' => "25 26",
-        '-' => "13 33",
-        '_' => "06 46",
-        ':' => "21 22|25 26",
-        '/' => "06 40",
-        ',' => "25 17",
-        '(' => "30 11 15 36",
-        ')' => "10 31 35 16",
-        '+' => "13 33|22 24",
-        '=' => "12 32|14 34",
-        '<' => "31 13 35",
-        '>' => "11 33 15",
-        '"' => "10 12|30 32",
-        '\'' => "20 22",
-        ';' => "21 22|25 17",
-        '&' => "46 11 20 31 04 05 16 26 43",
-        '±' => "12 32|21 23|15 35",
-        '²' => "10 20 21 13 33",
-        '³' => "10 30 21 32 13",
-        '°' => "10 20 21 11 10",
-        '%' => "06 40|00 10 11 01 00|35 45 46 36 35",
-        _ => "",
-    }
-}
+/// `None` if the file were no font, which a test excludes.
+static FONT: LazyLock<Option<FontRef<'static>>> =
+    LazyLock::new(|| FontRef::try_from_slice(include_bytes!("font/OpenSans-Regular.ttf")).ok());
 
-/// Width of a line of text whose letters are `height` pixels high.
+/// Height of a capital in units of the font.
+const CAPITAL: f32 = 1462.0;
+
+/// Width of a line of text whose capitals are `height` pixels high.
 pub(super) fn text_width(text: &str, height: f32) -> f32 {
-    let count = text.chars().count() as f32;
-    (count * ADVANCE - (ADVANCE - 4.0)).max(0.0) * height / 6.0
+    let Some(font) = FONT.as_ref() else { return 0.0 };
+    placed(font, text).last().map_or(0.0, |(left, glyph)| left + font.h_advance_unscaled(glyph)) * height / CAPITAL
 }
 
-/// Writes a line of text with its top left corner at `at`, letters `height` pixels high; unknown letters stay blank.
+/// Writes a line of text whose capitals are `height` pixels high and begin at `at`, left and top, with a dark rim by
+/// which it can be read on any ground. A letter that the font lacks is a box.
 pub(super) fn draw_text(picture: &mut Pixmap, text: &str, at: [f32; 2], height: f32, [red, green, blue]: [u8; 3]) {
-    let unit = height / 6.0;
+    let Some(path) = FONT.as_ref().and_then(|font| outline(font, text, at, height)) else { return };
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color(Color::from_rgba8(0, 0, 0, 200));
+    let rim = Stroke { width: 0.3 * height, line_join: LineJoin::Round, ..Stroke::default() };
+    picture.stroke_path(&path, &paint, &rim, Transform::identity(), None);
+    paint.set_color(Color::from_rgba8(red, green, blue, 255));
+    picture.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
+}
+
+/// Where every letter begins, and the letter, in units of the font.
+fn placed<'t>(font: &'t FontRef<'static>, text: &'t str) -> impl Iterator<Item = (f32, ab_glyph::GlyphId)> + 't {
+    let mut end = 0.0;
+    let mut before = None;
+    text.chars().filter(|letter| !letter.is_control()).map(move |letter| {
+        let glyph = font.glyph_id(letter);
+        let left = end + before.map_or(0.0, |before| font.kern_unscaled(before, glyph));
+        before = Some(glyph);
+        end = left + font.h_advance_unscaled(glyph);
+        (left, glyph)
+    })
+}
+
+fn outline(font: &FontRef<'static>, text: &str, [x, y]: [f32; 2], height: f32) -> Option<Path> {
+    let scale = height / CAPITAL;
     let mut path = PathBuilder::new();
-    for (place, letter) in text.chars().enumerate() {
-        let left = at[0] + place as f32 * ADVANCE * unit;
-        for stroke in strokes(letter).split('|') {
-            for (index, point) in stroke.split(' ').filter_map(grid_point).enumerate() {
-                let (x, y) = (left + point[0] * unit, at[1] + point[1] * unit);
-                if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+    for (left, glyph) in placed(font, text) {
+        // the font's y axis points up from the foot of its letters
+        let place = |point: Point| (x + scale * (left + point.x), y + height - scale * point.y);
+        let mut pen: Option<Point> = None;
+        for curve in font.outline(glyph).into_iter().flat_map(|outline| outline.curves) {
+            let (from, to) = ends(&curve);
+            if pen != Some(from) {
+                if pen.is_some() {
+                    path.close();
+                }
+                let (x, y) = place(from);
+                path.move_to(x, y);
+            }
+            pen = Some(to);
+            let (x, y) = place(to);
+            match curve {
+                OutlineCurve::Line(..) => path.line_to(x, y),
+                OutlineCurve::Quad(_, control, _) => {
+                    let (x1, y1) = place(control);
+                    path.quad_to(x1, y1, x, y);
+                }
+                OutlineCurve::Cubic(_, first, second, _) => {
+                    let ((x1, y1), (x2, y2)) = (place(first), place(second));
+                    path.cubic_to(x1, y1, x2, y2, x, y);
+                }
             }
         }
+        if pen.is_some() {
+            path.close();
+        }
     }
-    let Some(path) = path.finish() else { return };
-    stroke_with(picture, &path, Color::from_rgba8(0, 0, 0, 200), 0.42 * height);
-    stroke_with(picture, &path, Color::from_rgba8(red, green, blue, 255), 0.13 * height);
+    path.finish()
 }
 
-fn stroke_with(picture: &mut Pixmap, path: &Path, colour: Color, width: f32) {
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color(colour);
-    let stroke = Stroke { width, line_cap: LineCap::Round, line_join: LineJoin::Round, ..Stroke::default() };
-    picture.stroke_path(path, &paint, &stroke, Transform::identity(), None);
-}
-
-fn grid_point(point: &str) -> Option<[f32; 2]> {
-    let mut digits = point.chars().filter_map(|c| c.to_digit(10));
-    Some([digits.next()? as f32, digits.next()? as f32])
+fn ends(curve: &OutlineCurve) -> (Point, Point) {
+    match *curve {
+        OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, .., to) => {
+            (from, to)
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn every_capital_and_figure_has_strokes_inside_its_grid() {
-        for letter in ('A'..='Z').chain('0'..='9').chain(".-_:/%=<>".chars()) {
-            let points: Vec<_> = strokes(letter).split('|').flat_map(|s| s.split(' ')).map(grid_point).collect();
-            assert!(points.len() > 1, "{letter} has no stroke");
-            assert!(points.iter().all(|p| p.is_some_and(|[x, y]| x <= 4.0 && y <= 6.0)), "{letter} leaves its grid");
-        }
+    /// Left, top, right and bottom of what is bright.
+    fn inked(text: &str) -> [f32; 4] {
+        let mut picture = Pixmap::new(200, 60).unwrap();
+        draw_text(&mut picture, text, [10.0, 20.0], 18.0, [255, 255, 255]);
+        let bright = picture.pixels().iter().enumerate().filter(|(_, pixel)| pixel.red() > 128);
+        let places = bright.map(|(index, _)| [(index % 200) as f32, (index / 200) as f32]);
+        places.fold([f32::MAX, f32::MAX, 0.0, 0.0], |[l, t, r, b], [x, y]| [l.min(x), t.min(y), r.max(x), b.max(y)])
     }
 
     #[test]
-    fn text_stays_within_its_width() {
-        let mut picture = Pixmap::new(200, 40).unwrap();
+    fn capitals_are_as_high_as_asked_and_text_stays_within_its_width() {
+        let [left, top, right, bottom] = inked("MM 8");
+        assert!((top - 20.0).abs() < 1.5 && (bottom - 37.0).abs() < 1.5, "{top} {bottom}");
         let width = text_width("MM 8", 18.0);
-        draw_text(&mut picture, "MM 8", [10.0, 10.0], 18.0, [255, 255, 255]);
-        let inked = picture.pixels().iter().enumerate().filter(|(_, p)| p.red() > 128).map(|(i, _)| (i % 200) as f32);
-        let (left, right) = inked.fold((f32::MAX, 0.0_f32), |(l, r), x| (l.min(x), r.max(x)));
         assert!((left - 10.0).abs() < 3.0 && (right - 10.0 - width).abs() < 3.0, "{left} {right} {width}");
+    }
+
+    #[test]
+    fn small_letters_are_small_and_reach_below_the_line() {
+        let ([_, x, ..], [.., g]) = (inked("x"), inked("g"));
+        assert!(x > 23.0 && g > 40.0, "{x} {g}");
+        assert_ne!(inked("e"), inked("E"), "no capitals alone, as once");
+    }
+
+    #[test]
+    fn all_that_pages_say_has_letters() {
+        let font = FONT.as_ref().unwrap();
+        for letter in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain(".,:;-–/%=<>()±²³°·µλ×éüßñ'\"&+_".chars())
+        {
+            assert_ne!(font.glyph_id(letter).0, 0, "{letter}");
+        }
+        assert_eq!(font.glyph_id('\u{4e2d}').0, 0);
+        assert!(text_width("\u{4e2d}", 10.0) > 0.0, "a box");
+        assert_eq!([text_width("", 10.0), text_width("\n", 10.0)], [0.0; 2]);
+    }
+
+    #[test]
+    fn the_hole_of_a_letter_stays_open() {
+        let mut picture = Pixmap::new(60, 60).unwrap();
+        draw_text(&mut picture, "O", [10.0, 10.0], 40.0, [255, 255, 255]);
+        assert!(picture.pixel(10 + (text_width("O", 40.0) / 2.0) as u32, 30).unwrap().red() < 60);
     }
 }

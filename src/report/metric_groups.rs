@@ -19,6 +19,7 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
         about: "How far the estimate is from the truth, in the world, in the images and after alignment.",
         metrics: &[
             "humaneva_mm",
+            "lost_limb",
             "humaneva_relative_mm",
             "humaneva_official_mm",
             "humaneva_relative_official_mm",
@@ -35,6 +36,7 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
             "error_2d_px",
             "silhouette_iou",
             "silhouette_iou_worst_view",
+            "silhouette_iou_exact",
             "boundary_f",
             "pck150",
             "auc150",
@@ -45,6 +47,7 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
             "recovery_s",
             "coverage",
             "lost_frames",
+            "limbs_exchanged",
             "limb_swaps",
         ],
         of_truth: &[],

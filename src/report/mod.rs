@@ -24,9 +24,12 @@ mod contact_chart;
 mod contact_sheet;
 mod difference_page;
 mod difference_rows;
+mod difference_sentence;
 mod difference_text;
 mod displayed;
 mod drawing;
+mod figure_file;
+mod figure_files;
 mod figures;
 #[cfg(test)]
 mod fixture;
@@ -59,6 +62,8 @@ pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
 pub use difference_page::difference_page;
 pub use difference_text::{comparison_markdown, comparison_text};
+pub use figure_file::FigureFile;
+pub use figure_files::{comparison_figures, run_figures};
 pub use gate_text::GateReport;
 pub use grading::{Criterion, Grade};
 pub use input::{
@@ -75,7 +80,7 @@ pub use playback::{PackedView, Playback, PlaybackPlan};
 pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
     Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
-    effects, pareto_front, sweep_markdown, sweep_page, sweep_picture,
+    effects, pareto_front, sweep_figures, sweep_markdown, sweep_page, sweep_picture,
 };
 pub use verdict::{Verdict, verdict};
 

@@ -13,14 +13,15 @@ use super::metric_groups::{GROUPS, MetricGroup, aliases};
 use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
 use super::playback::playback_data;
 use super::verdict::{Verdict, verdict};
-use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
+use super::{Playback, ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
 
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
 /// The headline metrics with their meaning.
-const HEADLINES: [(&str, &str); 6] = [
+const HEADLINES: [(&str, &str); 7] = [
     ("humaneva_mm", "mean distance of the body's markers from the truth"),
+    ("lost_limb", "of the frames have a marker more than 150 mm off"),
     ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
     ("body_orientation_deg", "orientation error of the trunk"),
     ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
@@ -44,6 +45,8 @@ struct RunPage<'a> {
     figures: Vec<Figure>,
     search_figures: Vec<Figure>,
     cameras: Vec<CameraRow<'a>>,
+    /// Whether there are poses, whose silhouettes can be compared.
+    cameras_have_poses: bool,
     breakdown: Vec<BreakdownTable<'a>>,
     metrics: Vec<GroupOnPage>,
     absent: Vec<AbsentRow<'a>>,
@@ -51,6 +54,8 @@ struct RunPage<'a> {
     any_worse: bool,
     interval: &'a str,
     worst: Vec<WorstRow<'a>>,
+    worst_have_overlap: bool,
+    worst_have_gap: bool,
     facts: &'a [FactGroup],
     this_run: &'a [(String, String)],
 }
@@ -161,6 +166,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
+    let worst = worst_rows(input, &runs)?;
     let (search_figures, figures) = figures(input, typical)?.into_iter().partition(|figure| figure.about_search);
     let page = RunPage {
         script: SCRIPT,
@@ -175,6 +181,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         figures,
         search_figures,
         cameras: camera_rows(input.summary),
+        cameras_have_poses: input.summary.per_camera.iter().any(|camera| camera.overlap.is_some()),
         breakdown: breakdown_tables(&input.summary.breakdown),
         metrics: GROUPS
             .iter()
@@ -185,7 +192,9 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         has_frozen: input.frozen.is_some(),
         any_worse: !verdict.worse_than_frozen.is_empty(),
         interval: &input.summary.interval,
-        worst: worst_rows(input, &runs)?,
+        worst_have_overlap: worst.iter().any(|row| row.overlap.is_some()),
+        worst_have_gap: worst.iter().any(|row| row.gap.is_some()),
+        worst,
         facts: input.facts,
         this_run: input.this_run,
         verdict,
@@ -205,10 +214,13 @@ fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: b
 
 /// The data of the frames, in JSON whose text cannot end a script.
 fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
-    let (Some(playback), Some(sheet)) = (input.playback, input.sheet) else { return Ok(None) };
-    let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
-    let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
-    let data = serde_json::to_string(&playback_data(playback, sheet, errors)?);
+    let Some(sheet) = input.sheet.filter(|_| !input.playbacks.is_empty()) else { return Ok(None) };
+    let of_seed = |playback: &Playback| {
+        let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
+        let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
+        playback_data(playback, sheet, errors)
+    };
+    let data = serde_json::to_string(&input.playbacks.iter().map(of_seed).collect::<Result<Vec<_>, _>>()?);
     Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))
 }
 
@@ -401,6 +413,60 @@ mod tests {
         }
         assert!(html.contains("class=\"worse\""), "half of the clip a metre away is worse than standing still");
         assert!(!page(&Story { frozen: false, ..Story::default() }).contains("class=\"worse\""));
+    }
+
+    #[test]
+    fn lines_that_need_energies_are_absent_without_them_and_nothing_is_none() {
+        let without = page(&Story { energies: false, layers: 0, shown: &[1], ..Story::default() });
+        for words in ["Energy gap</th>", "class=\"cause\""] {
+            assert!(!without.contains(words), "{words}");
+        }
+        let visible: String = without.split("<script").map(|part| part.rsplit("</script>").next().unwrap()).collect();
+        for words in ["None", "null", "undefined"] {
+            assert!(!visible.contains(words), "{words}");
+        }
+        let with = page(&Story { shown: &[1], ..Story::default() });
+        assert!(with.contains("Energy gap</th>") && with.contains("class=\"cause\""));
+    }
+
+    #[test]
+    fn the_slider_has_the_seed_of_the_worst_frame() {
+        let (worst, seeds) = told(&Story { seeds: 5, shown: &[1, 60], ..Story::default() }, |input| {
+            let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
+            let data: serde_json::Value = serde_json::from_str(&playback(input).unwrap().unwrap()).unwrap();
+            let seeds = data.as_array().unwrap().iter().map(|one| one["seed"].as_u64().unwrap()).collect::<Vec<_>>();
+            (runs[worst_frames(&runs, 1)[0].run].seed, seeds)
+        });
+        assert!(seeds.len() <= 2 && seeds.contains(&worst), "{worst}: {seeds:?}");
+    }
+
+    /// What is wider than a phone scrolls within itself.
+    #[test]
+    fn every_table_of_every_page_has_a_box_that_scrolls() {
+        for template in [
+            TEMPLATE,
+            include_str!("comparison.html"),
+            include_str!("difference_page.html"),
+            include_str!("model_page.html"),
+            include_str!("body_page.html"),
+            include_str!("contact_page.html"),
+            include_str!("sweep/page.html"),
+        ] {
+            for before in template.match_indices("<table").map(|(at, _)| &template[..at]) {
+                let inside = before.rfind("class=\"scroll\"").is_some_and(|at| !before[at..].contains("</div>"));
+                assert!(inside, "{}", &before[before.len().saturating_sub(200)..]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_share_of_frames_with_a_lost_limb_stands_beside_the_mean() {
+        let html = page(&Story { wrist_lost_from: Some(80), ..Story::default() });
+        assert!(html.contains("of the frames have a marker more than 150 mm off"));
+        let rows = html.split("class=\"metrics\"").nth(1).unwrap();
+        let [error, lost] =
+            ["HumanEva 3-D error", "Frames with a marker over 150 mm off"].map(|t| rows.find(t).unwrap());
+        assert!(error < lost && !rows[error..lost].contains("PCK"), "the row below");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::displayed::{between, number};
+use super::displayed::{between, number, signed};
 use crate::evaluation::{BreakdownSummary, PerCameraSummary, Summary, Unit};
 
 /// A camera and its errors, as text.
@@ -19,17 +19,19 @@ pub(super) struct CameraRow<'a> {
 #[derive(Serialize)]
 pub(super) struct BreakdownTable<'a> {
     by: &'a str,
+    has_interval: bool,
     rows: Vec<BreakdownRow<'a>>,
 }
 
 #[derive(Serialize)]
 struct BreakdownRow<'a> {
     group: &'a str,
-    mean: String,
+    /// How much further off its markers are than the same markers in other groups.
+    difference: Option<String>,
+    /// Of the difference.
     interval: Option<String>,
+    mean: String,
     share: String,
-    /// Length of a bar, per cent of the longest.
-    bar: f64,
 }
 
 /// One row a camera.
@@ -52,20 +54,22 @@ pub(super) fn camera_rows(summary: &Summary) -> Vec<CameraRow<'_>> {
 
 /// One table for each way of grouping.
 pub(super) fn breakdown_tables(groups: &[BreakdownSummary]) -> Vec<BreakdownTable<'_>> {
-    let longest = groups.iter().map(|group| group.mean_mm).fold(1e-9, f64::max);
     let mut tables: Vec<BreakdownTable<'_>> = Vec::new();
     for group in groups {
         let row = BreakdownRow {
             group: &group.group,
+            difference: group.same_marker_mm.map(|difference| signed(difference, Unit::Millimetre)),
+            interval: group.same_marker_ci95.map(|ends| between(ends.low, ends.high, Unit::Millimetre)),
             mean: number(group.mean_mm, Unit::Millimetre),
-            interval: group.ci95.map(|ends| between(ends.low, ends.high, Unit::Millimetre)),
             share: number(group.share, Unit::Fraction),
-            bar: (1000.0 * group.mean_mm / longest).round() / 10.0,
         };
         match tables.iter_mut().find(|table| table.by == group.by) {
             Some(table) => table.rows.push(row),
-            None => tables.push(BreakdownTable { by: &group.by, rows: vec![row] }),
+            None => tables.push(BreakdownTable { by: &group.by, has_interval: false, rows: vec![row] }),
         }
+    }
+    for table in &mut tables {
+        table.has_interval = table.rows.iter().any(|row| row.interval.is_some());
     }
     tables
 }
@@ -73,14 +77,17 @@ pub(super) fn breakdown_tables(groups: &[BreakdownSummary]) -> Vec<BreakdownTabl
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::Interval;
 
     #[test]
-    fn groups_of_one_kind_share_a_table_and_the_longest_bar_is_whole() {
+    fn groups_of_one_kind_share_a_table_and_say_how_they_differ_marker_by_marker() {
         let group = |by: &str, group: &str, mean_mm: f64| BreakdownSummary {
             by: by.into(),
             group: group.into(),
             mean_mm,
             ci95: None,
+            same_marker_mm: (mean_mm < 15.0).then_some(-2.5),
+            same_marker_ci95: (mean_mm > 30.0).then_some(Interval { low: 1.0, high: 2.0 }),
             share: 0.25,
         };
         let groups = [group("speed", "slow", 10.0), group("speed", "fast", 40.0), group("cameras", "none", 20.0)];
@@ -89,8 +96,9 @@ mod tests {
             tables.iter().map(|table| (table.by, table.rows.len())).collect::<Vec<_>>(),
             [("speed", 2), ("cameras", 1)]
         );
-        let bars: Vec<f64> = tables.iter().flat_map(|table| table.rows.iter().map(|row| row.bar)).collect();
-        assert_eq!(bars, [25.0, 100.0, 50.0]);
+        assert_eq!(tables.iter().map(|table| table.has_interval).collect::<Vec<_>>(), [true, false]);
+        let differences = tables.iter().flat_map(|table| &table.rows).map(|row| row.difference.as_deref());
+        assert_eq!(differences.collect::<Vec<_>>(), [Some("-2.5"), None, None]);
         assert_eq!((tables[0].rows[0].mean.as_str(), tables[0].rows[0].share.as_str()), ("10.0", "25.0"));
     }
 }

@@ -2,15 +2,18 @@
 const playback = () => {
   const source = document.getElementById("playback-data");
   if (!source) return;
-  const data = JSON.parse(source.textContent);
+  const seeds = JSON.parse(source.textContent);
+  let data = seeds[0];
   const section = document.getElementById("playback");
   const transport = document.querySelector(".transport");
   const part = (name) => document.querySelector(`[data-is="${name}"]`);
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const views = bytes(data.views);
-  const points = new Int16Array(bytes(data.points).buffer);
+  let views;
+  let points;
+  let viewStarts;
+  let middles;
   const cameras = data.cameras.length;
-  const kept = data.error.length;
+  let kept = data.error.length;
   const MARKERS = 15;
   const NOWHERE = -32768;
 
@@ -21,7 +24,6 @@ const playback = () => {
     for (let at = 0; at < packed.length; at += 12 + numbers.getUint32(at + 8, true)) found.push(at);
     return found;
   };
-  const viewStarts = starts(views);
   const boxAt = (packed, at) => {
     const numbers = new DataView(packed.buffer, at);
     return [0, 2, 4, 6, 8].map((offset, index) => (index < 4 ? numbers.getUint16(offset, true) : numbers.getUint32(offset, true)));
@@ -54,7 +56,7 @@ const playback = () => {
   const propStarts = starts(props);
 
   // the middle of the body in each kept frame, averaged over neighbours so that the picture does not shake
-  const middles = data.cameras.map((camera, index) => {
+  const middlesOf = () => data.cameras.map((camera, index) => {
     const raw = [];
     for (let frame = 0; frame < kept; frame += 1) {
       const [left, top, width, height] = boxAt(views, viewStarts[frame * cameras + index]).map((n) => n * data.reduction);
@@ -68,7 +70,7 @@ const playback = () => {
   });
 
   const stage = section.querySelector(".views");
-  const cards = data.cameras.map((camera) => {
+  const cards = data.cameras.map(() => {
     const card = document.createElement("div");
     const canvas = document.createElement("canvas");
     canvas.width = 360;
@@ -77,7 +79,7 @@ const playback = () => {
     const caption = document.createElement("p");
     card.append(canvas, caption);
     stage.append(card);
-    return { camera, canvas, caption, pen: canvas.getContext("2d") };
+    return { canvas, caption, pen: canvas.getContext("2d") };
   });
 
   const bonesOf = (frame, camera, whose) => {
@@ -111,7 +113,8 @@ const playback = () => {
 
   const is = (name) => part(name).checked;
   const draw = (frame, index) => {
-    const { camera, canvas, pen } = cards[index];
+    const { canvas, pen } = cards[index];
+    const camera = data.cameras[index];
     const span = is("whole") ? Math.max(camera.width, (camera.height * canvas.width) / canvas.height) : camera.span;
     const scale = canvas.width / span;
     const [x, y] = is("whole") ? [camera.width / 2, camera.height / 2] : middles[index][frame];
@@ -145,7 +148,6 @@ const playback = () => {
   }).filter((axis) => { if (!axis.overFrames) axis.cursor.remove(); return axis.overFrames; });
 
   const slider = part("slider");
-  slider.max = kept - 1;
   let shown = -1;
   const words = (value, unit) => (value === null || value === undefined ? "–" : `${value} ${unit}`);
   const show = (index) => {
@@ -157,8 +159,9 @@ const playback = () => {
     const error = data.error[frame] === null ? "no error: not scored" : `error ${data.error[frame]} mm`;
     slider.setAttribute("aria-valuetext", `frame ${number}, ${time}, ${error}`);
     part("readout").textContent = `frame ${number} · ${time} · ${data.error[frame] === null ? "not scored" : `${data.error[frame]} mm`}`;
-    cards.forEach(({ camera, canvas, caption }, view) => {
+    cards.forEach(({ canvas, caption }, view) => {
       draw(frame, view);
+      const camera = data.cameras[view];
       const overlap = words(data.overlap[frame][view], "%");
       const pixels = words(data.pixels[frame][view], "px");
       caption.textContent = `${camera.name} · overlap ${overlap} · ${pixels} off`;
@@ -224,16 +227,39 @@ const playback = () => {
     plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); point(event); });
     plot.addEventListener("pointermove", (event) => { if (event.buttons) point(event); });
   });
-  for (const row of document.querySelectorAll(`[data-seed="${data.seed}"][data-frame]`)) {
-    row.hidden = false;
-    row.addEventListener("click", () => {
-      stop();
-      show(Number(row.dataset.frame) / data.stride);
-      section.scrollIntoView({ block: "start" });
-    });
-  }
+  const choice = part("choice");
+  const take = (seed) => {
+    stop();
+    data = seeds[seed];
+    views = bytes(data.views);
+    points = new Int16Array(bytes(data.points).buffer);
+    viewStarts = starts(views);
+    kept = data.error.length;
+    middles = middlesOf();
+    slider.max = kept - 1;
+    choice.value = seed;
+    const which = seed ? "the seed with the worst frame" : "the seed with the median error";
+    part("seed").textContent = `${which} (seed ${data.seed})`;
+  };
+  seeds.forEach((one, index) => choice.append(new Option(`${one.seed}${index ? " (worst frame)" : " (median)"}`, index)));
+  part("seeds").hidden = seeds.length < 2;
+  choice.addEventListener("change", () => {
+    const before = shown * data.stride;
+    take(Number(choice.value));
+    show(before / data.stride);
+  });
+  seeds.forEach((one, index) => {
+    for (const row of document.querySelectorAll(`[data-seed="${one.seed}"][data-frame]`)) {
+      row.hidden = false;
+      row.addEventListener("click", () => {
+        take(index);
+        show(Number(row.dataset.frame) / data.stride);
+        section.scrollIntoView({ block: "start" });
+      });
+    }
+  });
 
-  part("seed").textContent = data.seed;
+  take(0);
   section.hidden = transport.hidden = false;
   show(data.error.reduce((worst, error, frame) => (error > (data.error[worst] ?? -1) ? frame : worst), 0));
 };

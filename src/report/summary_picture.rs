@@ -15,8 +15,9 @@ const TILE_HEIGHT: f32 = 96.0;
 const PLOT_HEIGHT: f32 = 250.0;
 
 /// Figures on the picture with their names.
-const TILES: [(&str, &str); 5] = [
+const TILES: [(&str, &str); 6] = [
     ("humaneva_mm", "marker error"),
+    ("lost_limb", "frames, limb over 150 mm off"),
     ("pa_mpjpe_mm", "after alignment"),
     ("body_orientation_deg", "trunk orientation"),
     ("silhouette_iou", "silhouette overlap"),

@@ -11,14 +11,16 @@ use crate::evaluation::METRICS;
 pub struct Verdict {
     /// The worst grade of all criteria.
     pub grade: Grade,
-    /// One or two sentences: the grade, the error, and the limiting criteria.
+    /// Some sentences: the grade, the error beside the share of frames with a lost limb, the limiting criteria, and the
+    /// longest stretch of a lost limb.
     pub line: String,
     /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
     /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of those that
     /// measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
     pub worse_than_frozen: Vec<&'static str>,
-    /// Whether the images prefer the estimate or the true pose; `None` if energies are unknown.
+    /// Whether the images prefer the estimate or the true pose; absent if energies are unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub cause: Option<String>,
 }
 
@@ -27,7 +29,8 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let criteria = criteria(input);
     let grade = criteria.iter().map(|criterion| criterion.grade).max().unwrap_or(Grade::Lost);
     let worse_than_frozen = worse_than_frozen(input);
-    let line = format!("{}: {}.{}", grade.title(), error_in_words(input), held_back_by(grade, &criteria));
+    let (error, lost) = (error_in_words(input), lost_limb_in_words(input));
+    let line = format!("{}: {error}{lost}.{}{}", grade.title(), held_back_by(grade, &criteria), longest_lost(input));
     Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input) }
 }
 
@@ -41,6 +44,25 @@ fn error_in_words(input: &ReportInput<'_>) -> String {
         None => error.interval.clone(),
     };
     format!("the mean marker error is {:.0} mm ({certainty})", error.mean)
+}
+
+/// What a mean hides: in how many frames a marker is far off.
+fn lost_limb_in_words(input: &ReportInput<'_>) -> String {
+    let share = input.summary.metrics.get("lost_limb").map(|lost| lost.mean);
+    match share {
+        None => String::new(),
+        Some(0.0) => ", no marker is ever more than 150 mm off".to_owned(),
+        Some(share) => format!(", a marker is more than 150 mm off in {} of the frames", percent(share)),
+    }
+}
+
+/// The longest stretch with a lost limb, as a sentence with a space before it; nothing where none is long.
+fn longest_lost(input: &ReportInput<'_>) -> String {
+    let Some(longest) = &input.summary.longest_lost else { return String::new() };
+    let words = longest.stretch.in_words();
+    let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
+    let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
+    format!(" The longest: {}{rest}{seed}.", first.to_lowercase())
 }
 
 /// The criteria that determine the grade, unless it is the best.
@@ -65,18 +87,27 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
     let gaps: Vec<f64> = gaps.filter(|gap| *gap != 0.0).collect();
     let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
-    Some(if share >= 0.5 {
-        format!(
+    Some(match (input.own_likelihood, share >= 0.5) {
+        (true, true) => format!(
             "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's \
             body): there the likelihood or the body model prefers a wrong pose.",
             percent(share)
-        )
-    } else {
-        format!(
+        ),
+        (true, false) => format!(
             "In {} of the frames the images fit the true pose (refitted to the tracker's body) better than the estimate: there \
              the search missed a better pose.",
             percent(1.0 - share)
-        )
+        ),
+        (false, true) => format!(
+            "In {} of the frames the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on the \
+            set's body: there silhouettes and this body do not tell the two poses apart.",
+            percent(share)
+        ),
+        (false, false) => format!(
+            "In {} of the frames the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on the \
+            set's body: there the images show a better pose than the program found.",
+            percent(1.0 - share)
+        ),
     })
 }
 
@@ -90,7 +121,12 @@ mod tests {
         let verdict = told(&Story { seeds: 3, ..Story::default() }, verdict);
         assert_eq!(verdict.grade, Grade::Good, "{:?}", verdict.criteria);
         assert!(verdict.line.starts_with("Good: the mean marker error is "), "{}", verdict.line);
-        assert!(verdict.line.contains("95 % interval") && verdict.line.ends_with("over 3 seeds)."), "{}", verdict.line);
+        assert!(
+            verdict.line.contains("95 % interval")
+                && verdict.line.ends_with("over 3 seeds), no marker is ever more than 150 mm off."),
+            "{}",
+            verdict.line
+        );
     }
 
     #[test]
@@ -118,8 +154,60 @@ mod tests {
     fn limbs_that_are_exchanged_throughout_are_poor_whatever_the_error() {
         let verdict = told(&Story { exchanged: true, ..Story::default() }, verdict);
         assert!(verdict.grade >= Grade::Poor, "{verdict:?}");
-        let swaps = verdict.criteria.iter().find(|criterion| criterion.metric == "limb_swaps").unwrap();
+        let swaps = verdict.criteria.iter().find(|criterion| criterion.metric == "limbs_exchanged").unwrap();
         assert!(swaps.grade == Grade::Poor && swaps.value > 0.8, "{swaps:?}");
+    }
+
+    /// The false verdicts of old: the mean is below 50 mm with a wrist that is half a metre off for 41 frames or more.
+    #[test]
+    fn a_small_mean_with_a_lost_limb_is_not_good_and_the_stretch_is_named() {
+        for (from, grade) in [(80, Grade::Usable), (50, Grade::Poor)] {
+            let verdict = told(&Story { wrist_lost_from: Some(from), seeds: 2, ..Story::default() }, verdict);
+            let mean = verdict.criteria.iter().find(|criterion| criterion.metric == "humaneva_mm").unwrap();
+            assert!(mean.grade == Grade::Good && mean.value < 50.0, "{mean:?}");
+            assert_eq!(verdict.grade, grade, "{}", verdict.line);
+            let stretch = format!(" The longest: left wrist more than 150 mm off from frame {from} to 120 (seed 0).");
+            assert!(verdict.line.ends_with(&stretch), "{}", verdict.line);
+            assert!(verdict.line.contains("a marker is more than 150 mm off in "), "{}", verdict.line);
+        }
+        let short = told(&Story { wrist_lost_from: Some(116), ..Story::default() }, verdict);
+        assert_eq!(short.grade, Grade::Good, "5 of 120 frames: {}", short.line);
+        assert!(!short.line.contains("The longest"), "{}", short.line);
+    }
+
+    /// A pose that never changes fits better with left and right exchanged in a third of the frames of a walk.
+    #[test]
+    fn a_rigid_pose_is_not_said_to_be_exchanged() {
+        let (verdict, swaps) = told(&Story { rigid: true, ..Story::default() }, |input| {
+            (verdict(input), input.summary.metrics["limb_swaps"].mean)
+        });
+        assert!(swaps > 0.3, "{swaps}");
+        let exchanged = verdict.criteria.iter().find(|criterion| criterion.metric == "limbs_exchanged").unwrap();
+        assert!(exchanged.grade == Grade::Good && !verdict.line.contains("exchanged"), "{}", verdict.line);
+    }
+
+    #[test]
+    fn the_overlap_is_graded_on_the_exact_silhouettes_where_the_observed_ones_are_corrupted() {
+        let overlap = |verdict: &Verdict| {
+            verdict.criteria.iter().find(|criterion| criterion.metric.starts_with("silhouette")).unwrap().clone()
+        };
+        let observed = overlap(&told(&Story::default(), verdict));
+        assert_eq!((observed.metric, observed.title), ("silhouette_iou", "Overlap of the silhouettes"));
+        let told = told(&Story { exact_overlap: Some(0.5), ..Story::default() }, verdict);
+        let exact = overlap(&told);
+        assert_eq!((exact.metric, exact.value, exact.grade), ("silhouette_iou_exact", 0.5, Grade::Poor));
+        assert!(told.line.contains("50 %, measured on the exact silhouettes, because those observed are corrupted"));
+    }
+
+    #[test]
+    fn of_another_program_it_is_said_whose_likelihood_was_asked() {
+        for (gap, words) in
+            [(0.1, "do not tell the two poses apart"), (-0.1, "show a better pose than the program found")]
+        {
+            let story = Story { gap, own_likelihood: false, ..Story::default() };
+            let cause = told(&story, verdict).cause.unwrap();
+            assert!(cause.contains(words) && cause.contains("by skiagraph's likelihood on the set's body"), "{cause}");
+        }
     }
 
     #[test]
@@ -146,7 +234,10 @@ mod tests {
 
     #[test]
     fn images_that_show_nothing_accuse_nobody() {
-        assert_eq!(told(&Story { gap: 0.0, ..Story::default() }, verdict).cause, None);
+        let verdict = told(&Story { gap: 0.0, ..Story::default() }, verdict);
+        assert_eq!(verdict.cause, None);
+        let json = serde_json::to_value(&verdict).unwrap();
+        assert!(json.get("cause").is_none(), "absent and not null: {json}");
     }
 
     #[test]

@@ -51,7 +51,10 @@ fn pages_work_in_a_browser_without_network_error_or_sideways_scrolling() {
     room.succeed("run methods.toml --seeds 3 --out methods");
     room.succeed("run tiny.toml particles=20 --out other");
     room.succeed("compare run other --html difference.html");
-    let Some(pages) = browse(&room, &["run/report.html", "methods/comparison.html", "difference.html"]) else { return };
+    room.succeed("sweep tiny.toml particles=6,12,18 rig.ring.count=1,2 --out sweep -j 2");
+    room.succeed("report sweep");
+    let all = ["run/report.html", "methods/comparison.html", "difference.html", "sweep/report.html"];
+    let Some(pages) = browse(&room, &all) else { return };
     for page in &pages {
         assert_eq!(page["wrong"], serde_json::json!([]), "{page}");
     }

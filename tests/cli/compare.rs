@@ -32,6 +32,12 @@ fn differences_are_those_of_the_runs_in_every_format() {
     assert!(String::from_utf8(room.read("page.html")).unwrap().contains("HumanEva 3-D error, mm"));
     let markdown = room.succeed("compare runs/main runs/mine runs/main/run.json --markdown").stdout;
     assert!(markdown.starts_with("### ") && markdown.contains("<details>"), "{markdown}");
+    for (text, words) in [(&text.stdout, "  mine is "), (&markdown, "**mine is ")] {
+        let found = text.contains(words) || text.contains("No difference between mine and main is shown");
+        assert!(found && text.contains("A marker is more than 150 mm off in "), "{text}");
+    }
+    assert!(text.stdout.contains("the actor's own values are equal on both sides: truth_"), "{}", text.stdout);
+    assert!(!text.stdout.lines().any(|line| line.trim_start().starts_with("Foot float of the actor")));
     let folder = room.succeed("compare runs/main runs/main").stdout;
     assert!(folder.contains("equal"), "the same run: {folder}");
 }

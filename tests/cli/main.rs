@@ -13,6 +13,7 @@ mod documentation;
 mod edited;
 mod existing_outputs;
 mod export;
+mod figures;
 mod filming;
 mod forged_sets;
 #[cfg(unix)]
@@ -43,4 +44,5 @@ mod strangers;
 mod support;
 mod sweep;
 mod train;
+mod verdicts;
 mod verify;

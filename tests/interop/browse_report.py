@@ -108,6 +108,37 @@ def check_enlarging(page, wrong):
     page.keyboard.press("Escape")
 
 
+def check_contents_and_sorting(page, wrong):
+    """The contents lead to their headings; a click on the head of a column sorts up, down, and as it was."""
+    links = page.locator("nav.contents a")
+    if page.locator("main h2:visible").count() >= 3 and links.count() < 3:
+        wrong.append("no contents")
+    for link in links.all():
+        target = link.get_attribute("href")[1:]
+        if page.evaluate("id => !document.getElementById(id)", target):
+            wrong.append(f"contents: no {target}")
+    table = page.locator("main table:has(th .sort):visible").first
+    if table.count() == 0:
+        return
+    button = table.locator("th .sort").last
+    column = button.evaluate("button => button.closest('th').cellIndex")
+    cells = lambda: table.evaluate("(table, column) => [...table.tBodies[0].rows].map(row => row.cells[column].innerText.trim())", column)
+    before = cells()
+    orders = []
+    for _ in range(3):
+        button.click()
+        orders.append(cells())
+    number = lambda text: float(text.replace("▼", "").strip().split(" ")[0].replace("<", ""))
+    try:
+        up = [number(text) for text in orders[0] if text not in ("", "-", "–")]
+        if up != sorted(up):
+            wrong.append(f"not sorted: {orders[0]}")
+    except ValueError:
+        pass
+    if sorted(orders[0]) != sorted(before) or orders[2] != before:
+        wrong.append(f"sorting loses rows or their order: {before} {orders}")
+
+
 def check_labels(page, wrong):
     bad = page.evaluate(
         """() => [...document.querySelectorAll("img, svg, canvas, button, input")].filter((e) =>
@@ -133,6 +164,8 @@ def look(browser, path, shots):
         found[f"seconds_{name}"] = round(time.monotonic() - begin, 3)
         wrong.extend(f"{name}: sideways scrolling: {element}" for element in too_wide(page))
         check_labels(page, wrong)
+        if name == "broad":
+            check_contents_and_sorting(page, wrong)
         found[f"playback_{name}"] = check_playback(page, wrong)
         if name == "broad":
             check_enlarging(page, wrong)

@@ -27,6 +27,8 @@ pub(crate) struct Tracked {
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Method {
     pub(crate) tracker: String,
+    #[serde(default)]
+    pub(crate) knows_truth: bool,
     pub(crate) models: Option<usize>,
     pub(crate) brought_back: u64,
     pub(crate) summary: Summary,
@@ -75,6 +77,7 @@ pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Pat
         let record = &comparison.methods[&compared.name];
         let of = Method {
             tracker: compared.tracker,
+            knows_truth: compared.knows_truth,
             models: record.models,
             brought_back: record.recovered_particles,
             summary: compared.summary,
@@ -93,6 +96,7 @@ impl Tracked {
         let method = |(name, method): (&String, &Method)| ComparedMethod {
             name: name.clone(),
             tracker: method.tracker.clone(),
+            knows_truth: method.knows_truth,
             summary: method.summary.clone(),
             frozen: method.frozen.clone(),
             errors: method.errors.clone(),

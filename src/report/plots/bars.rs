@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+use super::axis::PlotAxis;
 use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
@@ -50,12 +51,20 @@ const BETWEEN_GROUPS: i32 = 11;
 const ABOVE: i32 = 6;
 const BELOW: i32 = 44;
 const NAME_WIDTH: i32 = 84;
+/// Of an average letter of a name.
+const LETTER: f64 = 6.6;
 
 impl BarPlot {
     /// The height that holds all bars comfortably, CSS pixels.
     pub fn height(&self, width: u32) -> u32 {
         let groups: i32 = self.groups.iter().map(|g| g.bars.len() as i32 * BAR + BETWEEN_GROUPS).sum();
         (self.head(width).height + ABOVE + groups + BELOW).max(120) as u32
+    }
+
+    /// Room for the longest name, at most two fifths of the width.
+    fn name_width(&self, width: u32) -> i32 {
+        let longest = self.groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
+        ((LETTER * longest as f64) as i32 + 14).clamp(NAME_WIDTH, (width as i32 * 2 / 5).max(NAME_WIDTH))
     }
 
     fn head(&self, width: u32) -> PlotHead<'_> {
@@ -72,16 +81,20 @@ impl BarPlot {
         let height = self.height(width);
         let label = self.title.as_ref().unwrap_or(&self.value_label);
         let label = &if self.finding.is_empty() { label.clone() } else { format!("{label}: {}", self.finding) };
+        let names = self.name_width(width);
         draw_svg(Size { width, height }, label, |canvas| {
             head.draw(canvas)?;
             let mut top = head.height + ABOVE;
             // Vertical positions are CSS pixels, so that bars have the same height in every plot.
             let mut chart = ChartBuilder::on(canvas)
                 .margin_top(top * FINE)
-                .margin_left(NAME_WIDTH * FINE)
+                .margin_left(names * FINE)
                 .margin_right(44 * FINE)
                 .x_label_area_size(BELOW * FINE)
-                .build_cartesian_2d(0.0..self.greatest(), f64::from(height as i32 - BELOW)..f64::from(top))
+                .build_cartesian_2d(
+                    PlotAxis::round([0.0, self.greatest()]),
+                    PlotAxis::round([f64::from(height as i32 - BELOW), f64::from(top)]),
+                )
                 .map_err(failed)?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.value_label, (width / 100) as usize);
@@ -90,7 +103,7 @@ impl BarPlot {
             for group in &self.groups {
                 let bars_top = top + BETWEEN_GROUPS / 2;
                 let middle = bars_top + group.bars.len() as i32 * BAR / 2;
-                canvas.draw_text(&group.name, &name_style, ((NAME_WIDTH - 8) * FINE, middle * FINE)).map_err(failed)?;
+                canvas.draw_text(&group.name, &name_style, ((names - 8) * FINE, middle * FINE)).map_err(failed)?;
                 for (bar, bar_top) in group.bars.iter().zip((bars_top..).step_by(BAR as usize)) {
                     bar.draw(canvas, &mut chart, f64::from(bar_top), self.greatest())?;
                 }

@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+use super::axis::{PlotAxis, power_of_ten};
 use super::style::{
     AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style,
 };
@@ -94,7 +95,7 @@ impl LinePlot {
             let log = |limit: Option<f64>| limit.filter(|limit| *limit > 0.0).map(libm::log10);
             let lines = self.lines.iter().map(Line::logarithm).collect();
             let plot = Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() };
-            return plot.draw(size, &|exponent| two_digits(libm::pow(10.0, *exponent)));
+            return plot.draw(size, &|exponent| power_of_ten(*exponent));
         }
         self.draw(size, &|value| short(*value))
     }
@@ -107,7 +108,9 @@ impl LinePlot {
         let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
         draw_svg_over_frames(size, &label, |canvas| {
             let [x, y] = self.ranges();
-            let mut chart = head.draw_above_axes(canvas, &self.y_label, [x, y])?;
+            let x_axis = PlotAxis::from_values(x, self.lines.iter().flat_map(Line::positions));
+            let y_axis = if self.logarithmic { PlotAxis::logarithmic(y) } else { PlotAxis::round(y) };
+            let mut chart = head.draw_above_axes(canvas, &self.y_label, [x_axis, y_axis])?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.x_label, (size.width / 70) as usize);
             mesh.disable_x_mesh()
@@ -146,12 +149,6 @@ fn draw_mark(
     let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
     let style = text_style(12.0, Colour::Faint, side, VPos::Top);
     canvas.draw_text(name, &style, (left + offset * FINE, top + 2 * FINE)).map_err(failed)
-}
-
-/// A positive number with two significant digits.
-fn two_digits(value: f64) -> String {
-    let step = libm::pow(10.0, libm::floor(libm::log10(value)) - 1.0);
-    short((value / step).round() * step)
 }
 
 /// Least and greatest; a range of one around a single value, `[0, 1]` for none.
@@ -213,7 +210,6 @@ mod tests {
         let plot = LinePlot { lines: vec![line], logarithmic: true, ..LinePlot::default() };
         let Svg(svg) = plot.svg(Size { width: 400, height: 300 }).unwrap();
         assert!(svg.contains(">\n10\n<") && svg.contains(">\n100\n<"));
-        assert_eq!([3.1623, 31.623, 1000.0].map(two_digits), ["3.2", "32", "1000"]);
     }
 
     #[test]

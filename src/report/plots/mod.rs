@@ -4,14 +4,18 @@
 //! that the plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
 //! ([`Svg::standalone`]).
 
+mod axis;
 mod bars;
+mod heat_plot;
 mod lines;
 mod paths;
 mod scatter;
 mod spans;
 mod style;
 
+pub(super) use axis::log_ticks;
 pub use bars::{Bar, BarGroup, BarPlot};
+pub use heat_plot::{HeatCell, HeatPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
 pub use scatter::{ScatterGroup, ScatterPlot, ScatterPoint};

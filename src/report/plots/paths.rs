@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+use super::axis::PlotAxis;
 use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
 use super::{Size, Stroke, Svg};
 use crate::report::ReportError;
@@ -70,7 +71,7 @@ impl PathPanel {
             .margin_right(right)
             .x_label_area_size(bottom)
             .y_label_area_size(left)
-            .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
+            .build_cartesian_2d(PlotAxis::round(x), PlotAxis::round(y))
             .map_err(failed)?;
         let mut mesh = chart.configure_mesh();
         style_mesh(&mut mesh, &self.x_label, 5);

@@ -2,7 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh};
+use super::axis::{PlotAxis, power_of_ten};
+use super::style::{Canvas, FINE, PlotHead, draw_svg, failed, short, style_mesh};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -41,6 +42,9 @@ pub struct ScatterPoint {
     pub interval: Option<[f64; 2]>,
 }
 
+/// How far, in sizes of the greatest value, an interval may stretch the plot.
+const FURTHEST: f64 = 2.0;
+
 impl ScatterPlot {
     /// Draws the plot.
     ///
@@ -54,10 +58,11 @@ impl ScatterPlot {
         }
         let head = PlotHead::new(None, entries, size.width);
         draw_svg(size, &format!("{} over {}", self.y_label, self.x_label), |canvas| {
-            let ranges @ [_, y] = self.ranges();
-            let mut chart = head.draw_above_axes(canvas, &self.y_label, ranges)?;
+            let [x, y] = self.ranges();
+            let axes = [PlotAxis::logarithmic(x), PlotAxis::round(y)];
+            let mut chart = head.draw_above_axes(canvas, &self.y_label, axes)?;
             let mut mesh = chart.configure_mesh();
-            style_mesh(&mut mesh, &self.x_label, (size.width / 110) as usize);
+            style_mesh(&mut mesh, &format!("{} (logarithmic)", self.x_label), (size.width / 70) as usize);
             mesh.x_label_formatter(&|exponent| power_of_ten(*exponent))
                 .y_labels((size.height / 45) as usize)
                 .y_label_formatter(&|value| short(*value))
@@ -71,6 +76,10 @@ impl ScatterPlot {
                     if let Some(ends) = point.interval {
                         let bar = ends.map(|end| (at, end.clamp(y[0], y[1])));
                         chart.draw_series(LineSeries::new(bar, line)).map_err(failed)?;
+                        if ends[1] > y[1] {
+                            let place = chart.backend_coord(&(at, y[1]));
+                            draw_arrow(canvas, place, group.colour)?;
+                        }
                     }
                     let dot = group.colour.rgb().filled();
                     chart.draw_series([Circle::new((at, point.y), 4 * FINE, dot)]).map_err(failed)?;
@@ -80,7 +89,14 @@ impl ScatterPlot {
         })
     }
 
-    /// Ranges of exponents and of values, with a margin; values begin at zero.
+    /// Whether an interval continues above the plot.
+    pub(in crate::report) fn cuts_off(&self) -> bool {
+        let [_, [_, top]] = self.ranges();
+        self.groups.iter().flat_map(ScatterGroup::drawn).any(|point| point.interval.is_some_and(|[_, high]| high > top))
+    }
+
+    /// Ranges of exponents and of values, with a margin; values begin at zero. Intervals are in it whole, but for what
+    /// goes further than twice the greatest value.
     pub(in crate::report) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let ends = |of: &dyn Fn(&ScatterPoint) -> f64| {
@@ -91,7 +107,11 @@ impl ScatterPlot {
         let [left, right] = ends(&|p| libm::log10(p.x)).unwrap_or([0.0, 1.0]);
         let [least, most] = ends(&|p| p.y).unwrap_or([0.0, 1.0]);
         let margin = 0.05 * (right - left).max(0.2);
-        [[left - margin, right + margin], [least.min(0.0), (1.08 * most).max(least.min(0.0) + 1e-9)]]
+        let highest = points().filter_map(|p| p.interval).map(|[_, high]| high).filter(|high| high.is_finite());
+        let most = highest.fold(most, f64::max).min((FURTHEST * most).max(most));
+        let lowest = points().filter_map(|p| p.interval).map(|[low, _]| low).filter(|low| low.is_finite());
+        let least = lowest.fold(least, f64::min).max((FURTHEST * least).min(0.0));
+        [[left - margin, right + margin], [least.min(0.0), (1.05 * most).max(least.min(0.0) + 1e-9)]]
     }
 }
 
@@ -115,15 +135,43 @@ fn steps(front: &[[f64; 2]]) -> Vec<(f64, f64)> {
     path
 }
 
-fn power_of_ten(exponent: f64) -> String {
-    let value = libm::pow(10.0, exponent);
-    let step = libm::pow(10.0, libm::floor(exponent) - 1.0);
-    short((value / step).round() * step)
+/// A head at the top of an interval that continues above the plot.
+fn draw_arrow(canvas: &Canvas<'_>, (x, y): (i32, i32), colour: Colour) -> Result<(), ReportError> {
+    let [width, height] = [4 * FINE, 7 * FINE];
+    let head = vec![(x, y), (x - width, y + height), (x + width, y + height)];
+    canvas.draw(&Polygon::new(head, colour.rgb().filled())).map_err(failed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn plot(intervals: [[f64; 2]; 2]) -> ScatterPlot {
+        let point = |x, y, interval| ScatterPoint { x, y, interval: Some(interval) };
+        let points = vec![point(100.0, 5.0, intervals[0]), point(1000.0, 2.0, intervals[1])];
+        let group = ScatterGroup { name: "one".to_owned(), colour: Colour::Blue, points };
+        ScatterPlot { x_label: "evaluations".to_owned(), groups: vec![group], ..ScatterPlot::default() }
+    }
+
+    #[test]
+    fn intervals_are_whole_and_one_that_goes_on_for_ever_has_an_arrow() {
+        let whole = plot([[3.0, 8.0], [1.0, 3.0]]);
+        let [_, [low, high]] = whole.ranges();
+        assert!(low == 0.0 && high > 8.0 && !whole.cuts_off());
+        let wild = plot([[3.0, 800.0], [1.0, 3.0]]);
+        assert!(wild.cuts_off() && wild.ranges()[1][1] < 11.0);
+        let arrows =
+            |plot: &ScatterPlot| plot.svg(Size { width: 600, height: 300 }).unwrap().0.matches("<polygon").count();
+        assert_eq!([arrows(&whole), arrows(&wild)], [0, 1]);
+    }
+
+    #[test]
+    fn the_logarithmic_axis_says_so_and_its_ticks_are_round() {
+        let Svg(svg) = plot([[3.0, 8.0], [1.0, 3.0]]).svg(Size { width: 600, height: 300 }).unwrap();
+        for words in ["evaluations (logarithmic)", ">\n200\n<", ">\n500\n<", ">\n1000\n<"] {
+            assert!(svg.contains(words), "{words}");
+        }
+    }
 
     #[test]
     fn a_front_is_drawn_in_steps_and_points_that_have_no_place_are_left_out() {

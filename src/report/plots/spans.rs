@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
+use super::axis::PlotAxis;
 use super::style::{AxisPlace, FINE, draw_svg_over_frames, failed, style_mesh, text_style};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
@@ -61,7 +62,10 @@ impl SpanPlot {
                 .margin_left(NAME_WIDTH * FINE)
                 .margin_right(14 * FINE)
                 .x_label_area_size(BELOW * FINE)
-                .build_cartesian_2d(x_range, f64::from(height as i32 - BELOW)..f64::from(ABOVE))
+                .build_cartesian_2d(
+                    PlotAxis::round(ends),
+                    PlotAxis::round([f64::from(height as i32 - BELOW), f64::from(ABOVE)]),
+                )
                 .map_err(failed)?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.x_label, (width / 70) as usize);

@@ -1,12 +1,12 @@
 //! Colours, strokes and text of plots, and their SVG.
 
 use plotters::chart::MeshStyle;
-use plotters::coord::types::RangedCoordf64;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
+use super::axis::PlotAxis;
 use crate::report::GENERATOR;
 use crate::report::ReportError;
 
@@ -157,6 +157,11 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
 pub struct Svg(pub String);
 
 impl Svg {
+    /// The same as a file of its own in the colours of white paper, without a style sheet.
+    pub(in crate::report) fn for_paper(&self) -> String {
+        self.0.replacen('>', &format!("><metadata>{GENERATOR}</metadata>"), 1)
+    }
+
     /// The same as a file of its own, which follows the reader's light or dark theme.
     pub fn standalone(&self) -> String {
         let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());
@@ -290,12 +295,12 @@ impl<'a> PlotHead<'a> {
         Ok(())
     }
 
-    /// Draws the head and the label of the vertical axis, and puts empty axes of these ranges below.
+    /// Draws the head and the label of the vertical axis, and puts these axes below, empty.
     pub(super) fn draw_above_axes<'c, 'b>(
         &self,
         canvas: &'c Canvas<'b>,
         y_label: &str,
-        [x, y]: [[f64; 2]; 2],
+        [x, y]: [PlotAxis; 2],
     ) -> Result<Chart<'c, 'b>, ReportError> {
         self.draw(canvas)?;
         let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
@@ -305,17 +310,17 @@ impl<'a> PlotHead<'a> {
             .margin_right(14 * FINE)
             .x_label_area_size(40 * FINE)
             .y_label_area_size(46 * FINE)
-            .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
+            .build_cartesian_2d(x, y)
             .map_err(failed)
     }
 }
 
-/// A chart on plain axes.
-pub(super) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// A chart on two axes.
+pub(super) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<PlotAxis, PlotAxis>>;
 
 /// The lines and labels that the axes of every plot share.
 pub(super) fn style_mesh<'b>(
-    mesh: &mut MeshStyle<'_, 'b, RangedCoordf64, RangedCoordf64, SVGBackend<'_>>,
+    mesh: &mut MeshStyle<'_, 'b, PlotAxis, PlotAxis, SVGBackend<'_>>,
     x_label: &str,
     ticks: usize,
 ) {

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use serde::Serialize;
 
 use super::analysis::{CostMeasure, Effect, pareto_front};
+use super::heat;
 use super::input::{SweepPageInput, SweepPoint};
 use super::shown;
 use crate::evaluation::{Direction, mean};
@@ -13,7 +14,7 @@ use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
 /// Of plots on broad pages, and on phones.
-const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
+pub(super) const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
 /// Values of an axis of a heat map, and of one that a plot goes along.
@@ -35,20 +36,22 @@ pub(super) struct Map {
 pub(super) struct MapCell {
     pub(super) text: String,
     note: String,
-    /// 0 (best) to 100 (worst) of all maps; absent for an empty cell.
-    pub(super) shade: Option<u32>,
+    /// 0 (best) to 1 (worst) of all maps; absent for an empty cell.
+    pub(super) place: Option<f64>,
+    /// Its ground in a light and in a dark page, as CSS writes colours.
+    grounds: [String; 2],
 }
 
 #[derive(Serialize)]
 pub(super) struct ErrorCurve {
-    axis: String,
-    plot: TwoSizes,
+    pub(super) axis: String,
+    pub(super) plot: TwoSizes,
 }
 
 /// A plot as SVG for broad pages and for phones.
 #[derive(Serialize)]
 pub(super) struct TwoSizes {
-    wide: String,
+    pub(super) wide: String,
     narrow: String,
 }
 
@@ -180,7 +183,8 @@ pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, boo
         MapCell {
             text: number(middle, input.objective.unit),
             note,
-            shade: Some((100.0 * place).round().clamp(0.0, 100.0) as u32),
+            place: Some(place),
+            grounds: [heat::on_light(place), heat::on_dark(place)].map(heat::hex),
         }
     };
     let maps = kinds

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
-use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter};
+use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter, scatter_plot};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
 use super::shown;
 use crate::evaluation::Direction;
@@ -43,6 +43,8 @@ struct SweepPage<'a> {
     ends: Option<[usize; 2]>,
     /// Dots of a plot, where not all settings have one.
     dots: Option<usize>,
+    /// Whether an interval leaves a plot.
+    cut_off: bool,
     facts: &'a [(String, String)],
 }
 
@@ -154,6 +156,9 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         rows: table(input, &shown.settings),
         ends: shown.ends,
         dots: shown::thinned(input.settings.len()),
+        cut_off: [CostMeasure::Evaluations, CostMeasure::Processor]
+            .iter()
+            .any(|cost| scatter_plot(input, *cost).cuts_off()),
         facts: &input.facts,
     };
     render_page(TEMPLATE, &page)

@@ -4,6 +4,7 @@ use tiny_skia::Pixmap;
 
 use super::analysis::{CostMeasure, pareto_front};
 use super::figures::{Map, labelled, maps, scatter_plot};
+use super::heat;
 use super::input::{SweepPageInput, SweepPoint};
 use super::page::choice;
 use crate::evaluation::Direction;
@@ -15,7 +16,7 @@ use crate::report::drawing::{
     fitting, stroke, wrapped,
 };
 use crate::report::lettering::draw_text;
-use crate::report::plots::ScatterPlot;
+use crate::report::plots::{ScatterPlot, log_ticks};
 
 /// Settings that have a row.
 const BEST: u8 = 10;
@@ -25,7 +26,6 @@ const MAPS: usize = 3;
 const WIDEST: usize = 8;
 const PLOT_HEIGHT: f32 = 340.0;
 const ROW: f32 = 30.0;
-const SHADES: [[f32; 3]; 2] = [[44.0, 122.0, 100.0], [176.0, 74.0, 22.0]];
 const COLOURS: [[u8; 3]; 6] =
     [LINE, [0xf0, 0x9a, 0x4a], [0x5f, 0xc9, 0x8f], [0xee, 0x6a, 0x6a], [0xb9, 0x93, 0xf0], [0xe6, 0xc8, 0x4d]];
 
@@ -100,7 +100,8 @@ fn best_settings(input: &SweepPageInput) -> Vec<&SweepPoint> {
 /// Means with their intervals over the logarithm of the cost, and the Pareto front in steps.
 fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]: [f32; 4]) {
     draw_text(picture, &plot.y_label, [left + 14.0, top + 12.0], 11.0, FAINT);
-    draw_text_to(picture, &plot.x_label, [left + width - 14.0, top + height - 20.0], 11.0, FAINT);
+    let x_label = format!("{} (logarithmic)", plot.x_label);
+    draw_text_to(picture, &x_label, [left + width - 14.0, top + height - 20.0], 11.0, FAINT);
     let [x_range, y_range] = plot.ranges();
     let area = [left + 58.0, top + 58.0, width - 76.0, height - 108.0];
     let part = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
@@ -111,7 +112,7 @@ fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]:
         let digits = if y_range[1] - y_range[0] < 8.0 { 2 } else { 0 };
         draw_text_to(picture, &format!("{value:.digits$}"), [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
     }
-    for cost in round_costs(x_range) {
+    for cost in log_ticks(x_range, 8) {
         stroke(picture, &[[x(cost), area[1]], [x(cost), area[1] + area[3]]], GRID, 1.0, false);
         draw_text_about(picture, &short_cost(cost), [x(cost), area[1] + area[3] + 8.0], 10.0, FAINT);
     }
@@ -149,19 +150,6 @@ fn round_values([low, high]: [f64; 2]) -> Vec<f64> {
     (0_u8..12).map(|count| (first + f64::from(count)) * step).take_while(|value| *value <= high).collect()
 }
 
-/// Round costs whose exponents of ten lie within a range: 1, 2 and 5 times powers of ten, or these alone where there
-/// are many.
-fn round_costs([low, high]: [f64; 2]) -> Vec<f64> {
-    let (first, last) = (libm::floor(low) as i32, libm::ceil(high) as i32);
-    let all = |digits: &[f64]| -> Vec<f64> {
-        let costs =
-            (first..=last).flat_map(|exponent| digits.iter().map(move |d| d * libm::pow(10.0, f64::from(exponent))));
-        costs.filter(|cost| (low..=high).contains(&libm::log10(*cost))).collect()
-    };
-    let fine = all(&[1.0, 2.0, 5.0]);
-    if fine.len() > 8 { all(&[1.0]) } else { fine }
-}
-
 fn short_cost(value: f64) -> String {
     match value {
         value if value >= 1e4 => format!("{:.0}k", value / 1e3),
@@ -184,11 +172,8 @@ fn heat_map(picture: &mut Pixmap, map: &Map, [left, top]: [f32; 2], width: f32) 
         draw_text_to(picture, name, [left + label - 8.0, above + 9.0], fitting(name, 10.0, label - 8.0), FAINT);
         for (value, column) in cells.iter().zip(0_u8..) {
             let beside = left + label + f32::from(column) * cell;
-            let Some(shade) = value.shade else { continue };
-            let place = shade as f32 / 100.0;
-            let mix = |channel: usize| SHADES[0][channel] + place * (SHADES[1][channel] - SHADES[0][channel]);
-            let mixed = [0, 1, 2].map(|channel| mix(channel) as u8);
-            fill(picture, [beside + 1.0, above + 1.0, cell - 2.0, ROW - 2.0], mixed, 255);
+            let Some(place) = value.place else { continue };
+            fill(picture, [beside + 1.0, above + 1.0, cell - 2.0, ROW - 2.0], heat::on_dark(place), 255);
             draw_text_about(picture, &value.text, [beside + 0.5 * cell, above + 9.0], 11.0, INK);
         }
     }
@@ -271,7 +256,5 @@ mod tests {
     fn ticks_are_round_and_within_their_range() {
         assert_eq!(round_values([0.0, 97.0]), [0.0, 20.0, 40.0, 60.0, 80.0]);
         assert_eq!(round_values([0.0, 1.0]).len(), 6);
-        assert_eq!(round_costs([libm::log10(43.0), libm::log10(1162.0)]), [50.0, 100.0, 200.0, 500.0, 1000.0]);
-        assert_eq!(round_costs([0.5, 5.5]), [10.0, 100.0, 1000.0, 1e4, 1e5]);
     }
 }

@@ -1,0 +1,135 @@
+//! `skiagraph report RUN --figures DIR`: the figures of a run, a comparison of methods or a sweep as SVG files.
+
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use super::error::read_file;
+use super::inputs::Inputs;
+use super::ours::ResultKind;
+use super::partial_directory::PartialDirectory;
+use super::run_picture::{StoredMethods, stored_columns, stored_methods, stored_run};
+use super::search_file::{SearchRecord, search_from_npz};
+use super::sweep::{PLAN_FILE, PlannedSweep, page_input};
+use super::tracking::{POSES_FILE, SEARCH_FILE};
+use super::{COMPARISON_FILE, Destination, ExperimentError, PER_FRAME_FILE, RUN_FILE};
+use crate::body::Markers;
+use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
+use crate::input::limits;
+use crate::npz::Npz;
+use crate::report::{
+    ComparisonInput, FigureFile, ReportInput, ReportRun, comparison_figures, run_figures, sweep_figures,
+};
+
+/// The name of the list of captions.
+const CAPTIONS: &str = "README.txt";
+
+/// Writes the figures of what lies in `source` into a folder of their own, with their captions; `within` is as of
+/// `skiagraph report`. How many there are.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn write_figures(source: &Path, within: Option<f64>, to: Destination<'_>) -> Result<usize, ExperimentError> {
+    Inputs::new([source.to_owned()]).keep_from(to.path)?;
+    let folder = PartialDirectory::begin(to.path, ResultKind::Figures, to.force)?;
+    let figures = figures_of(source, within)?;
+    let mut captions = String::new();
+    for FigureFile { name, caption, svg } in &figures {
+        folder.write(&format!("{name}.svg"), svg.as_bytes())?;
+        captions.push_str(&format!("{name}.svg\n    {caption}\n\n"));
+    }
+    folder.write(CAPTIONS, captions.as_bytes())?;
+    folder.finish()?;
+    Ok(figures.len())
+}
+
+fn figures_of(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, ExperimentError> {
+    if source.join(PLAN_FILE).is_file() {
+        return Ok(sweep_figures(&page_input(&PlannedSweep::open(source)?, within)?)?);
+    }
+    if source.join(COMPARISON_FILE).is_file() {
+        let StoredMethods { title, frames, seeds, matched, methods } = stored_methods(source)?;
+        return Ok(comparison_figures(&ComparisonInput { title: &title, frames, seeds, matched, methods: &methods })?);
+    }
+    if source.join(RUN_FILE).is_file() {
+        return of_run(source);
+    }
+    let detail = "expected the folder of a measured run, of a run with several methods, or of a sweep".to_owned();
+    Err(ExperimentError::Malformed { path: source.to_owned(), detail })
+}
+
+/// From the files of a run: the estimates are measured again as far as markers tell, the rest is read.
+fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
+    let stored = stored_run(folder)?;
+    let table = folder.join(PER_FRAME_FILE);
+    let [truth_energy, energy] =
+        ["energy_truth", "energy_estimate"].map(|column| stored_columns(&table, &stored.seeds, column, false));
+    let (truth_energy, energy) = (truth_energy?, energy?);
+    let evaluations = evaluations(folder, stored.frames_per_second)?;
+    if evaluations.len() != stored.seeds.len() {
+        let detail = format!("holds {} seeds, run.json {}", evaluations.len(), stored.seeds.len());
+        return Err(ExperimentError::Malformed { path: folder.join(POSES_FILE), detail });
+    }
+    let search = search(folder, [evaluations.len(), stored.frames])?;
+    let runs: Vec<ReportRun<'_>> = evaluations
+        .iter()
+        .zip(&stored.seeds)
+        .enumerate()
+        .map(|(index, (evaluation, seed))| {
+            let searched = || search.get(index).into_iter().flatten();
+            ReportRun {
+                run: SeedRun { clip: &stored.scenario, seed: *seed, evaluation },
+                truth_energy: &truth_energy[index],
+                estimate_energy: &energy[index],
+                layers: searched().map(|record| record.layers.as_slice()).collect(),
+                occupancy: searched().map(|record| record.occupancy.as_slice()).collect(),
+                stances: &[],
+            }
+        })
+        .collect();
+    Ok(run_figures(&ReportInput {
+        title: &stored.scenario,
+        tracker: &stored.tracker,
+        matched: false,
+        facts: &[],
+        runs: &runs,
+        summary: &stored.summary,
+        own_likelihood: stored.tracker != "external",
+        frozen: None,
+        sheet: None,
+        playbacks: &[],
+        this_run: &[],
+    })?)
+}
+
+/// Of every seed, measured again on the markers in `poses.npz`.
+fn evaluations(folder: &Path, frames_per_second: f64) -> Result<Vec<Evaluation>, ExperimentError> {
+    let path = folder.join(POSES_FILE);
+    let name = path.display().to_string();
+    let npz = Npz::from_bytes(&name, &read_file(&path, limits::ARRAYS)?)?;
+    let truth = markers(npz.f64s(&name, "truth_markers", &[None, Some(15), Some(3)])?);
+    let estimates = markers(npz.f64s(&name, "estimate_markers", &[None, Some(truth.len()), Some(15), Some(3)])?);
+    let of_seed = |estimate: &[Markers]| Ok(evaluate(&Sequence::from_markers(frames_per_second, &truth, estimate))?);
+    estimates.chunks_exact(truth.len().max(1)).map(of_seed).collect()
+}
+
+/// Fifteen points a frame; NaN is none.
+fn markers(numbers: &[f64]) -> Vec<Markers> {
+    let (points, _) = numbers.as_chunks::<3>();
+    let point =
+        |[x, y, z]: &[f64; 3]| Some(Point3::new(*x, *y, *z)).filter(|point| point.iter().all(|v| v.is_finite()));
+    points.chunks_exact(15).map(|frame| std::array::from_fn(|index| point(&frame[index]))).collect()
+}
+
+/// How the search went; nothing for poses that another program made.
+fn search(folder: &Path, shape: [usize; 2]) -> Result<Vec<Vec<SearchRecord>>, ExperimentError> {
+    let path = folder.join(SEARCH_FILE);
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let npz = Npz::from_bytes(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?;
+    search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
+        path,
+        detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
+    })
+}

@@ -1,0 +1,64 @@
+//! The figures of runs and comparisons as files of their own.
+
+use super::comparison::{ComparisonInput, error_bars, error_plot, verdict};
+use super::figure_file::FigureFile;
+use super::figures::figures;
+use super::plots::Size;
+use super::{ReportError, ReportInput, typical_run};
+use crate::evaluation::SeedRun;
+
+/// The figures of a run's page, each half a page wide.
+///
+/// # Errors
+/// [`ReportError`] without a run, or where a plot cannot be drawn.
+pub fn run_figures(input: &ReportInput<'_>) -> Result<Vec<FigureFile>, ReportError> {
+    let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
+    let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
+    let all = figures(input, typical)?;
+    Ok(all.iter().map(|figure| FigureFile::new(figure.id, figure.caption(), &figure.for_paper())).collect())
+}
+
+/// The figures of several methods: errors with their intervals, and errors over time.
+///
+/// # Errors
+/// [`ReportError`] without a method, or where a plot cannot be drawn.
+pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>, ReportError> {
+    if input.methods.is_empty() {
+        return Err(ReportError::NoRun);
+    }
+    let (bars, lines) = (error_bars(input.methods), error_plot(input.methods));
+    let methods: Vec<_> = input.methods.iter().collect();
+    let found = verdict(&methods);
+    Ok(vec![
+        FigureFile::new(
+            "methods",
+            format!("Mean marker error of every method with its 95 % interval over {} seeds. {found}", input.seeds),
+            &bars.svg(560)?,
+        ),
+        FigureFile::new(
+            "error",
+            "Mean marker error over time: medians over seeds, bands from the least to the greatest seed.".to_owned(),
+            &lines.svg(Size { width: 560, height: 320 })?,
+        ),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture::{Story, told};
+
+    #[test]
+    fn a_runs_figures_are_those_of_its_page_for_white_paper() {
+        let files = told(&Story { seeds: 3, ..Story::default() }, |input| run_figures(input).unwrap());
+        let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+        assert_eq!(names, ["error", "stances", "joints", "pck", "energy", "survival", "annealing"]);
+        for file in &files {
+            assert!(file.svg.starts_with("<svg ") && file.svg.contains("><metadata>skiagraph "), "{}", file.name);
+            assert!(!file.svg.contains("var(--") && !file.svg.contains("<style"), "{}", file.name);
+            roxmltree::Document::parse(&file.svg).unwrap();
+            assert!(!file.caption.is_empty());
+        }
+        assert!(told(&Story::default(), |input| run_figures(&ReportInput { runs: &[], ..*input }).is_err()));
+    }
+}
