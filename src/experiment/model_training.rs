@@ -9,7 +9,7 @@ use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
-use super::staging::robot_named;
+use super::robots::robot_named;
 use super::{
     Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
 };
@@ -19,7 +19,7 @@ use crate::input::{hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
-use crate::scenario::{MotionSettings, ScenarioFile};
+use crate::scenario::{MotionSettings, ScenarioFile, SolidsSource};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -90,7 +90,7 @@ impl TrainingInput {
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        let template = robot_named(Path::new(""), &options.robot)
+        let template = robot_named(Path::new(""), &options.robot, SolidsSource::Urdf)
             .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),

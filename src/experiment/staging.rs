@@ -11,16 +11,16 @@ use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
 use super::rig::rig;
+use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
     ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
 };
-use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
+use crate::body::{BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
-use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
@@ -75,11 +75,10 @@ impl Staged {
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
         let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
-        let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
-            true => actor_template.clone(),
-            false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
-        };
+        let of_actor = RobotChoice::of_actor(&scenario.actor);
+        let of_tracker = RobotChoice::of_tracker(&scenario.tracker_body);
+        let actor_template = robot(file, &of_actor)?;
+        let tracker_template = robot(file, &of_tracker)?;
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let (actor_template, notes_of_skin) =
@@ -111,7 +110,7 @@ impl Staged {
         let rig = filming.rig().clone();
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = performed.motion.poses.len();
-        let Passers { distractors, notes: other_notes } = passers_by(file, frames, robot, mocap_directory)?;
+        let Passers { distractors, notes: other_notes } = passers_by(file, frames, mocap_directory)?;
         let ground_truth = GroundTruth::filmed(performed.humanoid, &performed.motion, &filming, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {
@@ -322,46 +321,6 @@ fn tracker_body(
     })
 }
 
-pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| scenario_error(file, key, message)))
-}
-
-/// Why there is no robot of a name.
-pub(super) enum NoRobot {
-    /// None ships, and no file is there; in words.
-    Unknown(String),
-    /// The file cannot be used.
-    Unusable(UrdfError),
-}
-
-impl NoRobot {
-    /// As an error; `complain` puts the words where they belong.
-    pub(super) fn put(self, complain: impl FnOnce(String) -> ExperimentError) -> ExperimentError {
-        match self {
-            Self::Unknown(words) => complain(words),
-            Self::Unusable(error) => error.into(),
-        }
-    }
-}
-
-/// A robot that ships, or one of a file below `folder`.
-pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobot> {
-    if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
-        return shipped(known).map_err(NoRobot::Unusable);
-    }
-    let path = folder.join(name);
-    if !path.exists() {
-        let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
-        let words = format!(
-            "`{}` is neither a built-in robot ({known}) nor the file {}",
-            excerpt(&name.display().to_string()),
-            excerpt(&path.display().to_string())
-        );
-        return Err(NoRobot::Unknown(words));
-    }
-    Humanoid::load(&path).map_err(NoRobot::Unusable)
-}
-
 fn motion_in_words(file: &ScenarioFile) -> String {
     let motion = &file.scenario.motion;
     let frames = match (motion.first_frame, motion.last_frame) {
@@ -416,7 +375,17 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
     let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
     let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
     let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
+    let (drawn, believed) = (scenario.actor.solids, scenario.tracker_body.solids);
+    let solids = (drawn != believed).then(|| format!("solids `{}` against `{}`", drawn.name(), believed.name()));
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
-    robots.into_iter().chain(skins).chain(another).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
+    robots
+        .into_iter()
+        .chain(skins)
+        .chain(solids)
+        .chain(another)
+        .chain(percents)
+        .chain(wrong)
+        .collect::<Vec<_>>()
+        .join("; ")
 }

@@ -206,7 +206,7 @@ fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
     let (Some(playback), Some(sheet)) = (input.playback, input.sheet) else { return Ok(None) };
     let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
     let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
-    let data = serde_json::to_string(&playback_data(playback, sheet, errors)?);
+    let data = serde_json::to_string(&playback_data(playback, (sheet.rig, sheet.frames_per_second), Some(errors))?);
     Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))
 }
 

@@ -2,6 +2,9 @@
 const playback = () => {
   const source = document.getElementById("playback-data");
   if (!source) return;
+  // what a page draws besides: `draw(pen, frame, view)`, `words(frame, view)` and `show(frame)`
+  const extras = Object.assign({ draw: () => {}, words: () => "", show: () => {} }, window.playbackExtras);
+  window.playbackExtras = extras;
   const data = JSON.parse(source.textContent);
   const section = document.getElementById("playback");
   const transport = document.querySelector(".transport");
@@ -129,6 +132,7 @@ const playback = () => {
       const painted = paintRuns(views, viewStarts[frame * cameras + index], [null, ...data.colours.labels.slice(1)]);
       if (painted) pen.drawImage(...painted);
     }
+    extras.draw(pen, frame, index);
     if (!is("skeletons")) return;
     strokeBones(pen, bonesOf(frame, index, 0), data.colours.truth, scale, false);
     strokeBones(pen, bonesOf(frame, index, 1), data.colours.estimate, scale, true);
@@ -154,16 +158,24 @@ const playback = () => {
     shown = frame;
     slider.value = frame;
     const time = `${(number / data.fps).toFixed(2)} s`;
-    const error = data.error[frame] === null ? "no error: not scored" : `error ${data.error[frame]} mm`;
-    slider.setAttribute("aria-valuetext", `frame ${number}, ${time}, ${error}`);
-    part("readout").textContent = `frame ${number} · ${time} · ${data.error[frame] === null ? "not scored" : `${data.error[frame]} mm`}`;
+    const none = data.scored ? "not scored" : "";
+    const error = data.error[frame] === null ? none : `error ${data.error[frame]} mm`;
+    slider.setAttribute("aria-valuetext", [`frame ${number}`, time, error].filter(Boolean).join(", "));
+    const measured = data.error[frame] === null ? none : `${data.error[frame]} mm`;
+    part("readout").textContent = [`frame ${number}`, time, measured].filter(Boolean).join(" · ");
     cards.forEach(({ camera, canvas, caption }, view) => {
       draw(frame, view);
+      if (!data.scored) {
+        caption.textContent = [camera.name, extras.words(frame, view)].filter(Boolean).join(" · ");
+        canvas.setAttribute("aria-label", `${camera.name}, frame ${number}`);
+        return;
+      }
       const overlap = words(data.overlap[frame][view], "%");
       const pixels = words(data.pixels[frame][view], "px");
       caption.textContent = `${camera.name} · overlap ${overlap} · ${pixels} off`;
       canvas.setAttribute("aria-label", `${camera.name}, frame ${number}: overlap ${overlap}, 2-D error ${pixels}, ${error}`);
     });
+    extras.show(frame);
     for (const { cursor, left, right, from, to } of axes) {
       const x = left + ((right - left) * (number - from)) / (to - from);
       cursor.setAttribute("x1", x);
@@ -233,8 +245,9 @@ const playback = () => {
     });
   }
 
-  part("seed").textContent = data.seed;
+  extras.redraw = () => show(shown);
+  if (part("seed")) part("seed").textContent = data.seed;
   section.hidden = transport.hidden = false;
-  show(data.error.reduce((worst, error, frame) => (error > (data.error[worst] ?? -1) ? frame : worst), 0));
+  show(data.scored ? data.error.reduce((worst, error, frame) => (error > (data.error[worst] ?? -1) ? frame : worst), 0) : 0);
 };
 playback();

@@ -45,7 +45,7 @@ mod tree;
 
 pub use bodies::{
     ActorSettings, ContactMode, Mismatch, PopulationName, PushSettings, SexName, ShapeSettings, SkinBlending,
-    TrackerBodySettings,
+    SolidsSource, TrackerBodySettings,
 };
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;

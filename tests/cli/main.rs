@@ -9,6 +9,7 @@ mod compare;
 mod contact;
 mod corruption;
 mod distractors;
+mod drawn_bodies;
 mod edited;
 mod export;
 mod filming;
@@ -25,6 +26,7 @@ mod same_numbers;
 mod sandbox;
 mod scenarios;
 mod segment;
+mod set_page;
 mod skins;
 #[path = "../support/mod.rs"]
 mod support;
