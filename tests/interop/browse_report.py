@@ -108,6 +108,9 @@ def check_layers(page, wrong):
     select = page.locator('[data-is="layer"]')
     if select.count() == 0:
         return 0
+    # the last frame has no flow
+    page.locator('[data-is="slider"]').fill("0")
+    page.wait_for_timeout(120)
     seen = [pictures(page)]
     names = page.eval_on_selector_all('[data-is="layer"] option', "all => all.map(option => option.value).filter(Boolean)")
     for value in names:

@@ -87,6 +87,8 @@ impl Limner<'_> {
     /// their centre of mass, as thick as their share of a body's mass makes them.
     pub(super) fn draw_other_ends(&mut self) {
         let standing = self.standing;
+        let ankles = LIMB_ENDS[1].into_iter().filter_map(|[_, ankle]| self.last_at(ankle));
+        let sole = ankles.map(|ankle| ankle.place.z - self.share(ANKLE)).fold(f64::INFINITY, f64::min);
         for link in 0..standing.body.links.len() {
             let Some(centre) = self.centre_of_mass(link) else { continue };
             if !standing.is_bodily[link] || !self.capsules[link].is_empty() {
@@ -99,6 +101,10 @@ impl Limner<'_> {
             let length = offset.norm().min(self.share(LONGEST_END));
             let along = offset.try_normalize(1e-9).unwrap_or(Vector3::z());
             let radius = self.radius_by_mass(link, length);
+            let lowest = origin.z.min(origin.z + along.z * length);
+            // parts of a foot do not reach below its sole
+            let above_sole = if sole.is_finite() { (lowest - sole).max(0.0) } else { f64::INFINITY };
+            let radius = radius.min(above_sole.max(LEAST_RADIUS * self.thickness.girth));
             self.draw(link, [origin, origin + along * (length - radius).max(0.0)], [radius; 2]);
         }
     }

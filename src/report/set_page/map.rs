@@ -13,6 +13,10 @@ use crate::report::Playback;
 const MOST_SQUARES: f64 = 14.0;
 /// Shortest field of view that is drawn, metres.
 const LEAST_FIELD: f64 = 0.5;
+/// How far a field of view reaches, of the way to the middle of the path.
+const BEYOND: f64 = 1.15;
+/// Pieces of the far side of a field of view.
+const FIELD_PIECES: usize = 8;
 /// Points of a prop's outline.
 const CORNERS: usize = 24;
 
@@ -58,7 +62,8 @@ impl SetMap {
         for [from, to] in window.grid() {
             let (x1, y1, x2, y2) = (from.x, -from.y, to.x, -to.y);
             svg += &format!(
-                "<line class=\"grid\" stroke-width=\"{:.4}\" x1=\"{x1:.3}\" y1=\"{y1:.3}\" x2=\"{x2:.3}\" y2=\"{y2:.3}\"/>",
+                "<line class=\"grid\" stroke-width=\"{:.4}\" \
+                 x1=\"{x1:.3}\" y1=\"{y1:.3}\" x2=\"{x2:.3}\" y2=\"{y2:.3}\"/>",
                 0.4 * line
             );
         }
@@ -69,13 +74,17 @@ impl SetMap {
         for (index, camera) in rig.cameras.iter().enumerate() {
             let field = points(&self.field(camera));
             let (x, y) = (camera.centre().x, -camera.centre().y);
+            let [anchor, dx] = match x < window.low.x + 0.5 * size.x {
+                true => ["start".to_owned(), format!("{:.4}", 3.0 * line)],
+                false => ["end".to_owned(), format!("{:.4}", -3.0 * line)],
+            };
             svg += &format!(
                 "<g data-camera=\"{index}\"><polygon class=\"field\" stroke-width=\"{:.4}\" points=\"{field}\"/>\
                  <circle class=\"eye\" cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{:.4}\"/>\
-                 <text x=\"{x:.3}\" y=\"{y:.3}\" dx=\"{:.4}\" dy=\"{:.4}\" font-size=\"{letters:.4}\">{}</text></g>",
+                 <text x=\"{x:.3}\" y=\"{y:.3}\" text-anchor=\"{anchor}\" \
+                 dx=\"{dx}\" dy=\"{:.4}\" font-size=\"{letters:.4}\">{}</text></g>",
                 0.6 * line,
                 2.4 * line,
-                3.0 * line,
                 -2.4 * line,
                 minijinja::HtmlEscape(&camera.name)
             );
@@ -90,7 +99,8 @@ impl SetMap {
         }
         if let Some(root) = walked.first() {
             svg += &format!(
-                "<circle class=\"root\" data-is=\"root\" cx=\"{:.3}\" cy=\"{:.3}\" r=\"{:.4}\" stroke-width=\"{:.4}\"/>",
+                "<circle class=\"root\" data-is=\"root\" \
+                 cx=\"{:.3}\" cy=\"{:.3}\" r=\"{:.4}\" stroke-width=\"{:.4}\"/>",
                 root.x,
                 -root.y,
                 3.0 * line,
@@ -123,22 +133,23 @@ impl SetMap {
         MovingMap { roots: self.roots.iter().map(root).collect(), fields: fields.collect() }
     }
 
-    /// The camera, and the two ends of its field of view at the middle row of its image; it reaches as far as the body.
-    /// The camera alone where it looks up or down.
+    /// The camera, and the far side of its field of view at the middle row of its image, which reaches a little beyond
+    /// the middle of the path. The camera alone where it looks up or down.
     fn field(&self, camera: &Camera) -> Vec<Point2<f64>> {
         let eye = camera.centre().xy();
         let places: Vec<Point2<f64>> = self.roots.iter().flatten().map(Point3::xy).collect();
         let sum: Vector2<f64> = places.iter().map(|place| place.coords).sum();
         let middle = Point2::from(sum / places.len().max(1) as f64);
-        let reach = (middle - eye).norm().max(LEAST_FIELD);
+        let reach = (BEYOND * (middle - eye).norm()).max(LEAST_FIELD);
         let (width, height) = (f64::from(camera.pinhole.width), f64::from(camera.pinhole.height));
         let edge = |x: f64| {
             let ray = camera.ray_through(&Point2::new(x, 0.5 * height))?;
             let flat = ray.into_inner().xy();
             (flat.norm() > 0.1).then(|| eye + flat.normalize() * reach)
         };
-        let edges = edge(0.0).zip(edge(width));
-        edges.map_or(vec![eye], |(left, right)| vec![eye, left, right])
+        let edges: Option<Vec<Point2<f64>>> =
+            (0..=FIELD_PIECES).map(|piece| edge(width * piece as f64 / FIELD_PIECES as f64)).collect();
+        std::iter::once(eye).chain(edges.unwrap_or_default()).collect()
     }
 
     fn window(&self, rig: &CameraRig, playback: &Playback) -> Window {

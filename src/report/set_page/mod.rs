@@ -55,7 +55,7 @@ struct SetOnPage<'a> {
     playback: String,
     layers: Option<LayersOnPage<'a>>,
     map: MapOnPage,
-    cameras: Vec<CameraRow<'a>>,
+    cameras: Vec<SetCameraRow<'a>>,
     facts: &'a [FactGroup],
 }
 
@@ -74,7 +74,7 @@ struct MapOnPage {
 }
 
 #[derive(Serialize)]
-struct CameraRow<'a> {
+struct SetCameraRow<'a> {
     name: &'a str,
     size: String,
     field: String,
@@ -143,18 +143,18 @@ fn in_page(data: &impl Serialize) -> Result<String, ReportError> {
     Ok(text.replace('<', "\\u003c"))
 }
 
-fn camera_row<'a>(camera: &'a Camera, films: &'a str) -> CameraRow<'a> {
+fn camera_row<'a>(camera: &'a Camera, films: &'a str) -> SetCameraRow<'a> {
     let (pinhole, eye) = (&camera.pinhole, camera.centre());
     let angle = |pixels: u32, focal: f64| 2.0 * libm::atan2(0.5 * f64::from(pixels), focal).to_degrees();
     let [across, down] = [angle(pinhole.width, pinhole.focal[0]), angle(pinhole.height, pinhole.focal[1])];
-    CameraRow {
+    SetCameraRow {
         name: &camera.name,
         size: format!("{} x {}", pinhole.width, pinhole.height),
         field: format!("{across:.0}° x {down:.0}°"),
         height: format!("{:.2}", eye.z),
         place: format!("{:.2}, {:.2}", eye.x, eye.y),
         lens: if camera.distortion.is_none() { "no distortion" } else { "with distortion" },
-        films: if films.is_empty() { "every frame, standing still" } else { films },
+        films: if films.is_empty() { "stands, every frame" } else { films },
     }
 }
 
