@@ -95,8 +95,8 @@ impl Limner<'_> {
                 continue;
             }
             let origin = standing.origin(link);
-            let next = standing.children(link).map(|child| standing.origin(child) - origin);
-            let next = next.into_iter().find(|offset| offset.norm() > self.share(SAME_PLACE));
+            let mut joints = standing.children(link).map(|child| standing.origin(child) - origin);
+            let next = joints.find(|offset| offset.norm() > self.share(SAME_PLACE));
             let offset = next.unwrap_or((centre - origin) * 2.0);
             let length = offset.norm().min(self.share(LONGEST_END));
             let along = offset.try_normalize(1e-9).unwrap_or(Vector3::z());
