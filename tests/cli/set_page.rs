@@ -62,19 +62,35 @@ fn a_set_is_one_page_with_every_cameras_frames_layers_and_the_rig_from_above() {
 }
 
 #[test]
-fn a_packed_set_with_moving_cameras_has_the_page_of_the_same_set_in_files_of_their_own() {
+fn a_packed_set_has_the_page_of_the_same_set_in_files_of_their_own() {
     let room = Sandbox::new();
-    room.write("tiny.toml", format!("layers = [\"depth\"]\n{}", filmed(MOVING)));
+    room.write("tiny.toml", format!("layers = [\"depth\"]\n{TINY}"));
     room.succeed("render tiny.toml --out loose");
     room.succeed("render tiny.toml --shards 2 --out packed");
     room.succeed("inspect loose --out loose.html");
     room.succeed("inspect packed --out packed.html");
-    let map = data_of(&page(&room, "loose.html"), "map-data");
-    let fields = map["fields"].as_array().unwrap();
-    assert!(fields.len() > 1 && fields[0][0] != fields[1][0], "one camera moves: {map}");
-    assert!(fields[1][1].is_null(), "the other stands still");
     for id in ["playback-data", "layers-data", "map-data"] {
         assert_eq!(data_of(&page(&room, "loose.html"), id), data_of(&page(&room, "packed.html"), id), "{id}");
+    }
+}
+
+#[test]
+fn cameras_that_move_are_drawn_where_they_are_in_every_frame_with_and_without_truth() {
+    let room = Sandbox::new();
+    room.write("film.toml", format!("layers = [\"depth\"]\n{}", filmed(MOVING)));
+    room.succeed("render film.toml --out public --truth kept");
+    for set in ["public", "kept"] {
+        room.succeed(&format!("inspect {set} --out {set}.html"));
+        let html = page(&room, &format!("{set}.html"));
+        let map = data_of(&html, "map-data");
+        let fields = map["fields"].as_array().unwrap();
+        assert!(fields.len() > 3 && fields[0][0] != fields[3][0], "one camera moves: {map}");
+        assert!(html.contains("Cameras that move are drawn where they are"));
+        // the camera of every second frame has no layers in between
+        if set == "kept" {
+            let pictures = data_of(&html, "layers-data")["pictures"].clone();
+            assert!(pictures[0][0][0].is_object() && pictures[1][1][0].is_null(), "{}", pictures[1]);
+        }
     }
 }
 
