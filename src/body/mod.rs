@@ -15,9 +15,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bodily_links;
 mod bounds;
+mod drawn;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod from_joints;
 mod growth;
 mod humanoid;
 pub(crate) mod inverse_kinematics;
@@ -44,6 +47,7 @@ mod tangent;
 mod upright;
 mod urdf;
 
+pub use drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH};
 pub use growth::CHILD_YEARS;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;

@@ -10,6 +10,7 @@ use super::scenario_arguments::ScenarioArguments;
 use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
+use crate::body::DrawnShares;
 use crate::experiment::{CameraView, ExperimentError, RunCost, Soundness, check, unusable_files};
 use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
@@ -98,7 +99,7 @@ fn in_words(origin: &str, s: &Soundness) -> String {
         "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
          path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
          x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
-         bodies   actor {}, tracker {}: {model}\n  tracker  {}, {} seed(s){cost}",
+         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {} seed(s){cost}",
         s.clip,
         s.frames,
         s.frames_per_second,
@@ -107,11 +108,18 @@ fn in_words(origin: &str, s: &Soundness) -> String {
         s.path.length_m,
         s.actor,
         s.tracker_body,
+        drawn_in_words(s.actor_drawn.as_ref()),
+        drawn_in_words(s.tracker_body_drawn.as_ref()),
         s.tracker,
         s.seeds,
     );
     s.views.iter().for_each(|view| text.push_str(&view_in_words(view)));
     text + &cost_in_words(&s.cost)
+}
+
+/// How much of a body its solids draw.
+fn drawn_in_words(shares: Option<&DrawnShares>) -> String {
+    shares.map_or("in a skin".to_owned(), DrawnShares::in_words)
 }
 
 fn view_in_words(view: &CameraView) -> String {

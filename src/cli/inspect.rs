@@ -3,22 +3,24 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::file_access::FileAccess;
 use super::folders::expect_set;
 use super::inspect_words::in_words;
 use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
-use crate::experiment::{Destination, ExperimentError, Inspected, inspect, is_skin_file};
+use crate::experiment::{Destination, ExperimentError, InspectOptions, Inspected, inspect, is_skin_file};
+use crate::scenario::SolidsSource;
 
 /// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
                         skiagraph inspect 01_01.bvh --out clip.png\n  skiagraph inspect tracker25 --out robot.html\n  \
+                        skiagraph inspect robot.urdf --solids from_joints --out robot.png\n  \
                         skiagraph inspect figure.glb --out skin.png\n  \
-                        skiagraph inspect sets/walk\n  \
+                        skiagraph inspect sets/walk --out set.html\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
                         skiagraph inspect scenarios/editing/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
@@ -45,7 +47,8 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write pictures. Of a model an HTML page: latent spaces, errors over frames, distances between frames; of a
+    /// Write pictures. Of a set an HTML page: every camera's frames with the true skeleton, layers, the rig from above;
+    /// of a model an HTML page: latent spaces, errors over frames, distances between frames; of a
     /// robot, recording or skin a picture, .png, or a page, .html: turned about, in some poses, limits of its joints;
     /// with --contacts a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
     #[arg(long, value_name = "FILE")]
@@ -54,6 +57,12 @@ pub(super) struct Arguments {
     /// Length of the recording's unit in metres, if the format does not define it and it cannot be guessed
     #[arg(long, value_name = "M")]
     pub(super) metres_per_unit: Option<f64>,
+
+    /// What to draw of a robot: its file's geometry, or capsules from joint to joint, as `solids = "from_joints"` of a
+    /// scenario's body does [default: urdf]
+    #[arg(long, value_name = "SOURCE")]
+    solids: Option<ShownSolids>,
+
     /// Move an existing file at --out that skiagraph did not write aside, to NAME~
     #[arg(long, requires = "out")]
     force: bool,
@@ -64,6 +73,25 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     access: FileAccess,
+}
+
+/// What is drawn of a robot.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum ShownSolids {
+    /// Its file's geometry
+    Urdf,
+    /// Capsules from joint to joint
+    FromJoints,
+}
+
+impl ShownSolids {
+    fn source(self) -> SolidsSource {
+        match self {
+            Self::Urdf => SolidsSource::Urdf,
+            Self::FromJoints => SolidsSource::FromJoints,
+        }
+    }
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -102,14 +130,13 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if arguments.what.is_dir() {
         expect_set(&arguments.what)?;
     }
-    let found = inspect(
-        &arguments.what,
-        arguments.metres_per_unit,
-        arguments.against.as_deref(),
-        to,
-        arguments.access.allow_outside,
-    )
-    .map_err(|e| e.about(&arguments.what))?;
+    let options = InspectOptions {
+        metres_per_unit: arguments.metres_per_unit,
+        against: arguments.against.as_deref(),
+        solids: arguments.solids.map_or_else(SolidsSource::default, ShownSolids::source),
+        allow_outside: arguments.access.allow_outside,
+    };
+    let found = inspect(&arguments.what, &options, to).map_err(|e| e.about(&arguments.what))?;
     let is_drawn = !matches!(&found, Inspected::Clip(clip) if clip.fit.is_none());
     let page = arguments.out.as_ref().filter(|_| is_drawn);
     page.iter().for_each(|page| volume.written(page));

@@ -116,15 +116,19 @@ fn of_skin(name: &str, s: &SkinSummary) -> String {
 fn of_robot(name: &str, s: &RobotSummary) -> String {
     let ([solid_links, links], [moving, joints]) = (s.links, s.joints);
     let mut text = format!(
-        "{name}: robot {}\n  links    {links}, {solid_links} of them with geometry\n  joints   {joints}, {moving} of them \
+        "{name}: robot {}\n  links    {links}, {solid_links} of them with geometry\n  drawn    {}\n  joints   {joints}, {moving} of them \
         movable\n  \
          freedom  {} joint angles and 6 of the root\n  mass     {:.2} kg\n  height   {:.2} m from the lowest to the \
          highest joint",
         plain(&s.name),
+        s.drawn.in_words(),
         s.degrees_of_freedom.len(),
         s.mass_kg,
         s.height_m,
     );
+    if let Some(missing) = s.drawn.missing_in_words() {
+        text.push_str(&format!("\n  undrawn  {missing}"));
+    }
     if !s.missing_markers.is_empty() {
         text.push_str(&format!("\n  markers  none for {}", s.missing_markers.join(", ")));
     }

@@ -7,9 +7,11 @@ use serde::Serialize;
 
 use super::cost::{RunCost, cost};
 use super::learning::Models;
+use super::robots::{RobotChoice, robot};
 use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
-use super::staging::{Staged, robot};
+use super::staging::Staged;
 use super::{ExperimentError, LearnedModel, Unwatched, clip_file};
+use crate::body::{DrawnShares, Humanoid};
 use crate::scenario::ScenarioFile;
 
 /// Facts about a valid scenario.
@@ -35,6 +37,12 @@ pub struct Soundness {
     pub tracker_body: String,
     /// Whether they are the same body.
     pub matched: bool,
+    /// How much of the actor its solids draw; absent for a body in a skin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actor_drawn: Option<DrawnShares>,
+    /// How much of the tracker's body its solids draw; absent for a body in a skin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tracker_body_drawn: Option<DrawnShares>,
     /// Mean distance of the actor's markers from the recorded ones, millimetres.
     pub retarget_residual_mm: f64,
     /// The path of the actor.
@@ -98,6 +106,8 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
         duration_s: frames as f64 / frames_per_second,
         actor: staged.ground_truth.actor.name.clone(),
         tracker_body: staged.start.body.name.clone(),
+        actor_drawn: drawn(&staged.ground_truth.actor),
+        tracker_body_drawn: drawn(&staged.start.body),
         matched: staged.facts.matched,
         retarget_residual_mm: staged.report.mean_residual_mm,
         path,
@@ -112,6 +122,10 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
     }
 }
 
+fn drawn(body: &Humanoid) -> Option<DrawnShares> {
+    body.skin.is_none().then(|| DrawnShares::new(body))
+}
+
 /// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not
 /// there, robots and models that cannot be read.
 pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<ExperimentError> {
@@ -121,14 +135,16 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
     for (index, clip) in scenario.training.iter().flat_map(|training| &training.clips).enumerate() {
         wrong.extend(clip_file::missing(file, &format!("training.clips[{index}]"), clip, mocap_directory));
     }
-    wrong.extend(robot(file, "actor.robot", &scenario.actor.robot).err());
+    let (of_actor, of_tracker) =
+        (RobotChoice::of_actor(&scenario.actor), RobotChoice::of_tracker(&scenario.tracker_body));
+    wrong.extend(robot(file, &of_actor).err());
     for (index, other) in scenario.distractor.iter().enumerate() {
         let table = format!("distractor[{index}]");
         wrong.extend(clip_file::missing(file, &format!("{table}.motion"), &other.motion, mocap_directory));
-        wrong.extend(robot(file, &format!("{table}.robot"), &other.robot).err());
+        wrong.extend(robot(file, &RobotChoice::of_distractor(&table, other)).err());
     }
-    if scenario.actor.robot != scenario.tracker_body.robot {
-        wrong.extend(robot(file, "tracker_body.robot", &scenario.tracker_body.robot).err());
+    if !of_actor.is_same_robot(&of_tracker) || of_actor.has_skin {
+        wrong.extend(robot(file, &of_tracker).err());
     }
     let mut seen = Vec::new();
     for (_, tracker) in scenario.trackers() {

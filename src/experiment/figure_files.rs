@@ -99,6 +99,7 @@ fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
         sheet: None,
         playbacks: &[],
         this_run: &[],
+        hint: None,
     })?)
 }
 

@@ -60,6 +60,7 @@ mod poses_file;
 mod rendering;
 mod results;
 mod rig;
+mod robots;
 mod run;
 mod run_picture;
 mod run_place;
@@ -102,8 +103,8 @@ pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
-    SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
+    FitSummary, GraphModelFacts, InspectOptions, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary,
+    SetSummary, SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
 pub use key_source::KeySource;
 pub use ladder::LadderProgress;

@@ -10,8 +10,8 @@ use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
+use super::robots::robot_named;
 use super::same_settings::difference;
-use super::staging::robot_named;
 use super::{
     Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
 };
@@ -21,7 +21,7 @@ use crate::input::{AllowedFolders, hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
-use crate::scenario::{MotionSettings, ScenarioFile};
+use crate::scenario::{MotionSettings, ScenarioFile, SolidsSource};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -99,9 +99,9 @@ impl TrainingInput {
         allowed.allow_anywhere();
         let strict = AllowedFolders::default();
         let places = ClipFolders { folder: Path::new(""), mocap_directory, allowed: &allowed };
-        let template =
-            robot_named(Path::new(""), &options.robot, if options.allow_outside { &allowed } else { &strict })
-                .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
+        let meshes = if options.allow_outside { &allowed } else { &strict };
+        let template = robot_named(Path::new(""), &options.robot, SolidsSource::Urdf, meshes)
+            .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),
             motions: vec![],

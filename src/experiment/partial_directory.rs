@@ -117,7 +117,7 @@ impl PartialDirectory {
         let signed = match self.kind {
             // a set lists its files itself
             ResultKind::Set => Ok(()),
-            ResultKind::Export => ownership::sign(&self.folder),
+            ResultKind::Export | ResultKind::Figures => ownership::sign(&self.folder),
             ResultKind::Run => {
                 let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
                 ownership::sign_written(&self.folder, &written)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::performance::{Performance, Recordings};
+use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, error::scenario_error};
 use crate::body::Humanoid;
@@ -18,9 +19,6 @@ pub(super) struct Passers {
     pub(super) notes: Vec<String>,
 }
 
-/// Loads a robot by the key and name of its setting.
-pub(super) type LoadRobot = fn(&ScenarioFile, &str, &str) -> Result<Humanoid, ExperimentError>;
-
 /// The distractors of a scenario of so many frames.
 ///
 /// # Errors
@@ -28,7 +26,6 @@ pub(super) type LoadRobot = fn(&ScenarioFile, &str, &str) -> Result<Humanoid, Ex
 pub(super) fn passers_by(
     file: &ScenarioFile,
     frames: usize,
-    robot: LoadRobot,
     mocap_directory: Option<&Path>,
 ) -> Result<Passers, ExperimentError> {
     let mut passers = Passers::default();
@@ -39,7 +36,7 @@ pub(super) fn passers_by(
             let message = format!("two distractors are named `{name}`; their names must be unique");
             return Err(scenario_error(file, &format!("{table}.name"), message));
         }
-        let template = robot(file, &format!("{table}.robot"), &settings.robot)?;
+        let template = robot(file, &RobotChoice::of_distractor(&table, settings))?;
         let (distractor, notes) = passer_by(file, (&table, name), settings, template, mocap_directory)?;
         let last = distractor.poses.len();
         if last < frames {

@@ -12,24 +12,24 @@ use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
 use super::rig::rig;
+use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
     AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
     TruthFacts,
 };
-use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
+use crate::body::{BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
-use crate::input::{AllowedFolders, excerpt};
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioError, ScenarioFile,
-    SkinBlending, VariationSettings, did_you_mean, similar_file,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending,
+    VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -79,11 +79,10 @@ impl Staged {
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
         let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
-        let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
-            true => actor_template.clone(),
-            false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
-        };
+        let of_actor = RobotChoice::of_actor(&scenario.actor);
+        let of_tracker = RobotChoice::of_tracker(&scenario.tracker_body);
+        let actor_template = robot(file, &of_actor)?;
+        let tracker_template = robot(file, &of_tracker)?;
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let (actor_template, notes_of_skin) =
@@ -115,7 +114,7 @@ impl Staged {
         let rig = filming.rig().clone();
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = performed.motion.poses.len();
-        let Passers { distractors, notes: other_notes } = passers_by(file, frames, robot, mocap_directory)?;
+        let Passers { distractors, notes: other_notes } = passers_by(file, frames, mocap_directory)?;
         let ground_truth = GroundTruth::filmed(performed.humanoid, &performed.motion, &filming, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {
@@ -314,58 +313,6 @@ fn tracker_body(
     })
 }
 
-pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    let path = Path::new(name);
-    if !is_shipped(path) {
-        file.path_of(key, path).map_err(ScenarioError::from)?;
-    }
-    let found = robot_named(&file.folder, path, &file.allowed);
-    found.map_err(|e| e.put(|message| scenario_error(file, key, message)))
-}
-
-/// Why there is no robot of a name.
-pub(super) enum NoRobot {
-    /// None ships, and no file is there; in words.
-    Unknown(String),
-    /// The file cannot be used.
-    Unusable(UrdfError),
-}
-
-impl NoRobot {
-    /// As an error; `complain` puts the words where they belong.
-    pub(super) fn put(self, complain: impl FnOnce(String) -> ExperimentError) -> ExperimentError {
-        match self {
-            Self::Unknown(words) => complain(words),
-            Self::Unusable(error) => error.into(),
-        }
-    }
-}
-
-fn is_shipped(name: &Path) -> bool {
-    SHIPPED_ROBOTS.iter().any(|(known, _)| name == Path::new(known))
-}
-
-/// A robot that ships, or one of a file below `folder`, whose meshes may lie where `allowed` says.
-pub(super) fn robot_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<Humanoid, NoRobot> {
-    if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
-        return shipped(known).map_err(NoRobot::Unusable);
-    }
-    let path = folder.join(name);
-    if !path.exists() {
-        let known = SHIPPED_ROBOTS.map(|(known, _)| known);
-        let guess = did_you_mean(&name.to_string_lossy(), known).map(str::to_owned).or_else(|| similar_file(&path));
-        let guess = guess.map(|guess| format!("; did you mean `{}`?", excerpt(&guess))).unwrap_or_default();
-        let words = format!(
-            "`{}` is neither a built-in robot ({}) nor the file {}{guess}",
-            excerpt(&name.display().to_string()),
-            known.join(", "),
-            excerpt(&path.display().to_string())
-        );
-        return Err(NoRobot::Unknown(words));
-    }
-    Humanoid::load_allowing(&path, allowed).map_err(NoRobot::Unusable)
-}
-
 fn motion_in_words(file: &ScenarioFile) -> String {
     let motion = &file.scenario.motion;
     let frames = match (motion.first_frame, motion.last_frame) {
@@ -424,7 +371,17 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
     let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
     let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
     let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
+    let (drawn, believed) = (scenario.actor.solids, scenario.tracker_body.solids);
+    let solids = (drawn != believed).then(|| format!("solids `{}` against `{}`", drawn.name(), believed.name()));
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
-    robots.into_iter().chain(skins).chain(another).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
+    robots
+        .into_iter()
+        .chain(skins)
+        .chain(solids)
+        .chain(another)
+        .chain(percents)
+        .chain(wrong)
+        .collect::<Vec<_>>()
+        .join("; ")
 }

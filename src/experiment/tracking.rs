@@ -309,6 +309,14 @@ impl Tracked {
     /// [`ExperimentError`] if it cannot be read or is not what it should be.
     pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
-        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None, estimate: None, read_as: None })
+        Ok(Self {
+            record: None,
+            estimates,
+            search: Vec::new(),
+            sources: Vec::new(),
+            program: None,
+            estimate: None,
+            read_as: None,
+        })
     }
 }

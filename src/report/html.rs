@@ -12,6 +12,7 @@ const SHELL: &str = include_str!("shell.html");
 const FACTS: &str = include_str!("facts.html");
 /// Contents of the page, and tables that are sorted by a click; of every page.
 const SCRIPT: &str = include_str!("shell.js");
+const TRANSPORT: &str = include_str!("transport.html");
 const STYLE: &str = include_str!("page.css");
 
 /// A self-contained page: `template` extends `shell.html`, `page` names what it shows.
@@ -21,6 +22,7 @@ pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<Strin
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     environment.add_template("shell.html", SHELL)?;
     environment.add_template("facts.html", FACTS)?;
+    environment.add_template("transport.html", TRANSPORT)?;
     environment.add_template("page.html", template)?;
     environment.add_global("style", style());
     environment.add_global("shell_script", SCRIPT);

@@ -49,6 +49,7 @@ mod page;
 mod page_tables;
 mod playback;
 pub mod plots;
+mod set_page;
 mod summary_picture;
 mod sweep;
 mod verdict;
@@ -77,6 +78,7 @@ pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use playback::{PackedView, Playback, PlaybackPlan};
+pub use set_page::{LayerPicture, SetLayers, SetMap, SetPage};
 pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
     Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,

@@ -218,7 +218,7 @@ fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
     let of_seed = |playback: &Playback| {
         let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
         let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
-        playback_data(playback, sheet, errors)
+        playback_data(playback, (sheet.rig, sheet.frames_per_second), Some(errors))
     };
     let data = serde_json::to_string(&input.playbacks.iter().map(of_seed).collect::<Result<Vec<_>, _>>()?);
     Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))

@@ -2,7 +2,10 @@
 const playback = () => {
   const source = document.getElementById("playback-data");
   if (!source) return;
-  const seeds = JSON.parse(source.textContent);
+  // what a page draws besides: `draw(pen, frame, view)`, `words(frame, view)` and `show(frame)`
+  const extras = Object.assign({ draw: () => {}, words: () => "", show: () => {} }, window.playbackExtras);
+  window.playbackExtras = extras;
+  const seeds = [JSON.parse(source.textContent)].flat();
   let data = seeds[0];
   const section = document.getElementById("playback");
   const transport = document.querySelector(".transport");
@@ -132,6 +135,7 @@ const playback = () => {
       const painted = paintRuns(views, viewStarts[frame * cameras + index], [null, ...data.colours.labels.slice(1)]);
       if (painted) pen.drawImage(...painted);
     }
+    extras.draw(pen, frame, index);
     if (!is("skeletons")) return;
     strokeBones(pen, bonesOf(frame, index, 0), data.colours.truth, scale, false);
     strokeBones(pen, bonesOf(frame, index, 1), data.colours.estimate, scale, true);
@@ -156,17 +160,25 @@ const playback = () => {
     shown = frame;
     slider.value = frame;
     const time = `${(number / data.fps).toFixed(2)} s`;
-    const error = data.error[frame] === null ? "no error: not scored" : `error ${data.error[frame]} mm`;
-    slider.setAttribute("aria-valuetext", `frame ${number}, ${time}, ${error}`);
-    part("readout").textContent = `frame ${number} · ${time} · ${data.error[frame] === null ? "not scored" : `${data.error[frame]} mm`}`;
+    const none = data.scored ? "not scored" : "";
+    const error = data.error[frame] === null ? none : `error ${data.error[frame]} mm`;
+    slider.setAttribute("aria-valuetext", [`frame ${number}`, time, error].filter(Boolean).join(", "));
+    const measured = data.error[frame] === null ? none : `${data.error[frame]} mm`;
+    part("readout").textContent = [`frame ${number}`, time, measured].filter(Boolean).join(" · ");
     cards.forEach(({ canvas, caption }, view) => {
       draw(frame, view);
       const camera = data.cameras[view];
+      if (!data.scored) {
+        caption.textContent = [camera.name, extras.words(frame, view)].filter(Boolean).join(" · ");
+        canvas.setAttribute("aria-label", `${camera.name}, frame ${number}`);
+        return;
+      }
       const overlap = words(data.overlap[frame][view], "%");
       const pixels = words(data.pixels[frame][view], "px");
       caption.textContent = `${camera.name} · overlap ${overlap} · ${pixels} off`;
       canvas.setAttribute("aria-label", `${camera.name}, frame ${number}: overlap ${overlap}, 2-D error ${pixels}, ${error}`);
     });
+    extras.show(frame);
     for (const { cursor, left, right, from, to } of axes) {
       const x = left + ((right - left) * (number - from)) / (to - from);
       cursor.setAttribute("x1", x);
@@ -237,13 +249,14 @@ const playback = () => {
     kept = data.error.length;
     middles = middlesOf();
     slider.max = kept - 1;
+    if (!choice) return;
     choice.value = seed;
     const which = seed ? "the seed with the worst frame" : "the seed with the median error";
     part("seed").textContent = `${which} (seed ${data.seed})`;
   };
-  seeds.forEach((one, index) => choice.append(new Option(`${one.seed}${index ? " (worst frame)" : " (median)"}`, index)));
-  part("seeds").hidden = seeds.length < 2;
-  choice.addEventListener("change", () => {
+  if (choice) seeds.forEach((one, index) => choice.append(new Option(`${one.seed}${index ? " (worst frame)" : " (median)"}`, index)));
+  if (choice) part("seeds").hidden = seeds.length < 2;
+  choice?.addEventListener("change", () => {
     const before = shown * data.stride;
     take(Number(choice.value));
     show(before / data.stride);
@@ -260,7 +273,8 @@ const playback = () => {
   });
 
   take(0);
+  extras.redraw = () => show(shown);
   section.hidden = transport.hidden = false;
-  show(data.error.reduce((worst, error, frame) => (error > (data.error[worst] ?? -1) ? frame : worst), 0));
+  show(data.scored ? data.error.reduce((worst, error, frame) => (error > (data.error[worst] ?? -1) ? frame : worst), 0) : 0);
 };
 playback();

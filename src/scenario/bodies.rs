@@ -12,6 +12,11 @@ pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
     /// to the recorded subject. Default: `actor`.
     pub robot: String,
+    /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`, capsules
+    /// from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and inertias are
+    /// the file's. Default: `"urdf"`.
+    #[serde(skip_serializing_if = "SolidsSource::is_urdf")]
+    pub solids: SolidsSource,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
     /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,6 +43,31 @@ pub struct ActorSettings {
     /// A push on a simulated body. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push: Option<PushSettings>,
+}
+
+/// What is drawn of a robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SolidsSource {
+    /// Its file's geometry.
+    #[default]
+    Urdf,
+    /// Capsules from joint to joint.
+    FromJoints,
+}
+
+impl SolidsSource {
+    pub(super) fn is_urdf(&self) -> bool {
+        *self == Self::Urdf
+    }
+
+    /// As it is written in scenarios.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::FromJoints => "from_joints",
+        }
+    }
 }
 
 /// A person: drawn from a population, said, or both. What is not said is the recorded subject's, or drawn.
@@ -158,6 +188,9 @@ pub struct TrackerBodySettings {
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
     /// before the mismatch. Default: `tracker25`.
     pub robot: String,
+    /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
+    #[serde(skip_serializing_if = "SolidsSource::is_urdf")]
+    pub solids: SolidsSource,
     /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
@@ -234,6 +267,7 @@ impl Default for ActorSettings {
     fn default() -> Self {
         Self {
             robot: "actor".to_owned(),
+            solids: SolidsSource::Urdf,
             skin: None,
             shape: None,
             skin_blending: SkinBlending::Linear,
@@ -249,6 +283,7 @@ impl Default for TrackerBodySettings {
     fn default() -> Self {
         Self {
             robot: "tracker25".to_owned(),
+            solids: SolidsSource::Urdf,
             skin: None,
             mismatch: Mismatch::Standard,
             seed: 1,

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::MotionSettings;
+use super::{MotionSettings, SolidsSource};
 
 /// Somebody besides the actor: cameras see them, silhouettes and images show them too, and they hide the actor. Nothing
 /// of them is estimated, and contacts with them are not considered.
@@ -16,6 +16,9 @@ pub struct DistractorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Default: `actor`.
     #[serde(default = "actor")]
     pub robot: String,
+    /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
+    #[serde(default, skip_serializing_if = "SolidsSource::is_urdf")]
+    pub solids: SolidsSource,
     /// Their surface, as of the actor. Default: the robot's solids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,

@@ -49,7 +49,7 @@ mod tree;
 
 pub use bodies::{
     ActorSettings, ContactMode, Mismatch, MismatchBy, PopulationName, PushSettings, SexName, ShapeSettings,
-    SkinBlending, TrackerBodySettings,
+    SkinBlending, SolidsSource, TrackerBodySettings,
 };
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;

@@ -23,7 +23,7 @@ fn chromium() -> Option<PathBuf> {
 }
 
 /// Browses pages; one object a page.
-fn browse(room: &Sandbox, pages: &[&str]) -> Option<Vec<Value>> {
+pub(super) fn browse(room: &Sandbox, pages: &[&str]) -> Option<Vec<Value>> {
     let (chromium, python) = (chromium()?, python_with_numpy()?);
     let output = Command::new(&python)
         .arg(shipped("tests/interop/browse_report.py"))

@@ -6,13 +6,13 @@ use skiagraph::npz::Npz;
 use super::sandbox::{Sandbox, TINY};
 
 /// Beside the ring of [`TINY`], which has two cameras.
-const MOVING: &str = "[[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\
+pub(super) const MOVING: &str = "[[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\
                       \x20 { time_s = 0.0, position_m = [3.0, 3.0, 1.6], look_at_m = [0.0, 0.0, 0.95] },\n\
                       \x20 { time_s = 0.1, position_m = [3.4, 2.4, 1.4], look_at_m = [0.1, 0.0, 0.95], roll_deg = 3.0 },\n]\n\
                       [[rig.timing]]\ncamera = \"cam01\"\nframes_per_second = 30.0\noffset_ms = 8.0\nline_delay_us = 20.0\n";
 
 /// The actor walks from the middle of the ring.
-fn scenario(rig: &str) -> String {
+pub(super) fn scenario(rig: &str) -> String {
     TINY.replace("last_frame = 3", "last_frame = 8\nstart_m = [0.0, 0.0]") + rig
 }
 

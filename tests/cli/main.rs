@@ -10,6 +10,7 @@ mod contact;
 mod corruption;
 mod distractors;
 mod documentation;
+mod drawn_bodies;
 mod edited;
 mod existing_outputs;
 mod export;
@@ -38,6 +39,7 @@ mod sandbox;
 mod scenarios;
 mod segment;
 mod set_formats;
+mod set_page;
 mod skins;
 mod strangers;
 #[path = "../support/mod.rs"]

@@ -53,7 +53,8 @@ def check_playback(page, wrong):
         after = (frame(), pictures(page), cursors(page), say())
         if not expected(after[0]):
             wrong.append(f"{what}: frame {before[0]} to {after[0]}")
-        if after[0] != before[0] and (after[2] == before[2] or after[3] == before[3] or after[1] == before[1]):
+        plots = bool(before[2]) and after[2] == before[2]
+        if after[0] != before[0] and (plots or after[3] == before[3] or after[1] == before[1]):
             wrong.append(f"{what}: pictures, plots and words did not move together")
 
     slider.focus()
@@ -62,10 +63,11 @@ def check_playback(page, wrong):
     moved("End", lambda: page.keyboard.press("End"), lambda f: f == last)
     moved("previous", lambda: page.click('[data-is="back"]'), lambda f: f == last - 1)
     moved("next", lambda: page.click('[data-is="on"]'), lambda f: f == last)
-    plot = page.locator("#error svg:visible").first
-    plot.scroll_into_view_if_needed()
-    box = plot.bounding_box()
-    moved("click on a plot", lambda: plot.click(position={"x": box["width"] * 0.5, "y": box["height"] * 0.6}), lambda f: 0 < f < last)
+    if page.locator("#error svg:visible").count():
+        plot = page.locator("#error svg:visible").first
+        plot.scroll_into_view_if_needed()
+        box = plot.bounding_box()
+        moved("click on a plot", lambda: plot.click(position={"x": box["width"] * 0.5, "y": box["height"] * 0.6}), lambda f: 0 < f < last)
     canvas = page.locator(".views canvas").first
     canvas.scroll_into_view_if_needed()
     place = canvas.bounding_box()
@@ -88,14 +90,40 @@ def check_playback(page, wrong):
     if frame() != last:
         wrong.append(f"play: stands at {frame()} of {last}")
     shown = pictures(page)
-    page.uncheck('[data-is="skeletons"]')
-    if pictures(page) == shown:
-        wrong.append("skeletons cannot be hidden")
-    page.check('[data-is="skeletons"]')
+    if page.locator('[data-is="skeletons"]').is_enabled():
+        page.uncheck('[data-is="skeletons"]')
+        if pictures(page) == shown:
+            wrong.append("skeletons cannot be hidden")
+        page.check('[data-is="skeletons"]')
+    layers = check_layers(page, wrong)
     labels = page.eval_on_selector_all(".views canvas", "all => all.map(canvas => canvas.getAttribute('aria-label'))")
-    if not all("overlap" in label and "error" in label for label in labels):
+    scored = page.evaluate("JSON.parse(document.getElementById('playback-data').textContent).scored")
+    if scored and not all("overlap" in label and "error" in label for label in labels):
         wrong.append(f"labels without findings: {labels[:1]}")
-    return {"frames": last + 1, "views": len(labels), "plots": len(cursors(page))}
+    return {"frames": last + 1, "views": len(labels), "plots": len(cursors(page)), "layers": layers}
+
+
+def check_layers(page, wrong):
+    """Every layer of a set changes the pictures; their number."""
+    select = page.locator('[data-is="layer"]')
+    if select.count() == 0:
+        return 0
+    # the last frame has no flow
+    page.locator('[data-is="slider"]').fill("0")
+    page.wait_for_timeout(120)
+    seen = [pictures(page)]
+    names = page.eval_on_selector_all('[data-is="layer"] option', "all => all.map(option => option.value).filter(Boolean)")
+    for value in names:
+        select.select_option(value)
+        page.wait_for_timeout(250)
+        seen.append(pictures(page))
+        if seen[-1] in seen[:-1]:
+            wrong.append(f"layer {value} shows nothing of its own")
+    select.select_option("")
+    page.wait_for_timeout(120)
+    if pictures(page) != seen[0]:
+        wrong.append("a layer cannot be put away")
+    return len(names)
 
 
 def check_enlarging(page, wrong):

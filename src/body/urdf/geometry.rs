@@ -61,8 +61,9 @@ impl<'a> Meshes<'a> {
         }
         let problem = || {
             format!(
-                "mesh `{}`: {reason}; this body has no other geometry: put its meshes where the URDF says, or give its \
-                links <visual> solids",
+                "mesh `{}`: {reason}; this body has no other geometry: put its meshes where the URDF says, give its \
+                links <visual> solids, or draw it by its joints: solids = \"from_joints\" beside the scenario's `robot` \
+                (inspect: --solids from_joints)",
                 excerpt(name)
             )
         };
@@ -85,7 +86,8 @@ impl<'a> Meshes<'a> {
         };
         let count = self.missing.len();
         Ok(Some(format!(
-            "{count} of the meshes cannot be read and are left out: {}{more}; the body lacks their shape",
+            "{count} of the meshes cannot be read and are left out: {}{more}; the body lacks their shape (solids = \
+             \"from_joints\" beside `robot` draws it by its joints)",
             listed.join(", ")
         )))
     }

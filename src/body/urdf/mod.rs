@@ -43,6 +43,22 @@ impl Humanoid {
     /// # Errors
     /// [`UrdfError`] names the line and the link or joint at fault, what was expected and what to do.
     pub fn from_urdf(text: &str, file: &str, meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Self, UrdfError> {
+        Self::read_urdf(text, file, Some(meshes))
+    }
+
+    /// As [`Self::from_urdf`], with capsules from joint to joint in place of the file's geometry
+    /// ([`Self::with_solids_from_joints`]), which is not read: meshes need not be there.
+    ///
+    /// # Errors
+    /// As [`Self::from_urdf`], but for geometry.
+    pub fn from_urdf_skeleton(text: &str, file: &str) -> Result<Self, UrdfError> {
+        let mut body = Self::read_urdf(text, file, None)?.with_solids_from_joints();
+        body.notes.push("its solids are capsules from joint to joint; masses and inertias are the file's".to_owned());
+        Ok(body)
+    }
+
+    /// Without a source of meshes no geometry is read.
+    fn read_urdf(text: &str, file: &str, source: Option<MeshSource<'_>>) -> Result<Self, UrdfError> {
         let text = text.trim_start_matches('\u{feff}').trim_end_matches(|c: char| c == '\0' || c.is_whitespace());
         if text.len() as u64 > ROBOT {
             return Err(UrdfError::TooLong { file: file.to_owned(), limit: ROBOT as usize });
@@ -56,12 +72,15 @@ impl Humanoid {
 
         let (mut links, mut joints, mut markers) = (Vec::new(), Vec::new(), MarkerSet::default());
         let mut ours = vec![0; robot.links.len()];
-        let mut meshes = Meshes::new(meshes);
+        let mut meshes = source.map(Meshes::new);
         for &index in &tree.links {
             let node = document.link(index);
             let link = Link {
                 name: robot.links[index].name.clone(),
-                solids: geometry::solids(&document, node, &robot.links[index], &mut meshes)?,
+                solids: match &mut meshes {
+                    Some(meshes) => geometry::solids(&document, node, &robot.links[index], meshes)?,
+                    None => Vec::new(),
+                },
                 inertia: inertia(&document, node, &robot.links[index].inertial)?,
             };
             if let Some(above) = tree.joint_above[index] {
@@ -83,7 +102,9 @@ impl Humanoid {
             ours[index] = links.len();
             links.push(link);
         }
-        notes.extend(meshes.note(&links)?);
+        if let Some(meshes) = meshes {
+            notes.extend(meshes.note(&links)?);
+        }
         let degrees_of_freedom = axes.degrees_of_freedom;
         let mut body = Self { name: robot.name, links, joints, degrees_of_freedom, markers, skin: None, notes };
         body.check_bounds().map_err(|problem| document.refuse_robot(problem))?;
@@ -105,17 +126,31 @@ impl Humanoid {
     /// # Errors
     /// As [`Self::load`].
     pub(crate) fn load_allowing(path: &Path, also: &AllowedFolders) -> Result<Self, UrdfError> {
-        let file = path.display().to_string();
-        let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
-        let bytes = input::read(path, ROBOT).map_err(unreadable)?;
-        let text = String::from_utf8(bytes).map_err(|e| UrdfError::NotXml {
-            file: file.clone(),
-            line: 1,
-            reason: format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()),
-        })?;
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        Self::from_urdf(&text, &file, &|uri| package::read(&directory, uri, also))
+        Self::from_urdf(&text_of(path)?, &path.display().to_string(), &|uri| package::read(&directory, uri, also))
     }
+
+    /// Reads a URDF file as [`Self::from_urdf_skeleton`].
+    ///
+    /// # Errors
+    /// As [`Self::from_urdf_skeleton`], and where the file cannot be read.
+    pub fn load_skeleton(path: &Path) -> Result<Self, UrdfError> {
+        Self::from_urdf_skeleton(&text_of(path)?, &path.display().to_string())
+    }
+}
+
+/// Fetches the bytes of a mesh by its URI.
+type MeshSource<'a> = &'a dyn Fn(&str) -> io::Result<Vec<u8>>;
+
+fn text_of(path: &Path) -> Result<String, UrdfError> {
+    let file = path.display().to_string();
+    let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
+    let bytes = input::read(path, ROBOT).map_err(unreadable)?;
+    String::from_utf8(bytes).map_err(|e| UrdfError::NotXml {
+        file: file.clone(),
+        line: 1,
+        reason: format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()),
+    })
 }
 
 /// Vertices, and triangles that index them.

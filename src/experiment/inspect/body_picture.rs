@@ -44,6 +44,7 @@ pub(super) fn put<'a>(place: Option<Place>, sheet: impl FnOnce() -> BodySheet<'a
 pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySheet<'a> {
     let facts = vec![
         ("links".to_owned(), format!("{}, {} with geometry", summary.links[1], summary.links[0])),
+        ("drawn".to_owned(), summary.drawn.in_words()),
         ("joints".to_owned(), format!("{}, {} movable", summary.joints[1], summary.joints[0])),
         ("joint angles".to_owned(), summary.degrees_of_freedom.len().to_string()),
         ("mass".to_owned(), format!("{:.2} kg", summary.mass_kg)),

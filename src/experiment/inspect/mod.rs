@@ -4,10 +4,12 @@ mod body_picture;
 mod clip;
 mod contacts;
 mod edited;
+mod layer_pictures;
 mod model;
 mod model_page;
 mod robot;
 mod set;
+mod set_page;
 mod skin;
 
 use std::path::Path;
@@ -19,12 +21,14 @@ use super::partial_file::PartialFile;
 use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
 use crate::input::{self, AllowedFolders, limits};
+use crate::scenario::SolidsSource;
 
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
 pub use model::{Against, GraphModelFacts, MeanAndMost, ModelSummary};
 pub use robot::{DegreeSummary, RobotSummary};
+use set::SetSides;
 pub use set::{CameraSummary, SetSummary};
 pub use skin::{SkinSummary, is_skin_file};
 
@@ -56,19 +60,30 @@ enum InspectedKind {
     Set,
 }
 
-/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held
-/// `against` another of the same motions; pictures are written to `page`; of a recording `metres_per_unit` may
-/// be said; robots and skins may name files outside of their folder or project if `allow_outside`. There are no pictures of a recording that cannot be retargeted, which a note says.
+/// What is asked for beside the path.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InspectOptions<'a> {
+    /// Length of a recording's unit, metres.
+    pub metres_per_unit: Option<f64>,
+    /// Another model of the same motions.
+    pub against: Option<&'a Path>,
+    /// What is drawn of a robot.
+    pub solids: SolidsSource,
+    /// Whether robots and skins may name files outside of their folder or project.
+    pub allow_outside: bool,
+}
+
+/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. Pictures are written to
+/// `page`. There are no pictures of a recording that cannot be retargeted, which a note says.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
 pub fn inspect(
     path: &Path,
-    metres_per_unit: Option<f64>,
-    against: Option<&Path>,
+    options: &InspectOptions<'_>,
     page: Option<Destination<'_>>,
-    allow_outside: bool,
 ) -> Result<Inspected, ExperimentError> {
+    let InspectOptions { metres_per_unit, against, solids, allow_outside } = *options;
     let mut allowed = AllowedFolders::default();
     if allow_outside {
         allowed.allow_anywhere();
@@ -79,9 +94,9 @@ pub fn inspect(
         let detail = format!("is for models of skiagraph train only, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--against", detail });
     }
-    if kind == InspectedKind::Set && page.is_some() {
-        let detail = format!("is for models, recordings, robots and skins, and {name} is a set: see skiagraph report");
-        return Err(ExperimentError::Argument { argument: "--out", detail });
+    if kind != InspectedKind::Robot && solids != SolidsSource::default() {
+        let detail = format!("is for robots only, and {name} is none");
+        return Err(ExperimentError::Argument { argument: "--solids", detail });
     }
     if kind != InspectedKind::Clip && metres_per_unit.is_some() {
         let detail = format!("is for recordings and sets only, and {name} is neither");
@@ -103,7 +118,7 @@ pub fn inspect(
         }
         InspectedKind::Robot => {
             let place = body_picture::place_of(page, path)?;
-            let body = robot::read(&name, path, &allowed)?;
+            let body = robot::read(&name, path, solids, &allowed)?;
             let summary = RobotSummary::new(&name, &body);
             body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
             Inspected::Robot(summary)
@@ -114,7 +129,15 @@ pub fn inspect(
             body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
             Inspected::Skin(summary)
         }
-        InspectedKind::Set => Inspected::Set(Box::new(SetSummary::read(path)?)),
+        InspectedKind::Set => {
+            let place = page.map(|to| page_place(to, path)).transpose()?;
+            let sides = SetSides::read(path)?;
+            let summary = SetSummary::new(path, &sides)?;
+            if let Some(place) = place {
+                place.put(set_page::html(path, &sides, &summary)?.as_bytes())?;
+            }
+            Inspected::Set(Box::new(summary))
+        }
         InspectedKind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
@@ -134,6 +157,16 @@ fn place_for<'a>(
 ) -> Result<PartialFile, ExperimentError> {
     Inputs::new(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
     PartialFile::begin(to.path, to.force)
+}
+
+/// Where the page of a set goes: beside it, never into it.
+fn page_place(to: Destination<'_>, set: &Path) -> Result<PartialFile, ExperimentError> {
+    let is_page = to.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"));
+    if !is_page {
+        let detail = format!("expected the name of an .html file for a set, found {}", to.path.display());
+        return Err(ExperimentError::Argument { argument: "--out", detail });
+    }
+    place_for(to, [Some(set)])
 }
 
 fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {

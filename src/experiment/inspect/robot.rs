@@ -5,8 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::{Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
+use crate::body::{DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
 use crate::input::AllowedFolders;
+use crate::scenario::SolidsSource;
 
 /// A robot in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +22,8 @@ pub struct RobotSummary {
     pub from: String,
     /// Links with solids over all links.
     pub links: [usize; 2],
+    /// How much of it its solids draw.
+    pub drawn: DrawnShares,
     /// Joints that move over all joints.
     pub joints: [usize; 2],
     /// The numbers that a pose holds beside the root.
@@ -51,8 +54,18 @@ pub struct DegreeSummary {
 }
 
 /// A robot that ships, or one from a file.
-pub(super) fn read(name: &str, path: &Path, allowed: &AllowedFolders) -> Result<Humanoid, UrdfError> {
-    if path.exists() { Humanoid::load_allowing(path, allowed) } else { shipped(name) }
+pub(super) fn read(
+    name: &str,
+    path: &Path,
+    solids: SolidsSource,
+    allowed: &AllowedFolders,
+) -> Result<Humanoid, UrdfError> {
+    match (path.exists(), solids) {
+        (true, SolidsSource::Urdf) => Humanoid::load_allowing(path, allowed),
+        (true, SolidsSource::FromJoints) => Humanoid::load_skeleton(path),
+        (false, SolidsSource::Urdf) => shipped(name),
+        (false, SolidsSource::FromJoints) => shipped(name).map(|body| body.with_solids_from_joints()),
+    }
 }
 
 impl RobotSummary {
@@ -66,6 +79,7 @@ impl RobotSummary {
             name: body.name.clone(),
             from: from.to_owned(),
             links: [body.links.iter().filter(|link| !link.solids.is_empty()).count(), body.links.len()],
+            drawn: DrawnShares::new(body),
             joints: [body.joints.iter().filter(|j| j.kind != JointKind::Fixed).count(), body.joints.len()],
             degrees_of_freedom: body
                 .degrees_of_freedom
@@ -81,7 +95,16 @@ impl RobotSummary {
             mass_kg: body.total_mass(),
             height_m: heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min),
             missing_markers: markers.map(|(landmark, _)| landmark.name()).collect(),
-            notes: body.notes.clone(),
+            notes: body.notes.iter().cloned().chain(too_little(body)).collect(),
         }
     }
+}
+
+/// What a scenario would say of a body that hardly is drawn.
+fn too_little(body: &Humanoid) -> Option<String> {
+    DrawnShares::new(body).is_too_little().then(|| {
+        "too little is drawn for cameras to see a body: scenarios refuse it without a skin or solids = \"from_joints\" \
+         (inspect: --solids from_joints)"
+            .to_owned()
+    })
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::super::ExperimentError;
 use super::INSPECT_SCHEMA;
 use crate::benchmark_set::{
-    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, is_public, layer_channels, verify_hashes,
+    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_public, layer_channels, verify_hashes,
 };
 
 /// A set in numbers.
@@ -82,18 +82,31 @@ pub struct CameraSummary {
     pub filming: Option<String>,
 }
 
-impl SetSummary {
-    /// Reads both sides of a set, or the one that is there, and checks every file's hash.
-    ///
+/// Both sides of a set, or the one that is there.
+pub(super) struct SetSides {
+    pub(super) blind: BlindSet,
+    pub(super) truth: Option<TruthSet>,
+}
+
+impl SetSides {
     /// # Errors
     /// [`ExperimentError`] where the set cannot be read so far as to say what it is.
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
-        let (blind, truth) = if is_public(directory) {
-            (BlindSet::read(directory)?, None)
-        } else {
-            let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
-            (blind, Some(truth))
-        };
+        if is_public(directory) {
+            return Ok(Self { blind: BlindSet::read(directory)?, truth: None });
+        }
+        let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
+        Ok(Self { blind, truth: Some(truth) })
+    }
+}
+
+impl SetSummary {
+    /// Of a set in `directory`; checks every file's hash.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] where the first of its layers cannot be read.
+    pub(super) fn new(directory: &Path, sides: &SetSides) -> Result<Self, ExperimentError> {
+        let SetSides { blind, truth } = sides;
         let facts = truth.as_ref().map(|truth| &truth.facts);
         let scene = truth.as_ref().map(|truth| &truth.ground_truth);
         let fault = verify_hashes(directory).err().map(|error| error.to_string());

@@ -5,10 +5,10 @@ use serde::Serialize;
 
 use super::Playback;
 use crate::body::Markers;
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraRig};
 use crate::evaluation::{mean, quantile};
 use crate::report::overlay::{MARKER_BONES, Whose};
-use crate::report::{ReportError, Sheet, base64, cell};
+use crate::report::{ReportError, base64, cell};
 
 /// Places in images are kept in quarters of a pixel.
 const PARTS_OF_A_PIXEL: f64 = 4.0;
@@ -19,6 +19,8 @@ const NOWHERE: i16 = i16::MIN;
 #[derive(Serialize)]
 pub(in crate::report) struct PlaybackData {
     seed: u64,
+    /// Whether an estimate is shown: frames have errors, views have overlaps.
+    scored: bool,
     fps: f64,
     /// Image pixels per kept pixel.
     reduction: u32,
@@ -61,13 +63,13 @@ struct Colours {
     estimate: String,
 }
 
-/// The script's data; `errors` are the HumanEva errors of the seed's frames.
+/// The script's data; `errors` are the HumanEva errors of the seed's frames, where there is an estimate.
 pub(in crate::report) fn playback_data(
     playback: &Playback,
-    sheet: &Sheet<'_>,
-    errors: &[Option<f64>],
+    (rig, frames_per_second): (&CameraRig, f64),
+    errors: Option<&[Option<f64>]>,
 ) -> Result<PlaybackData, ReportError> {
-    let cameras = &sheet.rig.cameras;
+    let cameras = &rig.cameras;
     if let Some((views, frame)) =
         playback.views.iter().zip(playback.plan.kept()).find(|(v, _)| v.len() != cameras.len())
     {
@@ -90,7 +92,8 @@ pub(in crate::report) fn playback_data(
     let hex = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
     Ok(PlaybackData {
         seed: playback.seed,
-        fps: sheet.frames_per_second,
+        scored: errors.is_some(),
+        fps: frames_per_second,
         reduction: playback.plan.reduction,
         stride: playback.plan.stride,
         frames: playback.plan.frames,
@@ -103,7 +106,11 @@ pub(in crate::report) fn playback_data(
             truth: hex(Whose::Truth.colour()),
             estimate: hex(Whose::Estimate.colour()),
         },
-        error: playback.plan.kept().map(|f| errors.get(f).copied().flatten().map(|e| round(e, 10.0))).collect(),
+        error: playback
+            .plan
+            .kept()
+            .map(|f| errors.and_then(|errors| errors.get(f).copied().flatten()).map(|e| round(e, 10.0)))
+            .collect(),
         overlap: playback.views.iter().map(overlaps).collect(),
         pixels,
         views: base64::encode(&all),

@@ -1,0 +1,168 @@
+//! Solids from the skeleton alone: tapered capsules from every link's joint to the joints of its children.
+//!
+//! Radii are a person's ([`thickness`]). Links at the ends get a foot, a hand, toes or a head ([`ends`]).
+
+mod ends;
+mod thickness;
+
+use nalgebra::{Point3, Vector3};
+
+use super::bodily_links::StandingBody;
+use super::{Humanoid, Landmark, LinkPoint, Solid};
+use crate::raster::TaperedCapsule;
+use thickness::Thickness;
+
+/// Lengths in shares of the stature. Nearer joints are one.
+const SAME_PLACE: f64 = 0.005;
+/// Joints nearer to a landmark than this are there.
+const SAME_JOINT: f64 = 0.03;
+
+/// Middle and end of the left and right arm, and of the legs.
+const LIMB_ENDS: [[[Landmark; 2]; 2]; 2] = {
+    use Landmark as L;
+    [
+        [[L::LeftElbow, L::LeftWrist], [L::RightElbow, L::RightWrist]],
+        [[L::LeftKnee, L::LeftAnkle], [L::RightKnee, L::RightAnkle]],
+    ]
+};
+
+/// Landmarks that a bone leads to where there is no joint: a wrist without a hand, a trunk without a neck.
+const BONE_ENDS: [Landmark; 5] =
+    [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::Thorax];
+
+impl Humanoid {
+    /// The same skeleton with tapered capsules from joint to joint in place of its solids; masses, inertias, joints and
+    /// markers are kept, a skin is not. For a robot without its meshes, or of which little is drawn.
+    pub fn with_solids_from_joints(&self) -> Self {
+        let standing = StandingBody::new(self);
+        let capsules = Limner::new(&standing).drawn();
+        let mut body = Self { skin: None, ..self.clone() };
+        for (link, own) in body.links.iter_mut().zip(capsules) {
+            link.solids = own.into_iter().map(Solid::TaperedCapsule).collect();
+        }
+        body
+    }
+}
+
+/// Draws the capsules of a standing body.
+struct Limner<'a> {
+    standing: &'a StandingBody<'a>,
+    thickness: Thickness,
+    /// Of every link, in its frame.
+    capsules: Vec<Vec<TaperedCapsule>>,
+    /// Of every link, whether it is a hand or a foot, or hangs on one.
+    is_end: Vec<bool>,
+}
+
+/// A point of a standing body with the link that carries it.
+#[derive(Clone, Copy)]
+struct CarriedPoint {
+    link: usize,
+    place: Point3<f64>,
+}
+
+impl<'a> Limner<'a> {
+    fn new(standing: &'a StandingBody<'a>) -> Self {
+        let links = standing.body.links.len();
+        let thickness = Thickness::new(standing);
+        let mut limner = Self { standing, thickness, capsules: vec![Vec::new(); links], is_end: vec![false; links] };
+        for [_, landmark] in LIMB_ENDS.into_iter().flatten() {
+            let Some(end) = limner.last_at(landmark) else { continue };
+            limner.is_end[end.link] |= limner.is_at(end.link, &end.place);
+        }
+        for link in 1..links {
+            limner.is_end[link] |= limner.is_end[standing.body.joints[link - 1].parent];
+        }
+        limner
+    }
+
+    fn drawn(mut self) -> Vec<Vec<TaperedCapsule>> {
+        self.draw_bones();
+        self.draw_head();
+        self.draw_feet();
+        self.draw_hands();
+        self.draw_other_ends();
+        self.capsules
+    }
+
+    /// Metres from a share of the stature.
+    fn share(&self, share: f64) -> f64 {
+        share * self.standing.stature
+    }
+
+    /// Draws a capsule on a link.
+    fn draw(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
+        let frame = &self.standing.frames[link];
+        let [a, b] = [from, to].map(|point| frame.inverse_transform_point(&point));
+        self.capsules[link].push(TaperedCapsule { a, b, radius_a, radius_b });
+    }
+
+    /// From every joint to those below it.
+    fn draw_bones(&mut self) {
+        let standing = self.standing;
+        for link in (0..standing.body.links.len()).filter(|&link| standing.is_bodily[link]) {
+            if self.is_end[link] {
+                continue;
+            }
+            let origin = standing.origin(link);
+            let mut targets: Vec<Point3<f64>> = standing.children(link).map(|child| standing.origin(child)).collect();
+            targets.extend(self.bone_ends_on(link, &targets));
+            targets.retain(|target| (target - origin).norm() > self.share(SAME_PLACE));
+            for target in &targets {
+                self.draw(link, [origin, *target], self.thickness.radii(&origin, target));
+            }
+            let is_hinge = targets.is_empty() && standing.children(link).next().is_some();
+            if is_hinge && standing.has_mass(link) {
+                self.draw(link, [origin, origin], [self.thickness.radius_at(&origin); 2]);
+            }
+        }
+    }
+
+    /// Landmarks that a link carries without a joint there.
+    fn bone_ends_on(&self, link: usize, joints: &[Point3<f64>]) -> Vec<Point3<f64>> {
+        let ends = BONE_ENDS.into_iter().filter_map(|landmark| self.landmark(landmark));
+        let apart = |place: &Point3<f64>| joints.iter().all(|joint| (joint - place).norm() > self.share(SAME_JOINT));
+        ends.filter(|end| end.link == link && apart(&end.place)).map(|end| end.place).collect()
+    }
+
+    /// From the neck, or the head's own joint, to the crown.
+    fn draw_head(&mut self) {
+        let (Some(crown), Some(neck)) = (self.landmark(Landmark::HeadTop), self.landmark(Landmark::Thorax)) else {
+            return;
+        };
+        let own = self.standing.origin(crown.link);
+        let lowest = neck.place.z - self.share(SAME_JOINT);
+        let has_joint = crown.link != neck.link && (lowest..crown.place.z).contains(&own.z);
+        let base = if has_joint { own } else { neck.place };
+        let radii = self.thickness.radii(&base, &crown.place);
+        let up = (crown.place - base).try_normalize(1e-9).unwrap_or(Vector3::z());
+        let middle = crown.place - up * radii[1].min(0.5 * (crown.place - base).norm());
+        self.draw(crown.link, [base, middle], radii);
+    }
+
+    fn landmark(&self, landmark: Landmark) -> Option<CarriedPoint> {
+        let LinkPoint { link, .. } = self.standing.body.markers[landmark as usize]?;
+        Some(CarriedPoint { link, place: self.standing.markers[landmark as usize]? })
+    }
+
+    /// A landmark on the last link whose joint is there.
+    fn last_at(&self, landmark: Landmark) -> Option<CarriedPoint> {
+        let mut found = self.landmark(landmark)?;
+        while let Some(next) = self.standing.children(found.link).find(|&child| self.is_at(child, &found.place)) {
+            found.link = next;
+        }
+        Some(found)
+    }
+
+    fn is_at(&self, link: usize, place: &Point3<f64>) -> bool {
+        (self.standing.origin(link) - place).norm() <= self.share(SAME_JOINT)
+    }
+
+    fn centre_of_mass(&self, link: usize) -> Option<Point3<f64>> {
+        let inertia = self.standing.body.links[link].inertia.as_ref()?;
+        Some(self.standing.frames[link] * inertia.centre_of_mass)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,171 @@
+//! `inspect SET --out set.html`.
+
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use super::layer_pictures::{self, ColourRanges};
+use super::set::{SetSides, SetSummary};
+use crate::benchmark_set::{BlindSet, LayerFiles, LayerValues, TruthSet};
+use crate::body::LANDMARKS;
+use crate::camera::{CameraRig, FilmingRig};
+use crate::experiment::ExperimentError;
+use crate::experiment::measuring::Painters;
+use crate::parallel;
+use crate::raster::Mask;
+use crate::report::{FactGroup, LayerPicture, PackedView, Playback, PlaybackPlan, SetLayers, SetMap, SetPage};
+
+/// Frames that the plan is made from.
+const SAMPLES: usize = 6;
+/// What all pictures of layers may take, bytes of PNG.
+const LAYER_BUDGET: usize = 6_000_000;
+/// Frames whose layers are looked at for their size and ranges.
+const LAYER_SAMPLES: usize = 3;
+
+/// The page of a set in `directory`.
+///
+/// # Errors
+/// [`ExperimentError`] where an image of the set cannot be read.
+pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> Result<String, ExperimentError> {
+    let SetSides { blind, truth } = sides;
+    let truth = truth.as_ref();
+    let plan = plan(blind)?;
+    let kept: Vec<usize> = plan.kept().collect();
+    let pack = |index: usize| -> Result<Vec<PackedView>, ExperimentError> {
+        let observed = blind.observation(kept[index])?;
+        Ok(observed.silhouettes.iter().map(|mask| plan.pack(mask, None)).collect())
+    };
+    let views = parallel::map(kept.len(), pack).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let rig = truth.and_then(|truth| truth.cameras.as_ref()).unwrap_or(&blind.rig);
+    let props = truth.map_or(&[][..], |truth| &truth.ground_truth.props);
+    let nobody = [None; LANDMARKS.len()];
+    let markers = |frame: &usize| truth.map_or(nobody, |truth| truth.ground_truth.frames[*frame].markers);
+    let playback = Playback {
+        seed: 0,
+        plan,
+        views,
+        props: if blind.moments.is_some() { Vec::new() } else { Painters::new(blind).props(props) },
+        moved: kept.iter().filter_map(|frame| moved(blind, truth, rig, *frame)).collect(),
+        truth: kept.iter().map(markers).collect(),
+        estimate: vec![nobody; kept.len()],
+    };
+    let root = |frame: &usize| -> Option<Point3<f64>> {
+        let pose = match truth {
+            Some(truth) => &truth.ground_truth.frames.get(*frame)?.pose,
+            None => Some(&blind.start.pose).filter(|_| *frame == 0)?,
+        };
+        Some(pose.world_from_root.translation.vector.into())
+    };
+    let map = SetMap { roots: kept.iter().map(root).collect(), props: props.to_vec() };
+    let films: Vec<String> = summary.cameras.iter().map(|camera| camera.filming.clone().unwrap_or_default()).collect();
+    let layers = if summary.layers.is_empty() { None } else { layers(directory, blind, &kept)? };
+    let page = SetPage {
+        title: &blind.name,
+        pills: &pills(summary),
+        rig,
+        frames_per_second: blind.frames_per_second,
+        playback: &playback,
+        map: &map,
+        layers: layers.as_ref(),
+        films: &films,
+        facts: &facts(summary),
+    };
+    Ok(page.html()?)
+}
+
+fn plan(blind: &BlindSet) -> Result<PlaybackPlan, ExperimentError> {
+    let frames = blind.frame_count;
+    let frame = |index: usize| index * (frames - 1) / (SAMPLES - 1);
+    let mut masks: Vec<Mask> = Vec::new();
+    for index in 0..SAMPLES.min(frames) {
+        masks.extend(blind.observation(frame(index))?.silhouettes);
+    }
+    let pairs: Vec<(&Mask, Option<&Mask>)> = masks.iter().map(|mask| (mask, None)).collect();
+    Ok(PlaybackPlan::new(frames, blind.rig.cameras.len(), &pairs))
+}
+
+/// The cameras of a frame, where any moves: the true ones where they are known.
+fn moved(blind: &BlindSet, truth: Option<&TruthSet>, rig: &CameraRig, frame: usize) -> Option<CameraRig> {
+    blind.moments.as_ref()?;
+    let filming: Option<&FilmingRig> = truth.and_then(|truth| truth.filming.as_ref());
+    let frame_s = frame as f64 / blind.frames_per_second;
+    let moment = filming.and_then(|filming| filming.moment(frame, frame_s));
+    Some(moment.map_or_else(|| blind.rig_at(frame).into_owned(), |moment| rig.at(&moment)))
+}
+
+/// The layers of as many of the kept frames as fit into the page.
+fn layers(directory: &Path, blind: &BlindSet, kept: &[usize]) -> Result<Option<SetLayers>, ExperimentError> {
+    let files = LayerFiles::open(directory)?;
+    let sizes: Vec<[u32; 2]> =
+        blind.rig.cameras.iter().map(|camera| [camera.pinhole.width, camera.pinhole.height]).collect();
+    let read = |frame: usize| -> Result<Vec<Option<Vec<LayerValues>>>, ExperimentError> {
+        let cameras = sizes.iter().enumerate();
+        cameras.map(|(camera, size)| Ok(files.read(camera, frame, *size)?)).collect()
+    };
+    let pictures = |views: &[Option<Vec<LayerValues>>], ranges: &ColourRanges| -> Vec<Vec<Option<LayerPicture>>> {
+        let of_view = |(values, size): (&Option<Vec<LayerValues>>, &[u32; 2])| match values {
+            Some(values) => values.iter().map(|layer| layer_pictures::picture(layer, *size, ranges)).collect(),
+            None => vec![None; files.layers().len()],
+        };
+        views.iter().zip(&sizes).map(of_view).collect()
+    };
+    let samples = LAYER_SAMPLES.min(kept.len());
+    let sample = |index: usize| kept[index * (kept.len() - 1) / (samples - 1).max(1)];
+    let sampled = (0..samples).map(|index| read(sample(index))).collect::<Result<Vec<_>, _>>()?;
+    let ranges = sampled.iter().flatten().flatten().flatten().fold(ColourRanges::NONE, |ranges, v| ranges.with(v));
+    let mut bytes = 0;
+    for picture in sampled.iter().flat_map(|views| pictures(views, &ranges)).flatten().flatten() {
+        bytes += picture.png()?.len();
+    }
+    let all = bytes.div_ceil(samples.max(1)).saturating_mul(kept.len());
+    let stride = all.div_ceil(LAYER_BUDGET).max(1);
+    let shown: Vec<usize> = kept.iter().copied().step_by(stride).collect();
+    let of_frame = |index: usize| read(shown[index]).map(|views| pictures(&views, &ranges));
+    let pictures = parallel::map(shown.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let names = files.layers().iter().map(|layer| layer_pictures::name(*layer)).collect();
+    let meanings = files.layers().iter().map(|layer| ranges.meaning(*layer)).collect();
+    Ok(Some(SetLayers { names, meanings, stride, pictures }))
+}
+
+fn pills(summary: &SetSummary) -> Vec<String> {
+    let seconds = summary.frames as f64 / summary.frames_per_second;
+    let truth = if summary.motion.is_some() { "with truth" } else { "without truth" };
+    let matched = summary.matched.filter(|matched| *matched).map(|_| "matched model".to_owned());
+    let cameras = summary.cameras.len();
+    [
+        format!("{} frames at {} Hz, {seconds:.2} s", summary.frames, summary.frames_per_second),
+        format!("{cameras} camera{}", if cameras == 1 { "" } else { "s" }),
+        truth.to_owned(),
+    ]
+    .into_iter()
+    .chain(matched)
+    .collect()
+}
+
+fn facts(summary: &SetSummary) -> Vec<FactGroup> {
+    let mut scene = Vec::new();
+    let mut put = |name: &str, value: Option<String>| scene.extend(value.map(|value| (name.to_owned(), value)));
+    put("motion", summary.motion.clone());
+    put("actor", summary.actor.clone());
+    put("tracker's body", Some(summary.tracker_body.clone()));
+    put("difference", summary.mismatch.clone().filter(|words| !words.is_empty()));
+    put("fit of the recording", summary.retargeting.as_ref().map(|fit| fit.in_words()));
+    put("props", Some(summary.props.join(", ")).filter(|names| !names.is_empty()));
+    let contact = summary.contact.iter().flat_map(|contact| contact.in_words());
+    scene.extend(contact.map(|(name, value)| (format!("contact: {name}"), value)));
+    let training = match summary.training_frames {
+        0 => summary.learned_from.join("; "),
+        frames => format!("{frames} frames: {}", summary.learned_from.join("; ")),
+    };
+    let files = summary.fault.as_ref().map_or("all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
+    let layers = if summary.layers.is_empty() { "none".to_owned() } else { summary.layers.join(", ") };
+    let set = [
+        ("observations", summary.observation.clone()),
+        ("training", training),
+        ("channels of layers", layers),
+        ("set hash", summary.set_hash.clone()),
+        ("files", files),
+    ];
+    let set = set.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    vec![FactGroup { title: "Scene".to_owned(), facts: scene }, FactGroup { title: "Set".to_owned(), facts: set }]
+}

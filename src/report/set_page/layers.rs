@@ -1,0 +1,85 @@
+//! Truth images as pictures that the page shows over the silhouettes.
+
+use png::{BitDepth, ColorType, Encoder};
+use serde::Serialize;
+
+use crate::report::{PlaybackPlan, ReportError, base64};
+
+/// Truth images of some of a page's kept frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SetLayers {
+    /// Names of the layers.
+    pub names: Vec<String>,
+    /// What their colours mean.
+    pub meanings: Vec<String>,
+    /// Every so manyth of the kept frames has pictures, from the first on.
+    pub stride: usize,
+    /// `[sampled frame][camera][layer]`; `None` where there is no image.
+    pub pictures: Vec<Vec<Vec<Option<LayerPicture>>>>,
+}
+
+/// A part of a camera's image in colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerPicture {
+    /// Left and top of the part, pixels of the image.
+    pub corner: [u32; 2],
+    /// Width and height of the part, pixels of the image.
+    pub extent: [u32; 2],
+    /// Width and height of the picture, at most those of the part.
+    pub size: [u32; 2],
+    /// Red, green, blue and opacity, row by row.
+    pub rgba: Vec<u8>,
+}
+
+#[derive(Serialize)]
+pub(super) struct LayersData<'a> {
+    stride: usize,
+    /// Frame numbers of the samples.
+    frames: Vec<usize>,
+    meanings: &'a [String],
+    pictures: Vec<Vec<Vec<Option<PictureData>>>>,
+}
+
+#[derive(Serialize)]
+struct PictureData {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+    png: String,
+}
+
+impl SetLayers {
+    pub(super) fn data(&self, plan: &PlaybackPlan) -> Result<LayersData<'_>, ReportError> {
+        let of_view = |view: &Vec<Option<LayerPicture>>| {
+            view.iter().map(|picture| picture.as_ref().map(LayerPicture::data).transpose()).collect()
+        };
+        let of_frame = |frame: &Vec<Vec<Option<LayerPicture>>>| frame.iter().map(of_view).collect();
+        let pictures = self.pictures.iter().map(of_frame).collect::<Result<_, ReportError>>()?;
+        let frames = plan.kept().step_by(self.stride.max(1)).take(self.pictures.len()).collect();
+        Ok(LayersData { stride: self.stride.max(1), frames, meanings: &self.meanings, pictures })
+    }
+}
+
+impl LayerPicture {
+    /// As a PNG file.
+    ///
+    /// # Errors
+    /// [`ReportError::Png`] where the colours do not fit the size.
+    pub fn png(&self) -> Result<Vec<u8>, ReportError> {
+        let broken = |error: png::EncodingError| ReportError::Png(error.to_string());
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, self.size[0], self.size[1]);
+        encoder.set_color(ColorType::Rgba);
+        encoder.set_depth(BitDepth::Eight);
+        let mut writer = encoder.write_header().map_err(broken)?;
+        writer.write_image_data(&self.rgba).map_err(broken)?;
+        writer.finish().map_err(broken)?;
+        Ok(bytes)
+    }
+
+    fn data(&self) -> Result<PictureData, ReportError> {
+        let ([x, y], [width, height]) = (self.corner, self.extent);
+        Ok(PictureData { x, y, width, height, png: base64::encode(&self.png()?) })
+    }
+}
