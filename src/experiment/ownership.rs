@@ -107,7 +107,8 @@ pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
         return Ok(());
     }
     let detail = format!(
-        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written);          measure the run again with skiagraph evaluate SET {}",
+        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written); \
+         measure the run again with skiagraph evaluate SET {}",
         folder.display()
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::error::read_file;
+use super::external::EXTERNAL_FILE;
 use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
@@ -130,7 +131,7 @@ pub fn read_runs(path: &Path) -> Result<MeasuredRuns, ExperimentError> {
 fn nothing_here(path: &Path) -> String {
     match () {
         () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
-        () if path.join(TRACK_FILE).is_file() => {
+        () if [TRACK_FILE, EXTERNAL_FILE].iter().any(|file| path.join(file).is_file()) => {
             format!("this run was tracked but not measured; run skiagraph evaluate SET {}", path.display())
         }
         () if path.join(COMPARISON_FILE).is_file() => {

@@ -121,7 +121,7 @@ fn a_model_file_is_opened_and_must_fit() {
         "{}",
         refused.stderr
     );
-    room.succeed("train embedded:run --model gpdm-graph --out a.model --quiet");
+    room.succeed("train embedded:run --model gpdm-graph --out a.model --force --quiet");
     room.succeed("check tiny.toml");
     room.write("a.model", &room.read("a.model")[..999]);
     let refused = room.skiagraph(["check", "tiny.toml"]);

@@ -279,7 +279,7 @@ fn blocks_are_told_apart_and_steps_of_a_workflow_are_typed() {
                 run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
     let found = blocks("page", text);
     let languages: Vec<(usize, Language)> = found.iter().map(|block| (block.line, block.language)).collect();
-    let expected = [(3, Language::Shell), (6, Language::Other), (9, Language::Yaml), (18, Language::Other)];
+    let expected = [(3, Language::Shell), (6, Language::Other), (9, Language::Yaml), (17, Language::Other)];
     assert_eq!(languages, expected);
     assert_eq!(script(&found[0]), "skiagraph check a.toml    # b\n\n");
     assert_eq!(script(&found[2]), "a b\nc\nd\n");

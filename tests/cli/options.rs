@@ -19,6 +19,7 @@ fn run_and_track_take_short_and_full_keys_alike() {
         room.succeed(&format!("run tiny.toml {key}={number} --out run"));
         room.succeed(&format!("track set --tracker annealed_particle_filter layers=2 {key}={number} --out track"));
         assert_eq!((particles(&room, "run"), particles(&room, "track")), (Some(number), Some(number)));
+        ["run", "track"].iter().for_each(|run| fs::remove_dir_all(room.path(run)).unwrap());
     }
     for (arguments, words) in [
         (

@@ -17,6 +17,8 @@ fn room() -> Sandbox {
 
 /// Tracks with a command and gives `program.json`.
 fn record(room: &Sandbox, command: &str, more: &[&str]) -> Value {
+    // another program's run is not replaced
+    std::fs::remove_dir_all(room.path("run")).ok();
     let answer = room.skiagraph([&["track", "set", "--exec", command, "--out", "run"], more].concat());
     assert_eq!(answer.code, 0, "{command}: {}", answer.stderr);
     serde_json::from_slice(&room.read("run/program.json")).unwrap()
