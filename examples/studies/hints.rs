@@ -82,7 +82,8 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let (mut alarms, mut runs) = (Vec::new(), 0);
     for (name, overrides) in SETTINGS {
         let count = of_setting(overrides)?;
-        let [low, high] = [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| count.errors.iter().copied().reduce(pick));
+        let [low, high] =
+            [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| count.errors.iter().copied().reduce(pick));
         let (low, high) = (low.unwrap_or(f64::NAN), high.unwrap_or(f64::NAN));
         let right: Vec<String> = count.right.iter().map(|right| format!(" {right} of {SEEDS} |")).collect();
         let row = format!("| {name} | {low:.0} to {high:.0} | {} of {SEEDS} |{}", count.told.len(), right.concat());

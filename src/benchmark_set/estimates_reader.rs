@@ -110,7 +110,9 @@ fn too_far(who: &str, place: &[f64]) -> String {
 fn is_covariance(matrix: &Matrix3<f64>) -> bool {
     let scale = matrix.abs().max();
     let symmetric = (matrix - matrix.transpose()).abs().max() <= 1e-5 * scale;
-    matrix.iter().all(|number| number.abs() <= FARTHEST_M * FARTHEST_M) && symmetric && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
+    matrix.iter().all(|number| number.abs() <= FARTHEST_M * FARTHEST_M)
+        && symmetric
+        && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
 }
 
 /// Places of named points, one row for every frame of every seed.

@@ -92,13 +92,17 @@ impl GivenSequence {
         match sequence.poses() {
             None => Self { swapped: markers.iter().map(with_sides_exchanged).collect(), markers, roots: None },
             Some(poses) => {
-                let places = |pose: &Option<Pose>| Some(Point3::from(pose.as_ref()?.world_from_root.translation.vector));
+                let places =
+                    |pose: &Option<Pose>| Some(Point3::from(pose.as_ref()?.world_from_root.translation.vector));
                 let other = other_degrees(body);
                 let swapped = |pose: &Option<Pose>| match pose {
                     None => [None; LANDMARKS.len()],
                     Some(pose) => {
                         let mut turned = pose.clone();
-                        other.iter().enumerate().for_each(|(to, from)| turned.joint_angles[to] = pose.joint_angles[*from]);
+                        other
+                            .iter()
+                            .enumerate()
+                            .for_each(|(to, from)| turned.joint_angles[to] = pose.joint_angles[*from]);
                         body.markers(&body.link_frames(&turned))
                     }
                 };
@@ -210,7 +214,8 @@ impl FileAdvice<'_> {
             told.text += &format!(". Say {}", told.options.join(" "));
         }
         if !told.joint_map.is_empty() {
-            let lines: Vec<String> = told.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} = {ours:?}")).collect();
+            let lines: Vec<String> =
+                told.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} = {ours:?}")).collect();
             let lines = lines.join(", ");
             told.text += &format!(". Give a --joint-map with the lines {lines}");
         }
@@ -228,7 +233,9 @@ impl FileAdvice<'_> {
                 let order = read_as.order.then(correction.axes);
                 let up = order.up_in_words();
                 match order.is_mirrored() {
-                    true if self.poses => (format!("its axes are {order}, left-handed: turn it before it is read"), None),
+                    true if self.poses => {
+                        (format!("its axes are {order}, left-handed: turn it before it is read"), None)
+                    }
                     true => (format!("its axes are {order} ({up}, left-handed)"), Some(format!("--axes {order}"))),
                     false => (format!("its axes are {order} ({up})"), Some(format!("--axes {order}"))),
                 }

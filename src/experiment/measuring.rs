@@ -357,7 +357,11 @@ pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     }
     let (found, frames) = (estimates.frames(), set.blind.frame_count);
     if found != frames {
-        let hint = if tracked.read_as.is_some() { "; if that is right, say --shift with the set's frame of its first" } else { "" };
+        let hint = if tracked.read_as.is_some() {
+            "; if that is right, say --shift with the set's frame of its first"
+        } else {
+            ""
+        };
         return Err(format!("it has {found} frames, the set {frames}{hint}"));
     }
     match estimates.sequences.iter().any(EstimatedSequence::has_any) {

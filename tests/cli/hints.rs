@@ -42,7 +42,8 @@ fn room() -> (Sandbox, Vec<Markers>, f64) {
     assert!(json.get("hint").is_none(), "an honest run: {}", json["hint"]);
     let npz = Npz::from_bytes("poses.npz", &room.read("run/poses.npz")).unwrap();
     let numbers = npz.f64s("poses.npz", "estimate_markers", &[Some(1), None, Some(15), Some(3)]).unwrap();
-    let frame = |frame: &[f64]| std::array::from_fn(|m| Some(Point3::new(frame[3 * m], frame[3 * m + 1], frame[3 * m + 2])));
+    let frame =
+        |frame: &[f64]| std::array::from_fn(|m| Some(Point3::new(frame[3 * m], frame[3 * m + 1], frame[3 * m + 2])));
     let markers = numbers.chunks_exact(45).map(frame).collect();
     (room, markers, json["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap())
 }
@@ -136,13 +137,15 @@ struct Reading {
 }
 
 fn read(room: &Sandbox, file: &str, arguments: &[String]) -> Reading {
-    let mut all: Vec<String> = ["evaluate", "set", file, "--json", "--out", "out", "--force"].map(str::to_owned).to_vec();
+    let mut all: Vec<String> =
+        ["evaluate", "set", file, "--json", "--out", "out", "--force"].map(str::to_owned).to_vec();
     all.extend(arguments.iter().cloned());
     let answer = room.skiagraph(&all);
     if answer.code != 0 {
         // an impossible size is refused before it is measured, with the same options
         assert_eq!(answer.code, 2, "{}", answer.stderr);
-        let words: Vec<&str> = answer.stderr.split([' ', ')', ';', '\n']).map(|word| word.trim_end_matches('.')).collect();
+        let words: Vec<&str> =
+            answer.stderr.split([' ', ')', ';', '\n']).map(|word| word.trim_end_matches('.')).collect();
         let mut options = Vec::new();
         for option in ["--units", "--axes"] {
             let at = words.iter().rposition(|word| word.trim_start_matches('(') == option);
@@ -290,8 +293,10 @@ fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_told_too() {
         ];
         Npz::from_iter(arrays).to_bytes("p").unwrap()
     };
-    let in_mm: Vec<f64> =
-        numbers("estimate_root").chunks_exact(7).flat_map(|row| [&row[..3].iter().map(|v| 1000.0 * v).collect::<Vec<_>>()[..], &row[3..]].concat()).collect();
+    let in_mm: Vec<f64> = numbers("estimate_root")
+        .chunks_exact(7)
+        .flat_map(|row| [&row[..3].iter().map(|v| 1000.0 * v).collect::<Vec<_>>()[..], &row[3..]].concat())
+        .collect();
     room.write("mm.npz", written(in_mm, names.clone()));
     room.write("sides.npz", written(numbers("estimate_root"), Array::names(exchanged.iter().map(String::as_str))));
     for (file, kind, option) in [("mm.npz", "units", "--units mm"), ("sides.npz", "sides", "--swap-sides")] {
@@ -315,7 +320,10 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
     let text = room.succeed("evaluate set wrong.trc --out wrong").stdout;
     assert!(text.starts_with("The estimate may have been misread: most of the error would go away"), "{text}");
     assert!(text.contains("Say --axes x,y,z."), "{text}");
-    assert!(text.contains("read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"), "{text}");
+    assert!(
+        text.contains("read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"),
+        "{text}"
+    );
     let page = String::from_utf8(room.read("wrong/report.html")).unwrap();
     let (hint, verdict) = (page.find("--axes x,y,z").unwrap(), page.find("class=\"verdict\"").unwrap());
     assert!(hint < verdict);
@@ -346,7 +354,11 @@ fn a_gate_says_first_that_a_run_may_have_been_misread() {
     room.succeed("evaluate set wrong.npz");
     room.succeed("baseline save walk right-evaluation");
     let answer = room.skiagraph("gate wrong-evaluation --baseline walk --margin 2mm".split(' '));
-    assert!(answer.stdout.starts_with("the estimate may have been misread: walk: most of the error"), "{}", answer.stdout);
+    assert!(
+        answer.stdout.starts_with("the estimate may have been misread: walk: most of the error"),
+        "{}",
+        answer.stdout
+    );
     assert!(answer.stdout.contains("Say --axes y,z,x"), "{}", answer.stdout);
     let answer = room.skiagraph("gate right-evaluation --baseline walk --margin 2mm".split(' '));
     assert!(!answer.stdout.contains("misread"), "{}", answer.stdout);

@@ -22,10 +22,8 @@ const MOST_SEEDS: usize = 1_000_000;
 pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     let axes = |name: &str| AXES.iter().find(|(known, _)| *known == name).map(|(_, axes)| *axes);
     type ShapeOf<'a> = (&'a str, usize, &'a [usize]);
-    let there: Vec<ShapeOf<'_>> = npz
-        .iter()
-        .filter_map(|(name, array)| Some((name, axes(name)?, array.shape.as_slice())))
-        .collect();
+    let there: Vec<ShapeOf<'_>> =
+        npz.iter().filter_map(|(name, array)| Some((name, axes(name)?, array.shape.as_slice()))).collect();
     let lacks = |(_, axes, shape): &ShapeOf<'_>| shape.len() + 1 == *axes;
     let (without, with): (Vec<ShapeOf<'_>>, Vec<ShapeOf<'_>>) = there.into_iter().partition(lacks);
     if let (Some((one, ..)), Some((other, ..))) = (without.first(), with.first()) {
@@ -35,7 +33,8 @@ pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
         );
         return Err(SetError::malformed(file, &detail));
     }
-    let count = if without.is_empty() { with.first().and_then(|(_, _, shape)| shape.first().copied()) } else { Some(1) };
+    let count =
+        if without.is_empty() { with.first().and_then(|(_, _, shape)| shape.first().copied()) } else { Some(1) };
     let (is_single, has_seeds) = (!without.is_empty(), npz.get("seeds").is_some());
     let seeds = npz.get("seeds").and_then(|seeds| seeds.shape.first().copied());
     if is_single && seeds.is_some_and(|seeds| seeds != 1) {
@@ -58,9 +57,7 @@ pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     for (name, array) in npz.iter() {
         let array = match (name, axes(name).filter(|_| is_single)) {
             ("seeds", _) => listed(array),
-            (_, Some(_)) => {
-                Array { shape: [&[1], array.shape.as_slice()].concat(), values: array.values.clone() }
-            }
+            (_, Some(_)) => Array { shape: [&[1], array.shape.as_slice()].concat(), values: array.values.clone() },
             _ => array.clone(),
         };
         found.push(name, array);

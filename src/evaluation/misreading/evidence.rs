@@ -31,11 +31,18 @@ pub(super) struct Evidence<'a> {
 pub(super) fn samples(case: &MisreadingCase<'_>) -> Vec<Sample> {
     let all: Vec<Sample> = (1..case.truth.len())
         .flat_map(|frame| (0..case.given.len()).map(move |seed| Sample { seed, frame }))
-        .filter(|sample| common(&case.truth[sample.frame], &case.given[sample.seed].markers[sample.frame]).count() >= FEWEST_MARKERS)
+        .filter(|sample| {
+            let estimate = case.given[sample.seed].markers.get(sample.frame);
+            estimate.is_some_and(|estimate| common(&case.truth[sample.frame], estimate).count() >= FEWEST_MARKERS)
+        })
         .collect();
     let step = all.len().div_ceil(MOST_SAMPLES).max(1);
     let first = all.iter().take_while(|sample| sample.frame <= FIRST_FRAMES).count();
-    all.iter().enumerate().filter(|(index, _)| *index < first.min(MOST_SAMPLES) || index % step == 0).map(|(_, s)| *s).collect()
+    all.iter()
+        .enumerate()
+        .filter(|(index, _)| *index < first.min(MOST_SAMPLES) || index % step == 0)
+        .map(|(_, s)| *s)
+        .collect()
 }
 
 /// Pairs of truth and estimate of the markers that both have.
@@ -43,7 +50,11 @@ pub(super) fn common<'a>(
     truth: &'a Markers,
     estimate: &'a Markers,
 ) -> impl Iterator<Item = (usize, Point3<f64>, Point3<f64>)> + 'a {
-    truth.iter().zip(estimate).enumerate().filter_map(|(marker, (truth, estimate))| Some((marker, (*truth)?, (*estimate)?)))
+    truth
+        .iter()
+        .zip(estimate)
+        .enumerate()
+        .filter_map(|(marker, (truth, estimate))| Some((marker, (*truth)?, (*estimate)?)))
 }
 
 fn centroid(points: impl Iterator<Item = Point3<f64>>) -> Option<Point3<f64>> {

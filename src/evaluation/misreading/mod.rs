@@ -27,7 +27,5 @@ mod tests;
 
 pub use axis_order::AxisOrder;
 pub use case::{Misreading, MisreadingCase};
-pub use correction::{
-    Correction, GivenPositions, MisreadingKind, marker_of_other_side, with_sides_exchanged,
-};
+pub use correction::{Correction, GivenPositions, MisreadingKind, marker_of_other_side, with_sides_exchanged};
 pub use search::find_misreading;

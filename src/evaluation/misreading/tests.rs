@@ -14,7 +14,8 @@ const RATE: f64 = 60.0;
 /// Somebody who walks a bend at 1.2 m/s, arms and legs swinging: the pose at any moment, seconds.
 fn walker(time: f64) -> Markers {
     let phase = std::f64::consts::TAU * time / 1.1;
-    let (heading, place) = (0.4 * time, Vector3::new(3.0 * (0.4 * time).sin() - 1.0, 3.0 - 3.0 * (0.4 * time).cos(), 0.0));
+    let (heading, place) =
+        (0.4 * time, Vector3::new(3.0 * (0.4 * time).sin() - 1.0, 3.0 - 3.0 * (0.4 * time).cos(), 0.0));
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading);
     std::array::from_fn(|marker| {
         let point = standing()[marker]?;
@@ -207,18 +208,28 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
         ("legs exchanged for half of the time", framewise(&|f, m| if f > 120 { legs(m) } else { *m })),
         ("legs exchanged from the start", framewise(&|_, m| legs(m))),
         ("all limbs exchanged later", framewise(&|f, m| if f > 60 { with_sides_exchanged(m) } else { *m })),
-        ("one arm lost", framewise(&|_, m| {
-            let mut lost = *m;
-            [3, 4].iter().for_each(|marker| lost[*marker] = m[8]);
-            lost
-        })),
+        (
+            "one arm lost",
+            framewise(&|_, m| {
+                let mut lost = *m;
+                [3, 4].iter().for_each(|marker| lost[*marker] = m[8]);
+                lost
+            }),
+        ),
         ("mirrored in depth", framewise(&|_, m| about(m, &|v| Vector3::new(v.x, -v.y, v.z)))),
         ("turns around", framewise(&|f, m| if f > 30 { about(m, &|v| Vector3::new(-v.x, -v.y, v.z)) } else { *m })),
-        ("lies down half way", framewise(&|f, m| if f > 100 { about(m, &|v| Vector3::new(v.z, v.y, -v.x)) } else { *m })),
-        ("lost half way", framewise(&|f, m| if f > 100 { truth[100].map(|p| p.map(|p| p + Vector3::x())) } else { *m })),
-        ("depth off by a wander", framewise(&|f, m| {
-            mapped(&[*m], |p| p + Vector3::x() * 0.6 * (0.03 * f as f64).sin())[0]
-        })),
+        (
+            "lies down half way",
+            framewise(&|f, m| if f > 100 { about(m, &|v| Vector3::new(v.z, v.y, -v.x)) } else { *m }),
+        ),
+        (
+            "lost half way",
+            framewise(&|f, m| if f > 100 { truth[100].map(|p| p.map(|p| p + Vector3::x())) } else { *m }),
+        ),
+        (
+            "depth off by a wander",
+            framewise(&|f, m| mapped(&[*m], |p| p + Vector3::x() * 0.6 * (0.03 * f as f64).sin())[0]),
+        ),
         ("half as deep", framewise(&|_, m| about(m, &|v| Vector3::new(0.3 * v.x, v.y, v.z)))),
         ("small noise", noisy(0.03, 11)),
         ("much noise", noisy(0.25, 12)),

@@ -268,7 +268,8 @@ impl PointFile {
         let left_out = columns.note.map(|note| format!("{file} {note}"));
         let notes = self.notes.into_iter().chain(left_out).collect();
         // of BVH the reader has applied the unit
-        let in_file = ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
+        let in_file =
+            ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
         let mut tracked = tracked_from(npz, path, set, in_file, notes)?;
         tracked.read_as = Some(read_as);
         Ok(tracked)

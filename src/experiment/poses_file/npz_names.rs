@@ -44,8 +44,9 @@ pub(super) fn named(
         let Some(names) = npz.names(file, names_array).map_err(|e| e.to_string())?.map(<[String]>::to_vec) else {
             continue;
         };
-        let map: Option<BTreeMap<String, String>> =
-            map.map(|map| map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect());
+        let map: Option<BTreeMap<String, String>> = map.map(|map| {
+            map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect()
+        });
         let has_map = map.as_ref().is_some_and(|map| !map.is_empty());
         if !has_map && is_ours(&names, kind, body) {
             by_marker.extend(own_columns(&names, kind, body));
@@ -92,9 +93,7 @@ fn is_ours(names: &[String], kind: NameKind, body: &Humanoid) -> bool {
 fn own_columns(names: &[String], kind: NameKind, body: &Humanoid) -> Vec<(String, String)> {
     let of = |name: &String| match kind {
         NameKind::Marker => vec![(name.clone(), name.clone())],
-        NameKind::Joint => {
-            markers_on(body, name).into_iter().map(|marker| (marker.to_owned(), name.clone())).collect()
-        }
+        NameKind::Joint => markers_on(body, name).into_iter().map(|marker| (marker.to_owned(), name.clone())).collect(),
     };
     names.iter().flat_map(of).collect()
 }
@@ -147,8 +146,9 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
     let numbers = npz.numbers(file, name, &any).map_err(|e| e.to_string())?;
     let size: usize = rest.iter().product();
     let rows = numbers.chunks_exact((width * size).max(1));
-    let chosen: Vec<f64> =
-        rows.flat_map(|row| picked.iter().flat_map(|column| row[column * size..(column + 1) * size].to_vec())).collect();
+    let chosen: Vec<f64> = rows
+        .flat_map(|row| picked.iter().flat_map(|column| row[column * size..(column + 1) * size].to_vec()))
+        .collect();
     Ok(Array::new(&[&[*seeds, *frames, picked.len()], rest].concat(), chosen))
 }
 
@@ -184,7 +184,8 @@ mod tests {
     #[test]
     fn the_keypoints_of_coco_are_known_and_a_misspelt_marker_is_left_to_the_reader() {
         let sides = ["eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle"];
-        let names: Vec<String> = sides.iter().flat_map(|part| [format!("left_{part}"), format!("right_{part}")]).collect();
+        let names: Vec<String> =
+            sides.iter().flat_map(|part| [format!("left_{part}"), format!("right_{part}")]).collect();
         let names: Vec<&str> = std::iter::once("nose").chain(names.iter().map(String::as_str)).collect();
         let found = named(archive(&names), "p", None, &person()).unwrap();
         assert_eq!(found.layout, Some("COCO-17"));

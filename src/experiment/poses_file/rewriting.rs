@@ -128,7 +128,8 @@ pub(in crate::experiment) fn other_side(name: &str, known: &[&str]) -> String {
     };
     let words = [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")];
     let words = words.iter().flat_map(|(left, right)| [exchanged(left, right), exchanged(right, left)]);
-    let ends = [('l', 'r'), ('r', 'l'), ('L', 'R'), ('R', 'L')].into_iter().flat_map(|(one, other)| of_ends(one, other));
+    let ends =
+        [('l', 'r'), ('r', 'l'), ('L', 'R'), ('R', 'L')].into_iter().flat_map(|(one, other)| of_ends(one, other));
     let found = words.chain(ends).flatten().find(|other| known.contains(&other.as_str()));
     found.unwrap_or_else(|| name.to_owned())
 }

@@ -9,11 +9,8 @@ use crate::evaluation::quantile;
 const TOO_LARGE: f64 = 5.0;
 /// A unit is named where the size fits it to this factor.
 const FITS: f64 = 1.5;
-const UNITS: [(&str, f64); 3] = [
-    ("millimetres (--units mm)", 1000.0),
-    ("centimetres (--units cm)", 100.0),
-    ("inches (--units in)", 39.37),
-];
+const UNITS: [(&str, f64); 3] =
+    [("millimetres (--units mm)", 1000.0), ("centimetres (--units cm)", 100.0), ("inches (--units in)", 39.37)];
 
 /// A size so near to the ratio of two units is no tracker that collapses.
 const NEARLY: f64 = 1.15;
