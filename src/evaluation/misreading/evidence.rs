@@ -32,7 +32,8 @@ pub(super) fn samples(case: &MisreadingCase<'_>) -> Vec<Sample> {
     let all: Vec<Sample> = (1..case.truth.len())
         .flat_map(|frame| (0..case.given.len()).map(move |seed| Sample { seed, frame }))
         .filter(|sample| {
-            common(&case.truth[sample.frame], &case.given[sample.seed].markers[sample.frame]).count() >= FEWEST_MARKERS
+            let estimate = case.given[sample.seed].markers.get(sample.frame);
+            estimate.is_some_and(|estimate| common(&case.truth[sample.frame], estimate).count() >= FEWEST_MARKERS)
         })
         .collect();
     let step = all.len().div_ceil(MOST_SAMPLES).max(1);
