@@ -62,6 +62,7 @@ mod run_place;
 mod run_reading;
 mod scenario_copy;
 mod scene_check;
+mod scene_hash;
 mod search_file;
 mod seed_advice;
 mod segmenting;
@@ -111,7 +112,7 @@ pub use run::{
 };
 pub use run_picture::run_picture;
 pub use run_place::RunPlace;
-pub use run_reading::{ComparedSide, compare_sides, read_runs};
+pub use run_reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use search_file::SearchRecord;
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};

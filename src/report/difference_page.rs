@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::html::render_page;
 use crate::evaluation::{AgainstBase, METRICS, RunComparison};
@@ -31,6 +31,7 @@ struct PageSide<'a> {
     name: &'a str,
     trackers: String,
     pairing: &'static str,
+    scope: String,
     lost: Option<String>,
     skipped: Vec<String>,
     tables: Vec<DifferenceTable>,
@@ -69,6 +70,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
             name: &other.side.name,
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
+            scope: scope(other),
             lost: lost_in_words(&other.lost_tracks),
             skipped: other.skipped.clone(),
             tables: side(other),

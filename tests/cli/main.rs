@@ -30,4 +30,5 @@ mod skins;
 mod support;
 mod sweep;
 mod train;
+mod units;
 mod verify;
