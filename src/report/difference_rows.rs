@@ -79,7 +79,7 @@ impl DifferenceRow {
             interval: match (difference.ci95, difference.rule) {
                 (Some(ends), _) => between(ends.low, ends.high, unit),
                 (None, DifferenceRule::Exact) => "exact".to_owned(),
-                (None, _) => format!("too few {}", difference.unit),
+                (None, _) => format!("too few {}", difference.over),
             },
             p: String::new(),
             finding: "",

@@ -197,12 +197,12 @@ fn finding(check: &Check) -> String {
         text.push_str(&match more {
             MoreSeeds::OfRun(1) => "; 1 more seed of the run would decide it".to_owned(),
             MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would decide it"),
-            MoreSeeds::OfBoth(more) => match found.unit {
+            MoreSeeds::OfBoth(more) => match found.over {
                 IntervalUnit::Seeds => format!("; {more} more seeds of run and baseline each would decide it"),
                 unit => format!("; {more} more {unit}, measured for run and baseline, would decide it"),
             },
             MoreSeeds::TooMany => {
-                format!("; the difference is about the margin: more {} will hardly decide it", found.unit)
+                format!("; the difference is about the margin: more {} will hardly decide it", found.over)
             }
         });
     }

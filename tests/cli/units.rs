@@ -32,6 +32,7 @@ fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
     let side = &found["others"][0];
     assert_eq!((&side["unit"], &side["paired"]), (&"draws".into(), &true.into()));
     let error = &side["metrics"][0];
+    assert_eq!((&error["unit"], &error["over"]), (&"mm".into(), &"draws".into()));
     assert_eq!((&error["runs"], &error["freedom"]), (&serde_json::json!([5, 5]), &4.0.into()));
     let value = |run: &str| -> f64 {
         let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();

@@ -104,7 +104,7 @@ pub(crate) fn run() -> Shapes {
 fn row(number: u64, (name, shape): (&str, ErrorShape), seeds: usize, sides: &str) -> ShapeRow {
     let drawn = |repetition: u64| {
         let kind = sides.len() as u64;
-        let mut rng = stream(repetition, Purpose::Oracle, number as u32, kind as u32, seeds as u64);
+        let mut rng = stream(repetition, Purpose::Oracle, number, kind, seeds as u64);
         let constant = sides == "one side varies";
         let side = |rng: &mut ChaCha8Rng, still: bool| -> Vec<f64> {
             (0..seeds).map(|_| if still { shape.mean() } else { shape.draw(rng) }).collect()

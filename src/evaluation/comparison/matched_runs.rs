@@ -32,7 +32,7 @@ pub(in crate::evaluation) struct MatchedRuns<'a> {
 
 impl<'a> MatchedRuns<'a> {
     /// The sets that both sides have, by their hashes.
-    pub fn on_same_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
+    pub(in crate::evaluation) fn on_same_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
         let matched = |(clip, set): (&'a String, &'a MeasuredClip)| {
             let theirs = other.sets_of(clip).into_iter().find(|their| are_one_set(set, their))?;
             Some(MatchedSet { clip, base: vec![set], other: vec![theirs] })
@@ -41,7 +41,7 @@ impl<'a> MatchedRuns<'a> {
     }
 
     /// The clips that both sides have, each with all its sets, the same or not.
-    pub fn across_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
+    pub(in crate::evaluation) fn across_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
         let names = base.clips.keys().filter(|name| other.clips.contains_key(*name));
         let matched = |clip: &'a String| MatchedSet { clip, base: base.sets_of(clip), other: other.sets_of(clip) };
         Self { sets: names.map(matched).collect(), same_sets: false, unit: IntervalUnit::Seeds }
@@ -49,7 +49,7 @@ impl<'a> MatchedRuns<'a> {
 
     /// With the unit that says most of those of which there are three or more, and no more than was asked for; else
     /// seeds.
-    pub fn with_unit(mut self, asked: Option<IntervalUnit>) -> Self {
+    pub(in crate::evaluation) fn with_unit(mut self, asked: Option<IntervalUnit>) -> Self {
         let most = asked.unwrap_or(IntervalUnit::Clips);
         let possible = |unit: &IntervalUnit| *unit <= most && self.has_at_least(FEWEST_RUNS, *unit);
         self.unit = IntervalUnit::ALL.into_iter().rev().find(possible).unwrap_or_default();
@@ -57,14 +57,14 @@ impl<'a> MatchedRuns<'a> {
     }
 
     /// Those of one clip, over draws or seeds.
-    pub fn of_clip(&self, clip: &str) -> Self {
+    pub(in crate::evaluation) fn of_clip(&self, clip: &str) -> Self {
         let sets = self.sets.iter().filter(|set| set.clip == clip).cloned().collect();
         let asked = (self.unit == IntervalUnit::Seeds).then_some(IntervalUnit::Seeds);
         Self { sets, ..self.clone() }.with_unit(asked)
     }
 
     /// Names of the clips, in order.
-    pub fn clips(&self) -> Vec<&'a str> {
+    pub(in crate::evaluation) fn clips(&self) -> Vec<&'a str> {
         let mut names: Vec<&str> = self.sets.iter().map(|set| set.clip).collect();
         names.dedup();
         names
@@ -72,7 +72,7 @@ impl<'a> MatchedRuns<'a> {
 
     /// Whether every stratum has so many units on both sides: every set seeds, every clip draws, or all together clips.
     /// Copies of a deterministic run count as one, and so do draws that change nothing.
-    pub fn has_at_least(&self, fewest: usize, unit: IntervalUnit) -> bool {
+    pub(in crate::evaluation) fn has_at_least(&self, fewest: usize, unit: IntervalUnit) -> bool {
         match unit {
             IntervalUnit::Seeds => !self.are_copies() && self.sets.iter().all(|set| set.fewest_seeds() >= fewest),
             IntervalUnit::Draws => {
@@ -90,12 +90,12 @@ impl<'a> MatchedRuns<'a> {
     }
 
     /// Whether the runs of every set are copies on both sides: neither tracker draws random numbers.
-    pub fn are_copies(&self) -> bool {
+    pub(in crate::evaluation) fn are_copies(&self) -> bool {
         !self.sets.is_empty() && self.sets.iter().all(|set| set.sides().all(|run| run.are_copies()))
     }
 
     /// Whether units are paired.
-    pub fn paired(&self) -> bool {
+    pub(in crate::evaluation) fn paired(&self) -> bool {
         match self.unit {
             IntervalUnit::Seeds => self.same_sets && (self.are_copies() || self.sets.iter().all(MatchedSet::do_pair)),
             IntervalUnit::Draws => self.same_sets,
@@ -104,13 +104,16 @@ impl<'a> MatchedRuns<'a> {
     }
 
     /// Other minus base over the units.
-    pub fn difference(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Option<Difference> {
+    pub(in crate::evaluation) fn difference(
+        &self,
+        of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>,
+    ) -> Option<Difference> {
         difference(&self.values(of), self.paired(), self.unit)
     }
 
     /// Values of both sides, unit by unit, from those of a set's seeds. Of sets with the same seeds on both sides, a
     /// seed that lacks a value on one side is left out on both.
-    pub fn values(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Vec<ClipValues> {
+    pub(in crate::evaluation) fn values(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Vec<ClipValues> {
         let one = self.are_copies();
         let seeds: Vec<(&str, SetValues)> =
             self.sets.iter().map(|set| (set.clip, set.values(of, self.same_sets, one))).collect();
@@ -272,7 +275,7 @@ mod tests {
         let other = runs(&[("a", &[&a2]), ("b", &[&b2]), ("c", &[&c2]), ("d", &[&d2]), ("e", &[&e2])]);
         let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(None);
         let found = matched.difference(&error).unwrap();
-        assert_eq!((found.unit, found.rule, found.runs), (IntervalUnit::Clips, DifferenceRule::PairedT, [5, 5]));
+        assert_eq!((found.over, found.rule, found.runs), (IntervalUnit::Clips, DifferenceRule::PairedT, [5, 5]));
         assert_eq!(found.freedom, Some(4.0), "clips less one");
         // standard deviation of 4, -4, 3, -3, 0: sqrt(50 / 4); scipy.stats.t.ppf(0.975, 4) = 2.776445
         let half = 2.776_445 * (50.0_f64 / 4.0 / 5.0).sqrt();
@@ -280,7 +283,7 @@ mod tests {
         assert!((ends.high - ends.low - 2.0 * half).abs() < 1e-4, "{ends:?} {half}");
         let seeds = MatchedRuns::on_same_sets(&base, &other).with_unit(Some(IntervalUnit::Seeds));
         let narrow = seeds.difference(&error).unwrap();
-        assert_eq!((narrow.unit, narrow.runs), (IntervalUnit::Seeds, [15, 15]));
+        assert_eq!((narrow.over, narrow.runs), (IntervalUnit::Seeds, [15, 15]));
         assert!(narrow.standard_error.unwrap() < 0.05 && (narrow.difference - found.difference).abs() < 1e-9);
     }
 

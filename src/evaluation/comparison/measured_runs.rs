@@ -134,6 +134,17 @@ impl MeasuredClip {
         self.seeds.len() > 1 && lists.all(|values| values.windows(2).all(|pair| pair[0] == pair[1]))
     }
 
+    /// Seeds whose runs have the same values to the last bit as that of an earlier seed, where not all are copies.
+    pub(in crate::evaluation) fn repeated_seeds(&self) -> Vec<u64> {
+        if self.are_copies() {
+            return Vec::new();
+        }
+        let lists = || self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
+        let same = |one: usize, other: usize| lists().all(|values| values.get(one) == values.get(other));
+        let repeats = |at: &usize| (0..*at).any(|earlier| same(earlier, *at));
+        (0..self.seeds.len()).filter(repeats).map(|at| self.seeds[at]).collect()
+    }
+
     /// Whether two sets differ in the draw of their noise and nothing else.
     pub(in crate::evaluation) fn is_draw_of(&self, other: &Self) -> bool {
         self.scene_hash.is_some() && self.scene_hash == other.scene_hash
@@ -335,6 +346,8 @@ mod tests {
     fn runs_with_the_same_values_to_the_bit_are_copies_and_one_run_is_not() {
         let copies = |errors: &[f64]| fixture::clip("a", 0, errors).are_copies();
         assert!(copies(&[3.0; 5]) && !copies(&[3.0]) && !copies(&[3.0, 3.0, 3.000_000_000_000_001]));
+        assert_eq!(fixture::clip("a", 0, &[3.0, 4.0, 3.0, 5.0]).repeated_seeds(), [2]);
+        assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "all of them are said in another way");
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What intervals run over, and what they cannot speak of, in words.
 
+use super::interval_unit::IntervalUnit;
 use super::matched_runs::MatchedRuns;
-use super::{IntervalUnit, MeasuredClip};
+use super::measured_runs::{MeasuredClip, seeds_in_words};
 use crate::evaluation::interval::FEWEST_RUNS;
 
 /// Clips that a sentence names.
@@ -14,8 +15,8 @@ pub(in crate::evaluation) const WITHOUT_SEEDS: &str = "measure it on several dra
 
 impl MatchedRuns<'_> {
     /// What the intervals run over and what they cannot speak of; `asked` is the unit that was asked for.
-    pub fn scope(&self, asked: Option<IntervalUnit>) -> String {
-        in_words(self, asked)
+    pub(in crate::evaluation) fn scope(&self, asked: Option<IntervalUnit>) -> String {
+        format!("{}{}", in_words(self, asked), repeated(self))
     }
 }
 
@@ -39,6 +40,14 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
         IntervalUnit::Seeds => {
             let seeds =
                 range(matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other)).map(|r| r.seeds.len()));
+            let few = if matched.sets.len() > 1 { 2 } else { FEWEST_RUNS };
+            if seeds.0 < few {
+                return format!(
+                    "{refused}too few seeds for an interval ({} of {clips}): run {FEWEST_RUNS} or more; if the tracker draws no \
+                     random numbers, {WITHOUT_SEEDS}",
+                    counted(seeds, "seed")
+                );
+            }
             of(&counted(seeds, "seed"), "other motions or other draws of the observation's noise")
         }
         IntervalUnit::Draws => {
@@ -69,6 +78,17 @@ fn refused(matched: &MatchedRuns<'_>, asked: IntervalUnit) -> String {
         }
         false => "draws of the noise change nothing here; ".to_owned(),
     }
+}
+
+/// Runs that are copies of others, where not all are; nothing where there are none.
+fn repeated(matched: &MatchedRuns<'_>) -> String {
+    let runs = matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other).map(|run| (set.clip, *run)));
+    let found = runs.map(|(clip, run)| (clip, run.repeated_seeds())).find(|(_, seeds)| !seeds.is_empty());
+    let Some((clip, seeds)) = found else { return String::new() };
+    format!(
+        "; seed {} of `{clip}` has the values of an earlier seed to the bit: if it is a copy, intervals are too narrow",
+        seeds_in_words(&seeds)
+    )
 }
 
 /// Sets of a clip.
@@ -130,6 +150,26 @@ mod tests {
             matched.scope(None),
             "intervals run over 20 seeds of one clip (walk, 1.7 s): they say nothing about other motions or other draws \
              of the observation's noise"
+        );
+    }
+
+    #[test]
+    fn one_run_a_side_says_what_to_do_and_a_copied_seed_is_named() {
+        let scope = |errors: &[f64]| {
+            let mut runs = MeasuredRuns::default();
+            runs.add("walk", fixture::clip("a", 0, errors)).unwrap();
+            MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None)
+        };
+        let one = scope(&[3.0]);
+        assert!(one.starts_with("too few seeds for an interval (1 seed of walk, 1.7 s): run 3 or more"), "{one}");
+        assert!(one.contains("observation.seed=2"), "{one}");
+        let copied = scope(&[3.0, 4.0, 3.0, 5.0]);
+        assert!(
+            copied.ends_with(
+                "; seed 2 of `walk` has the values of an earlier seed to the bit: if it is a copy, \
+            intervals are too narrow"
+            ),
+            "{copied}"
         );
     }
 

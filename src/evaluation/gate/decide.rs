@@ -131,7 +131,7 @@ impl<'a> Sides<'a> {
         };
         let more_seeds = (verdict == GateVerdict::Inconclusive).then(|| {
             let paired = found.rule == DifferenceRule::PairedT;
-            seeds_to_decide(&checked.values(&of), paired, found.unit, (margin - worse_by).abs())
+            seeds_to_decide(&checked.values(&of), paired, found.over, (margin - worse_by).abs())
         });
         Ok(Check {
             difference: Some(found),
