@@ -1,12 +1,13 @@
 //! How far the regression gate can be trusted: regenerates `results/gate.md` and `results/gate.json`.
 //!
 //! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known
-//! (`simulated.rs`), the second gates real runs of the default tracker with known defects (`real.rs`).
+//! (`simulated.rs`, and with errors that are skewed or a mixture `shapes.rs`), the second gates real runs of the default tracker with known defects (`real.rs`).
 //! `SKIAGRAPH_GATE=simulated` or `=real` runs that part alone and leaves the other as `results/gate.json` has it;
 //! `=page` writes the page anew.
 
 mod page;
 mod real;
+mod shapes;
 mod simulated;
 
 use std::error::Error;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Study {
     pub(crate) simulated: simulated::Simulated,
+    pub(crate) shapes: Option<shapes::Shapes>,
     pub(crate) real: Option<real::Real>,
 }
 
@@ -30,10 +32,12 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         true => Some(serde_json::from_slice(&std::fs::read(&json)?)?),
         false => None,
     };
-    let (old_simulated, old_real) = old.map_or((None, None), |old| (Some(old.simulated), old.real));
+    let (old_simulated, old_shapes, old_real) =
+        old.map_or((None, None, None), |old| (Some(old.simulated), old.shapes, old.real));
     let simulated = old_simulated.filter(|_| is_left("simulated")).unwrap_or_else(simulated::run);
+    let shapes = if is_left("simulated") { old_shapes } else { Some(shapes::run()) };
     let real = if is_left("real") { old_real } else { Some(real::run()?) };
-    let study = Study { simulated, real };
+    let study = Study { simulated, shapes, real };
     std::fs::write(&json, serde_json::to_string_pretty(&study)? + "\n")?;
     std::fs::write(folder.join("gate.md"), page::render(&study))?;
     Ok(())

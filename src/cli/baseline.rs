@@ -8,13 +8,13 @@ use clap::{Args, Subcommand};
 use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::evaluation::{METRICS, MeasuredRuns, mean, seeds_in_words};
+use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, mean, seeds_in_words};
 use crate::experiment::{BASELINES, Baseline};
 
 /// Save, list and show the baselines that skiagraph gate compares runs with
 ///
-/// A baseline is a small file to be committed: the values of every metric per clip and seed, with set hashes,
-/// protocols, settings and versions.
+/// A baseline is a small file to be committed: the values of every metric per clip, draw of the noise and seed, with set
+/// hashes, protocols, settings and versions.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline list\n  \
                         skiagraph baseline show walk\n  skiagraph baseline show walk --json")]
@@ -30,14 +30,19 @@ pub(super) struct Arguments {
 #[derive(Subcommand, Debug)]
 enum BaselineAction {
     /// Save measured runs as a baseline; an existing one of that name is replaced
-    #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs")]
+    #[command(
+        after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs\n  \
+                            skiagraph baseline save mine runs/mine-draw-1 runs/mine-draw-2 runs/mine-draw-3 runs/mine-draw-4 \
+                            runs/mine-draw-5"
+    )]
     Save {
         /// Name of the baseline: letters, digits, dots, - and _
         #[arg(value_name = "NAME")]
         name: String,
-        /// Directory of a run, or of runs (one per clip), with at least 5 seeds
-        #[arg(value_name = "RUN")]
-        run: PathBuf,
+        /// Directories of runs, or of runs below them, with at least 5 seeds of every set, 5 draws of every clip's noise,
+        /// or 5 clips
+        #[arg(value_name = "RUN", required = true)]
+        runs: Vec<PathBuf>,
         /// Rename an existing file that skiagraph did not write to NAME.json~
         #[arg(long)]
         force: bool,
@@ -64,9 +69,9 @@ enum BaselineAction {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let folder = &arguments.baselines;
     match &arguments.action {
-        BaselineAction::Save { name, run, force } => {
-            expect_run(run)?;
-            let saved = Baseline::save(name, run, folder, *force)?;
+        BaselineAction::Save { name, runs, force } => {
+            runs.iter().try_for_each(|run| expect_run(run))?;
+            let saved = Baseline::save(name, runs, folder, *force)?;
             volume.written(&saved.path);
             let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));
             let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
@@ -101,9 +106,14 @@ fn list(folder: &std::path::Path, json: bool) -> Result<(), CommandError> {
 
 /// `walk (seeds 0 to 9), annealed_particle_filter, version 0.1.0, 31.2 mm`
 fn line(baseline: &Baseline) -> String {
-    let clips = baseline.runs.clips.iter();
-    let clips: Vec<String> =
-        clips.map(|(name, clip)| format!("{name} (seeds {})", seeds_in_words(&clip.seeds))).collect();
+    let of_clip = |(name, clip): (&String, &MeasuredClip)| {
+        let draws = match baseline.runs.sets_of(name).len() {
+            1 => String::new(),
+            draws => format!("{draws} draws, "),
+        };
+        format!("{name} ({draws}seeds {})", seeds_in_words(&clip.seeds))
+    };
+    let clips: Vec<String> = baseline.runs.clips.iter().map(of_clip).collect();
     let mut trackers: Vec<&str> = baseline.runs.clips.values().map(|clip| clip.tracker.as_str()).collect();
     trackers.dedup();
     let error = error_of(&baseline.runs).map(|error| format!(", {error:.1} mm")).unwrap_or_default();
@@ -112,15 +122,15 @@ fn line(baseline: &Baseline) -> String {
 
 /// HumanEva's error, mm: mean over clips of their means over seeds.
 fn error_of(runs: &MeasuredRuns) -> Option<f64> {
-    let of_clip = |clip: &crate::evaluation::MeasuredClip| {
-        mean(&clip.values("humaneva_mm").into_iter().map(|(_, value)| value).collect::<Vec<_>>())
-    };
-    mean(&runs.clips.values().filter_map(of_clip).collect::<Vec<_>>())
+    let of_set =
+        |set: &MeasuredClip| mean(&set.values("humaneva_mm").into_iter().map(|(_, value)| value).collect::<Vec<_>>());
+    let of_clip = |name: &String| mean(&runs.sets_of(name).into_iter().filter_map(of_set).collect::<Vec<_>>());
+    mean(&runs.clips.keys().filter_map(of_clip).collect::<Vec<_>>())
 }
 
 fn shown(baseline: &Baseline) -> String {
     let mut lines = vec![format!("{}: {}", baseline.name, line(baseline))];
-    for (name, clip) in &baseline.runs.clips {
+    for (name, clip) in baseline.runs.sets() {
         lines.push(format!("\n{name}: {} frames at {} Hz, set {}", clip.frames, clip.frames_per_second, clip.set_hash));
         lines.push(format!("  {:<32} {:>12} {:>12} {:>12}  seeds", "", "mean", "least", "greatest"));
         for metric in METRICS {

@@ -8,28 +8,44 @@ use clap::Args;
 use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{Destination, ExperimentError, compare_sides, put_file};
+use crate::evaluation::IntervalUnit;
+use crate::experiment::{Destination, ExperimentError, SidesToCompare, compare_sides, put_file};
 use crate::report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
-/// RUN is the directory of a run, or a directory of runs (one clip each, or several seeds of one). All are compared
+/// RUN is the directory of a run, or a directory of runs (clips, draws of their noise, several seeds). All are compared
 /// with the first. If there is a single RUN, the runs in it are compared with each other: the methods of a scenario.
+/// With --vs, all RUN before it are one side, and all after it the other.
 ///
-/// Runs are paired by clip and seed where both sides share most of their seeds; seeds of one side are then left out,
-/// unless all runs tell more. Intervals are over clip x seed, never over frames: Student's or Welch's t below ten
-/// seeds, a BCa bootstrap from ten on, none below three. p values are adjusted for the number of metrics (Holm). The
-/// share of runs that lose the body is compared by itself.
+/// Intervals run over clips, each the mean of its draws and seeds, where both sides have three in common; else over draws
+/// of the observation's noise, three or more of every clip; else over seeds. Never over frames. The answer says what they
+/// cannot speak of. They are Student's or Welch's t; there is none below three values.
+///
+/// Seeds are paired if the sides have at least three in common in every set, and at least half of those of the side with
+/// more; or the same. Seeds of one side are then left out. Nothing else decides it. Runs that are the same to the bit are
+/// one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the body is
+/// compared by itself.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \
                         skiagraph compare runs/main runs/mine --markdown > comment.md\n  \
                         skiagraph compare runs/methods\n  \
+                        skiagraph compare runs/main-1 runs/main-2 runs/main-3 --vs runs/mine-1 runs/mine-2 runs/mine-3\n  \
+                        skiagraph compare runs/main runs/mine --unit seeds\n  \
                         skiagraph compare runs/4-cameras runs/2-cameras --across-sets")]
 pub(super) struct Arguments {
     /// Directories of runs; the first is the base
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
+
+    /// Directories of runs that are the other side all together; those before are the base
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    vs: Vec<PathBuf>,
+
+    /// What intervals run over: seeds, draws or clips [default: the last of these of which there are three]
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<IntervalUnit>,
 
     /// Compare runs on different sets of the same name (other cameras, other noise), unpaired
     #[arg(long)]
@@ -57,8 +73,13 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    arguments.runs.iter().try_for_each(|run| expect_run(run))?;
-    let comparison = compare_sides(&arguments.runs, arguments.across_sets)?;
+    arguments.runs.iter().chain(&arguments.vs).try_for_each(|run| expect_run(run))?;
+    let comparison = compare_sides(SidesToCompare {
+        paths: &arguments.runs,
+        versus: &arguments.vs,
+        across_sets: arguments.across_sets,
+        unit: arguments.unit,
+    })?;
     if let Some(path) = &arguments.html {
         let page = difference_page(&comparison).map_err(ExperimentError::from)?;
         put_file(Destination { path, force: arguments.force }, page.as_bytes())?;

@@ -10,7 +10,7 @@ use super::folders::expect_run;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::evaluation::{GateRules, GateVerdict, Margin};
+use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
 use crate::experiment::{
     BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric,
     gate_run, keep_others_from_junit, put_file, read_rules,
@@ -20,8 +20,10 @@ use crate::report::GateReport;
 /// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
 /// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is the run (clip x seed),
-/// never the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
+/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is never the frame. Run and
+/// baseline need at least 5 seeds of every set; 10 are usual. Runs of the baseline's own seeds are paired. A tracker that
+/// draws no random numbers is gated over draws of the observation's noise (sets rendered with other values of
+/// observation.seed), 5 of every clip, or over 5 clips; --unit chooses.
 ///
 /// Metrics of the truth must not change at all. Errors leave out what has no estimate; therefore coverage must not fall
 /// by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of several
@@ -31,11 +33,12 @@ use crate::report::GateReport;
                         skiagraph gate runs/walk --baseline walk --margin 2mm --add-seeds 10\n  \
                         skiagraph gate runs/walk --baseline walk --metric pck150 --margin 1%\n  \
                         skiagraph gate runs --baseline all --rules gate.toml --junit gate.xml --github\n  \
+                        skiagraph gate runs/draw-1 runs/draw-2 runs/draw-3 runs/draw-4 runs/draw-5 --baseline mine --margin 2mm\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --markdown >> $GITHUB_STEP_SUMMARY")]
 pub(super) struct Arguments {
-    /// Directory of a run, or of runs (one per clip)
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
+    /// Directories of runs, or of runs below them: clips, draws of their noise, further seeds
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
 
     /// The baseline: its name, or its .json file
     #[arg(long, value_name = "NAME")]
@@ -56,6 +59,10 @@ pub(super) struct Arguments {
     /// File of budgets [default: gate.toml, if it is there and no --margin is given]
     #[arg(long, value_name = "FILE")]
     rules: Option<PathBuf>,
+
+    /// What intervals run over: seeds, draws or clips [default: the first of which there are enough]
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<IntervalUnit>,
 
     /// Accept seeds other than the baseline's; they are not paired
     #[arg(long)]
@@ -115,7 +122,7 @@ enum InconclusiveAs {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    expect_run(&arguments.run)?;
+    arguments.runs.iter().try_for_each(|run| expect_run(run))?;
     let rules = arguments.rules()?;
     if let Some(path) = &arguments.junit {
         keep_others_from_junit(Destination { path, force: arguments.force })?;
@@ -130,26 +137,27 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     };
     if let Some(most) = arguments.add_seeds {
         let progress = Progress::new(volume);
-        let written = add_missing_seeds(&arguments.run, &baseline, &rules, most, from, &progress)?;
+        let written = add_missing_seeds(&arguments.runs, &baseline, &rules, most, from, &progress)?;
         drop(progress);
         written.iter().for_each(|folder| volume.written(folder));
     }
-    let mut outcome = gate_run(&arguments.run, &baseline, &rules)?;
-    if let Some(count) = arguments.add_seeds.filter(|_| outcome.verdict == GateVerdict::Inconclusive) {
+    let mut outcome = gate_run(&arguments.runs, &baseline, &rules)?;
+    let is_open = outcome.verdict == GateVerdict::Inconclusive && outcome.unit == IntervalUnit::Seeds;
+    if let Some(count) = arguments.add_seeds.filter(|_| is_open) {
         let progress = Progress::new(volume);
-        let written = add_seeds(&arguments.run, count, from, &progress);
+        let written = add_seeds(&arguments.runs, count, from, &progress);
         drop(progress);
         match written {
             Ok(written) => {
                 written.iter().for_each(|folder| volume.written(folder));
-                outcome = gate_run(&arguments.run, &baseline, &rules)?;
+                outcome = gate_run(&arguments.runs, &baseline, &rules)?;
             }
             // what was found stands where no seeds can be added
             Err(refusal @ ExperimentError::Argument { .. }) => outcome.notes.push(refusal.to_string()),
             Err(error) => return Err(error.into()),
         }
     }
-    let run = arguments.run.display().to_string();
+    let run = arguments.runs.iter().map(|run| run.display().to_string()).collect::<Vec<_>>().join(" ");
     let inconclusive = arguments.inconclusive.counted();
     let report = GateReport { run: &run, baseline: &baseline.name, outcome: &outcome, inconclusive };
     if let Some(path) = &arguments.junit {
@@ -211,6 +219,7 @@ impl Arguments {
             }
         };
         rules.other_seeds |= self.other_seeds;
+        rules.unit = self.unit.or(rules.unit);
         Ok(rules)
     }
 }

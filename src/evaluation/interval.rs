@@ -11,14 +11,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::bootstrap;
 use super::student::{student, student_on_logs};
 
 /// Fewer runs than these have no interval.
 pub const FEWEST_RUNS: usize = 3;
-
-/// The bootstrap is used where every clip has at least so many runs.
-pub const BOOTSTRAP_RUNS: usize = 10;
 
 /// A two-sided 95 % interval, written `[low, high]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,13 +55,10 @@ pub enum IntervalRule {
     /// Student's t interval; over several clips with the degrees of freedom of `[Welch 1938]` and `[Satterthwaite
     /// 1946]`.
     Student,
-    /// Student's t interval on a logarithmic scale: the modified Cox interval (`[Olsson 2005]`) of the mean of
-    /// log-normal values, about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the
-    /// logarithms would be one of the median.
+    /// Student's t interval on a logarithmic scale, about the arithmetic mean, with the greater of two standard errors:
+    /// that of Student's interval, and that of the modified Cox interval (`[Olsson 2005]`) of the mean of log-normal
+    /// values. It is an interval of the mean; exponents of a t interval of the logarithms would be one of the median.
     StudentOnLogs,
-    /// Bias-corrected and accelerated bootstrap (`[Efron 1987]`), stratified by clip, with expanded percentiles
-    /// (`[Hesterberg 2015]`).
-    Bootstrap,
 }
 
 impl fmt::Display for IntervalRule {
@@ -73,7 +66,6 @@ impl fmt::Display for IntervalRule {
         f.write_str(match self {
             Self::Student => "Student's t",
             Self::StudentOnLogs => "Student's t on log errors",
-            Self::Bootstrap => "BCa bootstrap",
         })
     }
 }
@@ -82,8 +74,7 @@ impl fmt::Display for IntervalRule {
 /// values of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, if a clip has a single run, and if the runs
 /// of every clip are equal: an interval of zero width would claim more than three seeds without a lost frame can show.
 ///
-/// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors
-/// that are all above 0.
+/// It is Student's t, on a logarithmic scale for errors that are all above 0, for any number of runs.
 pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval, IntervalRule)> {
     let fewest = clips.iter().map(Vec::len).min()?;
     let runs: usize = clips.iter().map(Vec::len).sum();
@@ -91,9 +82,8 @@ pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval,
         return None;
     }
     let is_error = range == ValueRange::NonNegative && clips.iter().flatten().all(|value| *value > 0.0);
-    let (ends, rule) = match fewest >= BOOTSTRAP_RUNS {
-        true => (bootstrap::bca(clips)?, IntervalRule::Bootstrap),
-        false if is_error => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
+    let (ends, rule) = match is_error {
+        true => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
         false => (student(clips)?, IntervalRule::Student),
     };
     Some((range.hold(ends.into()), rule))

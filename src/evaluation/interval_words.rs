@@ -1,8 +1,11 @@
 //! The text printed with intervals.
 
+use std::collections::BTreeSet;
+
 use super::IntervalRule;
-use super::bootstrap::RESAMPLES;
-use super::interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, are_equal};
+use super::comparison::WITHOUT_SEEDS;
+use super::interval::{FEWEST_RUNS, are_equal};
+use super::seed_run::{SeedRun, by_clip};
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.
@@ -17,8 +20,38 @@ pub(super) fn of_metric(clips: &[Vec<f64>], of: usize, rule: Option<IntervalRule
     }
 }
 
-/// How the intervals of a summary were made, or why there are none. `clips` holds one value a run.
-pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
+/// How the intervals of a summary were made and what they speak of, or why there are none.
+pub(super) fn of_summary(runs: &[SeedRun<'_>]) -> String {
+    let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
+    if are_copies(runs) {
+        return format!(
+            "{} with the same estimates to the bit: the tracker draws no random numbers, and copies are one observation. \
+             No interval; {WITHOUT_SEEDS}",
+            counted(&clips, runs.len())
+        );
+    }
+    let words = of_runs(&clips);
+    let names: BTreeSet<&str> = runs.iter().map(|run| run.clip).collect();
+    match (names.len(), runs.first().map(|run| run.evaluation)) {
+        (1, Some(first)) if clips[0].len() >= FEWEST_RUNS && first.frames_per_second > 0.0 => {
+            let seconds = first.frames as f64 / first.frames_per_second;
+            format!(
+                "{words}. They are of one clip of {seconds:.1} s and say nothing about other motions or other noise"
+            )
+        }
+        _ => words,
+    }
+}
+
+/// Whether the runs of every clip, two or more, have the same estimates, as far as all measures tell.
+fn are_copies(runs: &[SeedRun<'_>]) -> bool {
+    let first = |run: &SeedRun<'_>| runs.iter().find(|other| other.clip == run.clip).map(|first| first.evaluation);
+    let lone = |run: &SeedRun<'_>| runs.iter().filter(|other| other.clip == run.clip).count() < 2;
+    !runs.is_empty() && runs.iter().all(|run| !lone(run) && first(run) == Some(run.evaluation))
+}
+
+/// How intervals over seeds are made, or why there are none. `clips` holds one value a run.
+fn of_runs(clips: &[Vec<f64>]) -> String {
     let runs: usize = clips.iter().map(Vec::len).sum();
     let fewest = clips.iter().map(Vec::len).min().unwrap_or(0);
     if fewest < 2 || runs < FEWEST_RUNS {
@@ -26,15 +59,12 @@ pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
         let (first, rest) = none.split_at(1);
         return format!("{}{rest}: an interval needs {FEWEST_RUNS} seeds or more", first.to_uppercase());
     }
-    let rule = match fewest >= BOOTSTRAP_RUNS {
-        true => format!("BCa bootstrap of the seeds within each clip, {RESAMPLES} resamples, expanded percentiles"),
-        false => "Student's t, on a logarithmic scale for errors above 0".to_owned(),
-    };
     let coverage: Vec<String> =
         COVERAGE_WITH_LOST_TRACKS.iter().map(|(seeds, percent)| format!("{percent} % at {seeds} seeds")).collect();
     format!(
-        "95 % intervals of the mean over {}, never over frames: {rule}. If some seeds lose the body and others do not, \
-        coverage is far below 95 %: with one seed in ten lost {} (results/intervals.md)",
+        "95 % intervals of the mean over {}, never over frames: Student's t, on a logarithmic scale for errors above 0. \
+         If some seeds lose the body and others do not, coverage is far below 95 %: with one seed in ten lost {} \
+         (results/intervals.md)",
         counted(clips, runs),
         coverage.join(", "),
     )
@@ -92,7 +122,29 @@ mod tests {
             }
             seen += 1;
         }
-        assert_eq!(seen, 10);
+        assert_eq!(seen, 12);
+    }
+
+    /// From ten seeds on a bootstrap took over, which covered less than the rule of nine.
+    #[test]
+    fn what_was_simulated_covers_as_much_as_students_t_and_ten_seeds_as_much_as_nine() {
+        let study: serde_json::Value = serde_json::from_str(include_str!("../../results/intervals.json")).unwrap();
+        // two standard errors of the difference of two shares
+        let chance = 2.0 * (2.0 * 0.25 / study["trials"].as_f64().unwrap()).sqrt();
+        let covered = |row: &serde_json::Value, rule: &str| row[rule]["covered"].as_f64();
+        let mut of_nine = None;
+        let mut seen = 0;
+        for row in study["one_clip"].as_array().unwrap() {
+            let (Some(now), Some(student)) = (covered(row, "now"), covered(row, "student")) else { continue };
+            assert!(now >= student - 0.25 * chance, "the same samples, so the difference is far surer: {row}");
+            match row["seeds"].as_u64() {
+                Some(9) => of_nine = Some(now),
+                Some(10) => assert!(of_nine.is_some_and(|nine| now >= nine - chance), "{row}"),
+                _ => {}
+            }
+            seen += 1;
+        }
+        assert_eq!(seen, 30);
     }
 
     #[test]

@@ -16,7 +16,6 @@
 //! ```
 
 mod balance;
-mod bootstrap;
 mod boundary;
 mod breakdown;
 mod breakdown_summary;
@@ -76,17 +75,16 @@ pub use breakdown::BreakdownGroup;
 pub use breakdown_summary::BreakdownSummary;
 pub use camera_summary::PerCameraSummary;
 pub use comparison::{
-    AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
-    MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
-    SideFacts, compare_runs, difference, do_pair, holm, independent_difference, lost_tracks, seeds_in_words,
-    shown_once,
+    AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
+    LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,
+    RunComparison, SideFacts, compare_runs, difference, do_pair, holm, lost_tracks, seeds_in_words, shown_once,
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
     Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
     MetricMargin, MoreSeeds, gate, seeds_to_decide,
 };
-pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
+pub use interval::{FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use lost_limb::{LOST_LIMB_MM, LostStretch};
 pub use marker_list::{MarkerList, PackedMarkers};
 use metric::change;

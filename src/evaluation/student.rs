@@ -16,8 +16,10 @@ pub(super) fn student(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     Some([centre - half, centre + half])
 }
 
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms
-/// (`[Olsson 2005]`); of several clips the `se^2` of the clips' means add up.
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2` is the greater of `s^2 / (n m^2)`, as Student's interval has it, and
+/// `v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (`[Olsson 2005]`): the first is the greater
+/// where a few runs are far off, the second where all are skewed. Of several clips the `se^2` of the clips' means add
+/// up.
 pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {
@@ -25,7 +27,8 @@ pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
         let logs: Vec<f64> = runs.iter().map(|value| libm::log(*value)).collect();
         let v = variance(&logs)?.min(GREATEST_LOG_VARIANCE);
         let scale = mean(runs)?;
-        Some(scale * scale * (v / n + v * v / (2.0 * (n - 1.0))))
+        let of_logs = scale * scale * (v / n + v * v / (2.0 * (n - 1.0)));
+        Some(of_logs.max(variance(runs)? / n))
     })?;
     let factor = libm::exp(half / centre);
     Some([centre / factor, centre * factor])

@@ -115,7 +115,7 @@ pub fn summarise(runs: &[SeedRun<'_>]) -> Result<Summary, EvaluationError> {
     let metrics = names.into_iter().filter_map(|name| Some((name.clone(), metric_summary(runs, name)?))).collect();
     Ok(Summary {
         runs: runs.iter().map(|run| RunKey { clip: run.clip.to_owned(), seed: run.seed }).collect(),
-        interval: interval_words::of_runs(&by_clip(runs, &vec![Some(0.0); runs.len()])),
+        interval: interval_words::of_summary(runs),
         metrics,
         absent,
         per_joint: LANDMARKS.iter().filter_map(|landmark| joint_summary(runs, landmark.name())).collect(),
@@ -225,7 +225,7 @@ mod tests {
         let Interval { low, high } = summary.metrics["humaneva_mm"].ci95.unwrap();
         assert!(low < 30.2 && 30.2 < high);
         let again = summarise(&runs).unwrap();
-        assert_eq!(summary, again, "the bootstrap draws the same numbers every time");
+        assert_eq!(summary, again);
         let text = serde_json::to_string(&summary).unwrap();
         assert!(text.contains(&format!("\"ci95\":[{low},{high}]")));
         assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary);
@@ -265,6 +265,20 @@ mod tests {
         assert_eq!(of_three.metrics["auc150"].interval, "Student's t over 3 seeds");
         assert_eq!(of_three.metrics["pck150"].interval, "3 seeds: all equal");
         assert_eq!(of_three.metrics["pck150"].ci95, None);
+    }
+
+    #[test]
+    fn seeds_of_one_clip_say_that_they_are_of_one_clip_and_copies_that_they_are_one_observation() {
+        let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
+        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
+        let varied = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap().interval;
+        assert!(
+            varied.ends_with("of one clip of 0.1 s and say nothing about other motions or other noise"),
+            "{varied}"
+        );
+        let copies = summarise(&[run(0, &a), run(1, &a), run(2, &a)]).unwrap();
+        assert!(copies.interval.starts_with("3 seeds with the same estimates to the bit"), "{}", copies.interval);
+        assert!(copies.interval.contains("observation.seed=2") && copies.metrics["humaneva_mm"].ci95.is_none());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
 use super::error::read_file;
 use super::{Destination, ExperimentError, put_file, read_runs};
-use crate::evaluation::{FEWEST_SEEDS, MeasuredRuns};
+use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 use crate::input::{excerpt, foreign, is_ours, limits, unquoted};
 use crate::scenario::json_tree;
 
@@ -53,16 +53,11 @@ impl Baseline {
     ///
     /// # Errors
     /// [`ExperimentError`] if the runs cannot be read or have too few seeds, and if something else is at its place.
-    pub fn save(name: &str, runs: &Path, folder: &Path, force: bool) -> Result<Saved, ExperimentError> {
+    pub fn save(name: &str, runs: &[PathBuf], folder: &Path, force: bool) -> Result<Saved, ExperimentError> {
         check_name(name)?;
         let path = folder.join(format!("{name}.json"));
         let measured = read_runs(runs)?;
-        if let Some((clip, few)) = measured.clips.iter().find(|(_, clip)| clip.seeds.len() < FEWEST_SEEDS) {
-            let detail = format!(
-                "{} has {} seed(s) of `{clip}`, a baseline needs {FEWEST_SEEDS} or more; run it with --seeds 10",
-                runs.display(),
-                few.seeds.len()
-            );
+        if let Some(detail) = too_few(&measured) {
             return Err(ExperimentError::Argument { argument: "RUN", detail });
         }
         let replaced = Self::read_file(&path).ok();
@@ -129,7 +124,7 @@ impl Baseline {
             }
         }
         let baseline: Self = json_tree::value(tree).map_err(|e| malformed(foreign(e)))?;
-        for (name, clip) in &baseline.runs.clips {
+        for (name, clip) in baseline.runs.sets() {
             let seeds = clip.seeds.len();
             let lists = clip.metrics.iter().map(|(metric, m)| (metric, m.per_seed.len()));
             let joints = clip.joints.iter().map(|(joint, values)| (joint, values.len()));
@@ -150,6 +145,28 @@ impl Baseline {
         bytes.push(b'\n');
         Ok(bytes)
     }
+}
+
+/// Why no gate could use these runs: too few seeds, draws and clips alike.
+fn too_few(runs: &MeasuredRuns) -> Option<String> {
+    if IntervalUnit::ALL.into_iter().any(|unit| runs.has_at_least(FEWEST_SEEDS, unit)) {
+        return None;
+    }
+    let (clip, few) = runs.sets().find(|(_, set)| set.seeds.len() < FEWEST_SEEDS || set.are_copies())?;
+    Some(match few.are_copies() {
+        true => format!(
+            "the {} runs of `{clip}` are the same to the bit: the tracker draws no random numbers, and copies are one \
+             observation; a baseline needs {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips instead \
+             (docs/ci.md)",
+            few.seeds.len()
+        ),
+        false => format!(
+            "it has {} seed(s) of `{clip}`, a baseline needs {FEWEST_SEEDS} or more; run it with --seeds 10, or, if the \
+             tracker draws no random numbers, on {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips \
+             (docs/ci.md)",
+            few.seeds.len()
+        ),
+    })
 }
 
 fn check_name(name: &str) -> Result<(), ExperimentError> {
@@ -208,6 +225,7 @@ mod tests {
         let metric = MeasuredMetric { unit: Unit::Millimetre, protocol: "none".to_owned(), per_seed: per_seed.clone() };
         let clip = MeasuredClip {
             set_hash: "ab".to_owned(),
+            scene_hash: None,
             frames: 4,
             frames_per_second: 60.0,
             tracker: "frozen".to_owned(),
@@ -217,7 +235,7 @@ mod tests {
             metrics: BTreeMap::from([("humaneva_mm".to_owned(), metric)]),
             joints: BTreeMap::from([("pelvis".to_owned(), per_seed)]),
         };
-        let runs = MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]) };
+        let runs = MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]), ..MeasuredRuns::default() };
         Baseline { schema: SCHEMA.to_owned(), name: "walk".to_owned(), version: "0.1.0".to_owned(), runs }
     }
 

@@ -1,14 +1,14 @@
 //! `skiagraph gate`: a run against a baseline, by the rules of a `gate.toml`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use super::run_reading::hints_of_runs;
-use super::seed_advice::seed_advice;
+use super::seed_advice::{seed_advice, set_advice};
 use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
-use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, find_metric, gate};
+use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, find_metric, gate};
 use crate::input::{self, excerpt, foreign, is_ours, limits, unquoted};
 use crate::scenario::json_tree;
 
@@ -23,14 +23,18 @@ impl From<GateRefusal> for ExperimentError {
     }
 }
 
-/// Holds the runs at a path against a baseline.
+/// Holds the runs at these paths against a baseline.
 ///
 /// # Errors
 /// [`ExperimentError`] if the runs cannot be read, or cannot be held against this baseline.
-pub fn gate_run(run: &Path, baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
-    let mut outcome = gate(&baseline.runs, &read_runs(run)?, rules)?;
-    outcome.misread = hints_of_runs(run);
-    outcome.notes.extend(seed_advice(run, baseline, outcome.checks.iter().filter_map(|check| check.more_seeds)));
+pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
+    let mut outcome = gate(&baseline.runs, &read_runs(runs)?, rules)?;
+    outcome.misread = runs.iter().flat_map(|run| hints_of_runs(run)).collect();
+    let lacking: Vec<_> = outcome.checks.iter().filter_map(|check| check.more_seeds).collect();
+    outcome.notes.extend(match outcome.unit {
+        IntervalUnit::Seeds => seed_advice(runs, baseline, lacking),
+        unit => set_advice(unit, baseline, lacking),
+    });
     if is_newer(&baseline.version) {
         let ours = env!("CARGO_PKG_VERSION");
         outcome.notes.push(format!("the baseline was saved by version {}, newer than this {ours}", baseline.version));
@@ -106,7 +110,9 @@ mod tests {
     fn rules_have_budgets_per_metric_and_clip_and_defaults_for_the_rest() {
         let text = "schema = \"skiagraph.gate/1\"\nseeds = 10\n[[budget]]\nmetric = \"humaneva_mm\"\nmargin = \"2mm\"\n\
                     [[budget]]\nmetric = \"pck150\"\nmargin = 0.02\nclip = \"walk\"\n";
+        assert_eq!(rules(&text.replace("seeds = 10", "unit = \"draws\"")).unwrap().unit, Some(IntervalUnit::Draws));
         let found = rules(text).unwrap();
+        assert_eq!(found.unit, None);
         assert_eq!((found.seeds, found.budgets.len(), found.exact_truth, found.lost_tracks), (10, 2, true, true));
         assert_eq!(found.budgets[1].clip.as_deref(), Some("walk"));
     }
@@ -123,6 +129,7 @@ mod tests {
             (&format!("{head}exact = [\"lag_sm\"]"), "exact: there is no metric `lag_sm`; did you mean `lag_ms`?"),
             (&format!("{head}coverage = nan"), "expected a number of 0 or more with its unit"),
             (&format!("{head}seeds ="), "gate.toml"),
+            (&format!("{head}unit = \"frames\""), "unit"),
         ] {
             let told = rules(text).unwrap_err();
             assert!(told.contains(part) && told.contains("gate.toml"), "{part}: {told}");

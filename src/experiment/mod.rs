@@ -68,6 +68,7 @@ mod run_reading;
 mod same_settings;
 mod scenario_copy;
 mod scene_check;
+mod scene_hash;
 mod search_file;
 mod seed_advice;
 mod segmenting;
@@ -121,7 +122,7 @@ pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Run
 pub use run::{Evaluated, RunOutcome, evaluate_run, run};
 pub use run_picture::run_picture;
 pub use run_place::RunPlace;
-pub use run_reading::{ComparedSide, compare_sides, read_runs};
+pub use run_reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use search_file::SearchRecord;
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, SegmentedFrom, segment};

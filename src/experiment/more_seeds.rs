@@ -15,7 +15,7 @@ use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
 use super::watch::Watch;
 use super::{Baseline, ExperimentError, Models, read_runs};
 use crate::benchmark_set::BenchmarkSet;
-use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip};
+use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
 use crate::input::{self, limits};
 use crate::scenario::{ScenarioFile, json_tree};
 
@@ -32,14 +32,14 @@ pub struct MoreOf<'a> {
     pub allow_outside: bool,
 }
 
-/// Tracks and measures the seeds that a gate asks for and the runs at a path lack, at most so many of every run: the
+/// Tracks and measures the seeds that a gate asks for and the runs at these paths lack, at most so many of every run: the
 /// baseline's own, or any where others are accepted and there are too few. Runs on other sets than the baseline's are
 /// left alone: the gate refuses them.
 ///
 /// # Errors
 /// As of [`add_seeds`].
 pub fn add_missing_seeds(
-    path: &Path,
+    paths: &[PathBuf],
     baseline: &Baseline,
     rules: &GateRules,
     most: u32,
@@ -47,11 +47,10 @@ pub fn add_missing_seeds(
     watch: &dyn Watch,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let mut written = Vec::new();
-    for folder in &run_folders(path) {
-        for (name, clip) in &read_runs(folder)?.clips {
-            let Some(base) = baseline.runs.clips.get(name).filter(|base| base.set_hash == clip.set_hash) else {
-                continue;
-            };
+    for folder in &paths.iter().flat_map(|path| run_folders(path)).collect::<Vec<_>>() {
+        for (name, clip) in read_one(folder)?.sets() {
+            let sets = baseline.runs.sets_of(name);
+            let Some(base) = sets.into_iter().find(|base| base.set_hash == clip.set_hash) else { continue };
             let mut seeds = missing_seeds(base, clip, rules);
             seeds.truncate(most as usize);
             if !seeds.is_empty() {
@@ -79,32 +78,37 @@ fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
     (first..first.saturating_add(count)).collect()
 }
 
-/// Tracks and measures so many further seeds of every run at a path, into a folder `seeds-FIRST-LAST` in the run's own.
+/// Tracks and measures so many further seeds of every run at these paths, into a folder `seeds-FIRST-LAST` in the run's own.
 ///
 /// # Errors
 /// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if
 /// its scenario draws another set, or tracking fails.
 pub fn add_seeds(
-    path: &Path,
+    paths: &[PathBuf],
     count: u32,
     from: MoreOf<'_>,
     watch: &dyn Watch,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
-    let folders = run_folders(path);
+    let folders: Vec<PathBuf> = paths.iter().flat_map(|path| run_folders(path)).collect();
     // all or none: not some of the runs before one that has to be run by hand
     for folder in &folders {
-        for clip in read_runs(folder)?.clips.values() {
+        for clip in read_one(folder)?.clips.values() {
             recorded(folder, &further_seeds(clip, u64::from(count)))?;
         }
     }
     let mut written = Vec::new();
     for folder in &folders {
-        let runs = read_runs(folder)?;
+        let runs = read_one(folder)?;
         for clip in runs.clips.values() {
             written.push(add_to(folder, clip, &further_seeds(clip, u64::from(count)), from, watch)?);
         }
     }
     Ok(written)
+}
+
+/// The run in a folder, with its further seeds.
+fn read_one(folder: &Path) -> Result<MeasuredRuns, ExperimentError> {
+    read_runs(&[folder.to_owned()])
 }
 
 fn add_to(

@@ -7,6 +7,7 @@ use super::hints::Hint;
 use super::measuring::{Measures, Painters};
 use super::playback::playbacks;
 use super::poses_file::ReadAs;
+use super::scene_hash::scene_hash;
 use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
@@ -59,6 +60,11 @@ pub struct RunRecord {
     pub learned_from: Vec<String>,
     /// Hash of the set's files.
     pub set_hash: String,
+    /// Hash of all that the set shares with other draws of its observation's noise.
+    pub scene_hash: String,
+    /// Seed of the observations, where anything is drawn with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observation_seed: Option<u32>,
     /// Version of the program.
     pub version: String,
     /// What is known about bodies and motion, in words.
@@ -216,6 +222,8 @@ fn record(
         settings: track.map(|t| t.tracker.clone()),
         learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
         set_hash: set.blind.set_hash.clone(),
+        scene_hash: scene_hash(set),
+        observation_seed: set.truth.facts.observation_seed,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts.to_vec(),
         matched: set.truth.facts.matched,

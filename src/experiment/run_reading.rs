@@ -11,7 +11,9 @@ use super::external::EXTERNAL_FILE;
 use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
-use crate::evaluation::{MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs};
+use crate::evaluation::{
+    IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs,
+};
 use crate::input::{foreign, is_ours, limits, plain, unquoted};
 use crate::scenario::json_tree;
 
@@ -42,6 +44,8 @@ struct StoredRun {
     #[serde(default)]
     program: Option<Value>,
     set_hash: String,
+    #[serde(default)]
+    scene_hash: Option<String>,
     version: String,
     frames: usize,
     frames_per_second: f64,
@@ -49,18 +53,33 @@ struct StoredRun {
     summary: Summary,
 }
 
-/// `skiagraph compare`: the first side against the others. A single folder with several runs gives one side a run.
+/// What `skiagraph compare` is asked to compare.
+#[derive(Clone, Copy, Debug)]
+pub struct SidesToCompare<'a> {
+    /// Folders of runs: a side each, the first the base; with `versus` all together the base. A single folder with
+    /// several runs gives one side a run.
+    pub paths: &'a [PathBuf],
+    /// Folders of runs that are the other side all together; may be empty.
+    pub versus: &'a [PathBuf],
+    /// Whether sets of the same name may differ; then they are compared unpaired.
+    pub across_sets: bool,
+    /// What intervals run over, if that is asked for.
+    pub unit: Option<IntervalUnit>,
+}
+
+/// `skiagraph compare`: the first side against the others.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file, or the difference that makes sides incomparable.
-pub fn compare_sides(paths: &[PathBuf], across_sets: bool) -> Result<RunComparison, ExperimentError> {
-    let sides = read_sides(paths)?;
+pub fn compare_sides(asked: SidesToCompare<'_>) -> Result<RunComparison, ExperimentError> {
+    let SidesToCompare { paths, versus, across_sets, unit } = asked;
+    let sides = if versus.is_empty() { read_sides(paths)? } else { read_two_sides(paths, versus)? };
     let [base, others @ ..] = sides.as_slice() else { return Err(too_few(paths)) };
     if others.is_empty() {
         return Err(too_few(paths));
     }
     let others: Vec<_> = others.iter().map(|side| (side.name.as_str(), &side.runs)).collect();
-    Ok(compare_runs((&base.name, &base.runs), &others, across_sets)?)
+    Ok(compare_runs((&base.name, &base.runs), &others, across_sets, unit)?)
 }
 
 impl From<NotComparable> for ExperimentError {
@@ -83,7 +102,22 @@ fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
         several => several.to_vec(),
     };
     let names = names(&expanded);
-    expanded.iter().zip(names).map(|(path, name)| Ok(ComparedSide { name, runs: read_runs(path)? })).collect()
+    let side = |(path, name)| Ok(ComparedSide { name, runs: read_runs(std::slice::from_ref(path))? });
+    expanded.iter().zip(names).map(side).collect()
+}
+
+/// Two sides of one folder or more each.
+fn read_two_sides(base: &[PathBuf], other: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
+    let all = names(&[base, other].concat());
+    let named = |names: &[String]| match names {
+        [first, rest @ ..] if !rest.is_empty() => format!("{first} and {} more", rest.len()),
+        names => names.concat(),
+    };
+    let (base_names, other_names) = all.split_at(base.len());
+    Ok(vec![
+        ComparedSide { name: named(base_names), runs: read_runs(base)? },
+        ComparedSide { name: named(other_names), runs: read_runs(other)? },
+    ])
 }
 
 /// The folders directly in this one that hold runs: methods of a comparison, cells of a sweep.
@@ -107,18 +141,23 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().zip(&all).map(|(path, n)| if unique(n) { n.clone() } else { path.display().to_string() }).collect()
 }
 
-/// All runs at a path: a `run.json`, a folder that holds one, or a folder with such folders below it.
+/// All runs at these paths: each a `run.json`, a folder that holds one, or a folder with such folders below it. They are
+/// seeds of sets, draws of the noise of clips, and clips.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file that is missing, damaged, or of another tracker or set than the others.
-pub fn read_runs(path: &Path) -> Result<MeasuredRuns, ExperimentError> {
-    let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    if files.is_empty() {
-        return Err(malformed(path, nothing_here(path)));
-    }
-    if files.len() > MOST_RUNS {
-        return Err(malformed(path, format!("holds {} runs, expected at most {MOST_RUNS}", files.len())));
+    let mut files = Vec::new();
+    for path in paths {
+        let found = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+        if found.is_empty() {
+            return Err(malformed(path, nothing_here(path)));
+        }
+        files.extend(found);
+        if files.len() > MOST_RUNS {
+            return Err(malformed(path, format!("holds {} runs, expected at most {MOST_RUNS}", files.len())));
+        }
     }
     let mut runs = MeasuredRuns::default();
     for file in files {
@@ -222,6 +261,7 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     }
     let facts = MeasuredClip {
         set_hash: run.set_hash,
+        scene_hash: run.scene_hash,
         frames: run.frames,
         frames_per_second: run.frames_per_second,
         tracker: run.tracker,

@@ -1,6 +1,6 @@
 //! How a user runs the further seeds that would decide a gate.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -9,15 +9,41 @@ use super::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
 use super::sweep::quoted;
 use super::tracking::TRACK_FILE;
-use crate::evaluation::{MeasuredClip, MoreSeeds, seeds_in_words};
+use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, seeds_in_words};
 use crate::input::{self, limits};
 
 /// Commands that are spelt out at most.
 const MOST_COMMANDS: usize = 3;
 
-/// What to do for the seeds that checks of the runs at a path lack; `None` where none would help.
+/// What to do for the draws or clips that checks lack; `None` where none would help. Both sides need them: they are sets.
+pub(super) fn set_advice(
+    unit: IntervalUnit,
+    baseline: &Baseline,
+    lacking: impl IntoIterator<Item = MoreSeeds>,
+) -> Option<String> {
+    let count = |more| match more {
+        MoreSeeds::OfRun(more) | MoreSeeds::OfBoth(more) => Some(more),
+        MoreSeeds::TooMany => None,
+    };
+    let more = lacking.into_iter().filter_map(count).max()?;
+    let sets = match unit {
+        IntervalUnit::Draws => {
+            format!(
+                "{more} more draw(s) of every clip: skiagraph render SCENARIO observation.seed=N --out SET, with a new N each"
+            )
+        }
+        _ => format!("{more} more clip(s): skiagraph render SCENARIO --out SET, with another motion each"),
+    };
+    Some(format!(
+        "for {sets}; run both trackers on them (skiagraph track SET ... --out RUN, skiagraph evaluate SET RUN), and save \
+         the baseline again: skiagraph baseline save {} RUN...",
+        baseline.name
+    ))
+}
+
+/// What to do for the seeds that checks of the runs at these paths lack; `None` where none would help.
 pub(super) fn seed_advice(
-    run: &Path,
+    runs: &[PathBuf],
     baseline: &Baseline,
     lacking: impl IntoIterator<Item = MoreSeeds>,
 ) -> Option<String> {
@@ -32,22 +58,25 @@ pub(super) fn seed_advice(
     let more = of_run.max(of_both);
     match (more, of_both) {
         (0, _) => None,
-        (_, 0) => Some(format!("for {more} more seed(s) of the run: {}", of_the_run(run, baseline, more))),
+        (_, 0) => Some(format!("for {more} more seed(s) of the run: {}", of_the_runs(runs, baseline, more))),
         _ => Some(format!(
             "run and baseline need {more} more seed(s) each, and --add-seeds runs those of the run alone; first those of \
              the baseline, with its own tracker and settings: {}; then those of the run: {}",
             of_the_baseline(baseline, more),
-            of_the_run(run, baseline, more)
+            of_the_runs(runs, baseline, more)
         )),
     }
 }
 
-fn of_the_run(run: &Path, baseline: &Baseline, more: usize) -> String {
-    let folders = run_folders(run);
+fn of_the_runs(runs: &[PathBuf], baseline: &Baseline, more: usize) -> String {
+    let folders: Vec<PathBuf> = runs.iter().flat_map(|run| run_folders(run)).collect();
     let by_hand = folders.iter().filter(|folder| !folder.join(TRACK_FILE).is_file());
     let commands: Vec<String> = by_hand.map(|folder| further_by_hand(folder, more)).collect();
     match commands.len() {
-        0 => format!("skiagraph gate {} --baseline {} --add-seeds {more}, as here", shown(run), baseline.name),
+        0 => {
+            let runs = runs.iter().map(|run| shown(run)).collect::<Vec<_>>().join(" ");
+            format!("skiagraph gate {runs} --baseline {} --add-seeds {more}, as here", baseline.name)
+        }
         count if count > MOST_COMMANDS => {
             format!("{}; and so on for {} further runs", commands[..MOST_COMMANDS].join("; "), count - MOST_COMMANDS)
         }
@@ -56,7 +85,7 @@ fn of_the_run(run: &Path, baseline: &Baseline, more: usize) -> String {
 }
 
 fn further_by_hand(folder: &Path, more: usize) -> String {
-    let clips = read_runs(folder).map(|runs| runs.clips).unwrap_or_default();
+    let clips = read_runs(&[folder.to_owned()]).map(|runs| runs.clips).unwrap_or_default();
     let last = clips.values().flat_map(|clip| &clip.seeds).max().copied();
     let first = last.map_or(0, |last| last.saturating_add(1));
     let seeds: Vec<u64> = (first..first.saturating_add(more as u64)).collect();
@@ -131,14 +160,14 @@ mod tests {
 
     fn baseline(settings: Option<Value>) -> Baseline {
         let clip = MeasuredClip { seeds: (0..5).collect(), settings, ..MeasuredClip::default() };
-        let runs = MeasuredRuns { clips: [("walk".to_owned(), clip)].into() };
+        let runs = MeasuredRuns { clips: [("walk".to_owned(), clip)].into(), ..MeasuredRuns::default() };
         Baseline { schema: String::new(), name: "walk".to_owned(), version: String::new(), runs }
     }
 
     #[test]
     fn seeds_of_the_run_are_added_and_those_of_both_have_two_commands() {
-        let run = Path::new("nowhere");
-        let advice = |lacking: &[MoreSeeds]| seed_advice(run, &baseline(None), lacking.iter().copied());
+        let run = [PathBuf::from("nowhere")];
+        let advice = |lacking: &[MoreSeeds]| seed_advice(&run, &baseline(None), lacking.iter().copied());
         assert_eq!(advice(&[]), None);
         assert_eq!(advice(&[MoreSeeds::TooMany]), None);
         let of_run = advice(&[MoreSeeds::OfRun(2), MoreSeeds::OfRun(3)]).unwrap();
@@ -148,11 +177,20 @@ mod tests {
         let first = "skiagraph run SCENARIO --seeds 12 --out DIR and skiagraph baseline save walk DIR";
         assert!(of_both.contains(first) && of_both.contains("--add-seeds 7"), "{of_both}");
         let program = serde_json::json!({"command": "python t.py"});
-        let of_both = seed_advice(run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
+        let of_both = seed_advice(&run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
         assert!(of_both.contains("skiagraph track SET --exec 'python t.py' --seeds 6 --out DIR"), "{of_both}");
         let program = serde_json::json!({"command": "python t.py", "options": {"inline": true}});
-        let of_both = seed_advice(run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
+        let of_both = seed_advice(&run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
         assert!(of_both.contains("--exec 'python t.py' --inline --seeds 6"), "{of_both}");
+    }
+
+    #[test]
+    fn draws_and_clips_are_rendered_for_run_and_baseline() {
+        let advice = |unit| set_advice(unit, &baseline(None), [MoreSeeds::OfBoth(4), MoreSeeds::TooMany]);
+        let draws = advice(IntervalUnit::Draws).unwrap();
+        assert!(draws.contains("4 more draw(s)") && draws.contains("observation.seed=N"), "{draws}");
+        assert!(advice(IntervalUnit::Clips).unwrap().contains("4 more clip(s)"));
+        assert_eq!(set_advice(IntervalUnit::Clips, &baseline(None), [MoreSeeds::TooMany]), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::displayed::{between, number, symbol};
 use super::grading::percent;
 use super::html::render_page;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
-use crate::evaluation::{ClipValues, METRICS, Metric, Summary, difference, quantile};
+use crate::evaluation::{ClipValues, IntervalUnit, METRICS, Metric, Summary, difference, do_pair, quantile};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
@@ -170,7 +170,9 @@ pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
         let runs = method.summary.runs.iter().zip(&method.summary.metrics["humaneva_mm"].per_run);
         runs.filter_map(|(run, value)| Some((run.seed, (*value)?))).collect()
     };
-    let found = difference(&[ClipValues { base: values(best), other: values(next) }]);
+    let seeds = |method: &ComparedMethod| method.summary.runs.iter().map(|run| run.seed).collect::<Vec<u64>>();
+    let clip = ClipValues { base: values(best), other: values(next) };
+    let found = difference(&[clip], do_pair(&seeds(best), &seeds(next)), IntervalUnit::Seeds);
     let more = found.as_ref().map_or(0.0, |found| found.difference);
     match found.and_then(|found| found.ci95) {
         Some(ends) if ends.low > 0.0 => format!(

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::difference_sentence::in_sentences;
 use super::html::render_page;
@@ -34,6 +34,7 @@ struct PageSide<'a> {
     sentence: String,
     trackers: String,
     pairing: &'static str,
+    scope: String,
     lost: Option<String>,
     skipped: Vec<String>,
     tables: Vec<DifferenceTable>,
@@ -75,6 +76,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
             sentence: in_sentences(other, &comparison.base.name),
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
+            scope: scope(other),
             lost: lost_in_words(&other.lost_tracks),
             skipped: other.skipped.clone(),
             tables: side(other),

@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::difference_sentence::is_constant;
 use super::displayed::{between, number, signed, symbol};
 use crate::evaluation::{
-    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, MAIN_METRICS, Rate, RunComparison,
-    Unit, find_metric,
+    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, LostTracks, MAIN_METRICS, Rate,
+    RunComparison, Unit, find_metric,
 };
 
 /// One metric, clip or joint.
@@ -52,7 +52,7 @@ impl DifferenceRow {
         let unit = symbol(metric.unit);
         let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };
         let [base, other] = metric.coverage.map(|share| share.map_or_else(|| "-".to_owned(), percent));
-        let mut notes = vec![format!("{}.", metric.difference.rule), format!("{}.", metric.protocol)];
+        let mut notes = vec![format!("{}.", metric.difference), format!("{}.", metric.protocol)];
         notes.extend((!metric.also.is_empty()).then(|| format!("The same in every run: {}.", metric.also.join(", "))));
         notes.extend(metric.skipped.iter().map(|skipped| format!("{skipped}.")));
         Self {
@@ -76,7 +76,7 @@ impl DifferenceRow {
             interval: match (difference.ci95, difference.rule) {
                 (Some(ends), _) => between(ends.low, ends.high, unit),
                 (None, DifferenceRule::Exact) => "exact".to_owned(),
-                (None, _) => "too few seeds".to_owned(),
+                (None, _) => format!("too few {}", difference.over),
             },
             p: String::new(),
             finding: "",
@@ -149,18 +149,22 @@ pub(super) fn seeds_of(comparison: &RunComparison) -> String {
 
 /// How pairs are made, in words.
 pub(super) fn pairing(side: &AgainstBase) -> &'static str {
-    let is_unpaired =
-        |metric: &ComparedMetric| matches!(metric.difference.rule, DifferenceRule::Welch | DifferenceRule::Bootstrap);
-    match (side.paired, side.metrics.iter().any(is_unpaired)) {
-        (true, false) => "paired by clip x seed",
-        (true, true) => "paired by clip x seed where pairs tell more",
+    match (side.paired, side.unit) {
         (false, _) => "unpaired",
+        (true, IntervalUnit::Seeds) => "paired by clip x seed",
+        (true, IntervalUnit::Draws) => "paired by clip x draw of the noise",
+        (true, IntervalUnit::Clips) => "paired by clip",
     }
 }
 
-pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean over seeds, with its 95 % \
-    interval over clip x seed. p: two-sided t test, adjusted by Holm for the number of metrics; a finding is given from p \
-    <= 0.05 on";
+pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean, with its 95 % interval. p: \
+    two-sided t test, adjusted by Holm for the number of metrics; a finding is given from p <= 0.05 on";
+
+/// What the intervals run over, as a sentence.
+pub(super) fn scope(side: &AgainstBase) -> String {
+    let mut letters = side.scope.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
 
 fn whole(share: f64) -> String {
     format!("{:.0}", 100.0 * share)

@@ -1,7 +1,7 @@
 //! Differences of runs as text: for a terminal, and as Markdown for a pull request.
 
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constants_in_words, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
+    DifferenceRow, HOW, clip_rows, constants_in_words, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::difference_sentence::in_sentences;
 use crate::evaluation::{AgainstBase, RunComparison};
@@ -28,6 +28,7 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
         }
         lines.extend(lost_in_words(&side.lost_tracks).map(|line| format!("  {line}")));
         lines.extend(left_out(side).into_iter().map(|line| format!("  left out: {line}")));
+        lines.push(format!("  {}", side.scope));
     }
     lines.push(format!("\n  {HOW}"));
     lines.join("\n")
@@ -74,6 +75,7 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
         if let Some(lost) = lost_in_words(&side.lost_tracks) {
             text.push_str(&format!("{}{}.\n\n", lost[..1].to_uppercase(), &lost[1..]));
         }
+        text.push_str(&format!("{}.\n\n", cell(&scope(side))));
         for line in left_out(side) {
             text.push_str(&format!("- left out: {}\n", cell(&line)));
         }
@@ -138,6 +140,7 @@ pub(super) mod tests {
             frames: 9,
             frames_per_second: 60.0,
             tracker: "frozen".to_owned(),
+            scene_hash: None,
             settings: None,
             version: "0.1.0".to_owned(),
             seeds: (0..5).collect(),
@@ -152,10 +155,11 @@ pub(super) mod tests {
             let metrics = BTreeMap::from([("humaneva_mm".to_owned(), metric)]);
             let joints = BTreeMap::from([("left_knee".to_owned(), errors.map(Some).to_vec())]);
             let clip = MeasuredClip { joints, ..measured_clip(metrics) };
-            MeasuredRuns { clips: clips.iter().map(|name| ((*name).to_owned(), clip.clone())).collect() }
+            let clips = clips.iter().map(|name| ((*name).to_owned(), clip.clone())).collect();
+            MeasuredRuns { clips, ..MeasuredRuns::default() }
         };
         let (base, other) = (side([30.0, 31.0, 29.0, 32.0, 30.0]), side([34.0, 35.5, 33.0, 36.0, 34.5]));
-        compare_runs(("main", &base), &[("my_change", &other)], false).unwrap()
+        compare_runs(("main", &base), &[("my_change", &other)], false, None).unwrap()
     }
 
     #[test]
@@ -166,6 +170,10 @@ pub(super) mod tests {
             assert!(line.contains(part), "{part}: {line}");
         }
         assert!(text.contains("paired by clip x seed") && !text.contains("by clip, mm"), "{text}");
+        assert!(
+            text.contains("intervals run over 5 seeds of one clip (walk, 0.1 s): they say nothing about"),
+            "{text}"
+        );
         assert!(comparison_text(&compared(&["walk", "jump"]), true).contains("by clip, mm"));
         assert!(comparison_text(&compared(&["walk"]), true).contains("left knee"));
     }

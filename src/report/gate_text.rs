@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::ReportError;
 use super::difference_text::cell;
 use super::displayed::{between, number, symbol};
-use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, MoreSeeds, find_metric};
+use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, IntervalUnit, MoreSeeds, find_metric};
 
 /// A gate's outcome with the names of what was held against what.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +65,7 @@ impl GateReport<'_> {
         if quiet > 0 {
             lines.push(format!("  PASS          {quiet} metrics of the truth and others compared exactly: unchanged"));
         }
+        lines.push(format!("  {}", self.outcome.scope));
         lines.extend(self.outcome.notes.iter().map(|note| format!("  note: {note}")));
         lines.join("\n")
     }
@@ -80,6 +81,7 @@ impl GateReport<'_> {
             };
             text.push_str(&format!("| {mark} | {} | {} |\n", cell(&name(check)), cell(&finding(check))));
         }
+        text.push_str(&format!("\n{}\n", cell(&self.outcome.scope)));
         self.outcome.notes.iter().for_each(|note| text.push_str(&format!("\n- {}", cell(note))));
         text
     }
@@ -179,7 +181,7 @@ fn name(check: &Check) -> String {
     }
 }
 
-/// `3.1 mm worse (1.2 to 5.0), margin 2.0 mm; 34.6 against 31.5; Student's t on pairs of clip x seed`
+/// `3.1 mm worse (1.2 to 5.0), margin 2.0 mm; 34.6 against 31.5; Student's t on 10 pairs of seeds`
 fn finding(check: &Check) -> String {
     let (Some(worse), Some(found), Some(margin)) = (check.worse_by, &check.difference, check.margin) else {
         return check.reason.clone().unwrap_or_else(|| "unchanged".to_owned());
@@ -199,14 +201,19 @@ fn finding(check: &Check) -> String {
         number(found.other, unit),
         number(found.base, unit),
         if lower { "lower" } else { "higher" },
-        found.rule
+        found
     );
     if let Some(more) = check.more_seeds {
         text.push_str(&match more {
             MoreSeeds::OfRun(1) => "; 1 more seed of the run would decide it".to_owned(),
             MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would decide it"),
-            MoreSeeds::OfBoth(more) => format!("; {more} more seeds of run and baseline each would decide it"),
-            MoreSeeds::TooMany => "; the difference is about the margin: more seeds will hardly decide it".to_owned(),
+            MoreSeeds::OfBoth(more) => match found.over {
+                IntervalUnit::Seeds => format!("; {more} more seeds of run and baseline each would decide it"),
+                unit => format!("; {more} more {unit}, measured for run and baseline, would decide it"),
+            },
+            MoreSeeds::TooMany => {
+                format!("; the difference is about the margin: more {} will hardly decide it", found.over)
+            }
         });
     }
     text.extend(check.reason.iter().map(|reason| format!("; {reason}")));
@@ -223,7 +230,7 @@ mod tests {
     fn runs(errors: [f64; 5]) -> MeasuredRuns {
         let metrics = [("humaneva_mm", errors), ("truth_foot_float_mm", [1.0; 5])];
         let clip = measured_clip(metrics.map(|(name, values)| (name.to_owned(), millimetres(values))).into());
-        MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]) }
+        MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]), ..MeasuredRuns::default() }
     }
 
     fn outcome(shift: f64, wobble: f64) -> GateOutcome {

@@ -40,7 +40,7 @@ pub enum Purpose {
     Resampling = 6,
     /// Errors planted by the oracle.
     Oracle = 7,
-    /// Bootstrap resamples of a confidence interval.
+    /// Bootstrap resamples, in studies.
     Bootstrap = 8,
     /// Random choices of a motion model (inter-transitions, latent noise).
     MotionModel = 9,

@@ -46,5 +46,6 @@ mod strangers;
 mod support;
 mod sweep;
 mod train;
+mod units;
 mod verdicts;
 mod verify;

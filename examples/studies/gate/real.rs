@@ -138,6 +138,7 @@ fn measured_clip(set: &BenchmarkSet, settings: &TrackerSettings, first: u64) -> 
     let measures = Measures::new(set, &tracked, &Unwatched)?;
     let clip = MeasuredClip {
         set_hash: set.blind.set_hash.clone(),
+        scene_hash: None,
         frames: set.blind.frame_count,
         frames_per_second: set.blind.frames_per_second,
         tracker: settings.name().to_owned(),

@@ -4,7 +4,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use skiagraph::evaluation::{ClipValues, DifferenceRule, difference};
+use skiagraph::evaluation::{ClipValues, DifferenceRule, IntervalUnit, difference};
 use skiagraph::rng::{Purpose, stream};
 
 /// Repetitions of every row.
@@ -127,7 +127,7 @@ fn repetition_of(clips: usize, seeds: usize, paired: bool, between_sides: f64, r
         }
         all.push(values);
     }
-    let Some(found) = difference(&all) else { return Found::default() };
+    let Some(found) = difference(&all, paired, IntervalUnit::Seeds) else { return Found::default() };
     let Some(ends) = found.ci95 else { return Found::default() };
     assert!(found.rule != DifferenceRule::Exact);
     // a true difference shifts the interval and nothing else

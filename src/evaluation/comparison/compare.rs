@@ -1,176 +1,25 @@
 //! One side against another, metric by metric.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use serde::Serialize;
-
-use super::difference::{ClipValues, Difference, DifferenceRule, difference, do_pair, independent_difference};
-use super::holm::holm;
+use super::compared::{
+    AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,
+};
+use super::interval_unit::IntervalUnit;
+use super::judge::judge;
+use super::matched_runs::{MatchedRuns, MatchedSet};
 use super::measured_runs::{MeasuredClip, MeasuredRuns, seeds_in_words};
-use super::rate::{Rate, RateDifference};
+use super::rate::Rate;
 use crate::body::LANDMARKS;
-use crate::evaluation::{Direction, METRICS, Metric, Unit, find_metric, mean};
-
-/// A finding holds where its p value, adjusted for the number of metrics, is at most this.
-const SIGNIFICANCE: f64 = 0.05;
+use crate::evaluation::{METRICS, Metric, mean};
 
 /// Metrics that agree wherever every marker is estimated, the one that is shown first.
 const ALIASES: [(&str, &str); 2] = [("humaneva_mm", "mpjpe_mm"), ("humaneva_mm", "humaneva_official_mm")];
 
-/// Several sides against the first: what `skiagraph compare --json` prints.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RunComparison {
-    /// `skiagraph.compare/1`.
-    pub schema: String,
-    /// The side that all others are compared with.
-    pub base: SideFacts,
-    /// The others, in the order in which they were given.
-    pub others: Vec<AgainstBase>,
-}
-
-/// What a side is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SideFacts {
-    /// As the user calls it.
-    pub name: String,
-    /// Its trackers.
-    pub trackers: Vec<String>,
-    /// Seeds of every clip, in words.
-    pub seeds: BTreeMap<String, String>,
-    /// Runs, clip x seed.
-    pub runs: usize,
-}
-
-/// One side against the base.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AgainstBase {
-    /// The side.
-    #[serde(flatten)]
-    pub side: SideFacts,
-    /// Clips that both have.
-    pub clips: Vec<String>,
-    /// Whether runs of the seeds in common are paired by clip x seed ([`do_pair`]); a metric of which all runs tell
-    /// more has a rule without pairs.
-    pub paired: bool,
-    /// What was left out, and why.
-    pub skipped: Vec<String>,
-    /// Metric by metric, in the order of [`METRICS`].
-    pub metrics: Vec<ComparedMetric>,
-    /// Marker by marker, in the order of [`LANDMARKS`].
-    pub joints: Vec<JointDifference>,
-    /// Runs that lost the body.
-    pub lost_tracks: LostTracks,
-}
-
-/// One metric of two sides.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ComparedMetric {
-    /// [`Metric::name`].
-    pub metric: String,
-    /// Metrics with the same value in every run, which are not shown again.
-    pub also: Vec<String>,
-    /// Unit of all values but p.
-    pub unit: Unit,
-    /// Which way it is better.
-    pub direction: Direction,
-    /// Over all common clips.
-    #[serde(flatten)]
-    pub difference: Difference,
-    /// The p value adjusted for the number of metrics ([`holm`]).
-    pub p_holm: Option<f64>,
-    /// What can be said.
-    pub finding: Finding,
-    /// Clip by clip.
-    pub per_clip: BTreeMap<String, Difference>,
-    /// Mean coverage of the runs of base and other: errors speak of the rest of the markers only.
-    pub coverage: [Option<f64>; 2],
-    /// Runs without a value, left out with their pairs.
-    pub skipped: Vec<String>,
-    /// Joint set, alignment, mask rule and frames, of the first clip.
-    pub protocol: String,
-}
-
-/// What can be said of a difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Finding {
-    /// The other side is better.
-    Better,
-    /// The other side is worse.
-    Worse,
-    /// They differ in a metric that is neither better nor worse.
-    Differs,
-    /// Equal in every run.
-    Same,
-    /// No difference is shown.
-    NotShown,
-    /// Too few runs to say.
-    TooFew,
-}
-
-/// The error of one marker.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct JointDifference {
-    /// [`crate::body::Landmark::name`].
-    pub joint: String,
-    /// Mean error, millimetres, over all common clips.
-    #[serde(flatten)]
-    pub difference: Difference,
-}
-
-/// Runs that lost the body: runs with a frame that counts as lost, and runs that could not be measured at all.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LostTracks {
-    /// Of the base.
-    pub base: Option<Rate>,
-    /// Of the other side.
-    pub other: Option<Rate>,
-    /// Other minus base.
-    pub difference: Option<RateDifference>,
-}
-
-/// Why sides cannot be compared.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotComparable {
-    /// They have no clip in common.
-    #[error("`{base}` and `{other}` have no clip in common: {base_clips} and {other_clips}")]
-    NoClip {
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-        /// Clips of the base.
-        base_clips: String,
-        /// Clips of the other side.
-        other_clips: String,
-    },
-    /// A clip was measured on two sets.
-    #[error(
-        "`{clip}` is another set in `{other}` than in `{base}` ({what}); measure both on one set, or compare them \
-         unpaired with --across-sets"
-    )]
-    Sets {
-        /// The clip.
-        clip: String,
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-        /// The difference, in words.
-        what: String,
-    },
-    /// Nothing was measured on both sides in the same way.
-    #[error("`{base}` and `{other}` have no metric in common that was measured by the same protocol")]
-    NoMetric {
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-    },
-}
-
-/// Compares every side with the base. Sides on other sets of the same name are refused unless `across_sets`; then they
-/// are compared unpaired.
+/// Compares every side with the base. Sides on other sets of the same name are refused unless `across_sets`; then their
+/// seeds and draws are compared unpaired. Intervals run over `unit`; without one over clips where both sides have three
+/// in common, else over draws of the noise where every clip has three, else over seeds. Where there are too few of what
+/// was asked for, the next in this order is taken, and the scope says so.
 ///
 /// # Errors
 /// [`NotComparable`] naming the difference.
@@ -178,8 +27,9 @@ pub fn compare_runs(
     base: (&str, &MeasuredRuns),
     others: &[(&str, &MeasuredRuns)],
     across_sets: bool,
+    unit: Option<IntervalUnit>,
 ) -> Result<RunComparison, NotComparable> {
-    let against = |other: &(&str, &MeasuredRuns)| TwoSides::new(base, *other, across_sets)?.compared();
+    let against = |other: &(&str, &MeasuredRuns)| TwoSides::new(base, *other, across_sets, unit)?.compared(unit);
     Ok(RunComparison {
         schema: "skiagraph.compare/1".to_owned(),
         base: facts(base),
@@ -189,17 +39,27 @@ pub fn compare_runs(
 
 fn facts((name, runs): (&str, &MeasuredRuns)) -> SideFacts {
     let trackers: BTreeSet<String> = runs.clips.values().map(|clip| clip.tracker.clone()).collect();
-    let seeds = runs.clips.iter().map(|(name, clip)| (name.clone(), seeds_in_words(&clip.seeds))).collect();
+    let seeds = runs.clips.keys().map(|name| (name.clone(), draws_in_words(&runs.sets_of(name)))).collect();
     SideFacts { name: name.to_owned(), trackers: trackers.into_iter().collect(), seeds, runs: runs.runs() }
 }
 
-/// Base and another side on their common clips.
+/// Seeds of the draws of a clip: `0 to 9`, `0 to 9 of each of 3 draws`, `0 to 9, 0 to 4 of 2 draws`.
+fn draws_in_words(sets: &[&MeasuredClip]) -> String {
+    let mut seeds: Vec<String> = sets.iter().map(|set| seeds_in_words(&set.seeds)).collect();
+    seeds.dedup();
+    match (sets.len(), seeds.len()) {
+        (0 | 1, _) => seeds.concat(),
+        (draws, 1) => format!("{} of each of {draws} draws", seeds[0]),
+        (draws, _) => format!("{} of {draws} draws", seeds.join(", ")),
+    }
+}
+
+/// Base and another side on what they have in common.
 struct TwoSides<'a> {
     names: [&'a str; 2],
     other: &'a MeasuredRuns,
-    clips: Vec<(&'a str, &'a MeasuredClip, &'a MeasuredClip)>,
+    runs: MatchedRuns<'a>,
     skipped: Vec<String>,
-    one_set: bool,
 }
 
 impl<'a> TwoSides<'a> {
@@ -207,30 +67,42 @@ impl<'a> TwoSides<'a> {
         base: (&'a str, &'a MeasuredRuns),
         other: (&'a str, &'a MeasuredRuns),
         across_sets: bool,
+        unit: Option<IntervalUnit>,
     ) -> Result<Self, NotComparable> {
-        let common =
-            base.1.clips.iter().filter_map(|(name, clip)| Some((name.as_str(), clip, other.1.clips.get(name)?)));
-        let clips: Vec<_> = common.collect();
+        let clips = MatchedRuns::across_sets(base.1, other.1);
         let names = |runs: &MeasuredRuns| runs.clips.keys().cloned().collect::<Vec<_>>().join(", ");
         let [base_name, other_name] = [base.0, other.0].map(str::to_owned);
-        if clips.is_empty() {
+        if clips.sets.is_empty() {
             let (base_clips, other_clips) = (names(base.1), names(other.1));
             return Err(NotComparable::NoClip { base: base_name, other: other_name, base_clips, other_clips });
         }
-        let another = clips.iter().find_map(|(name, a, b)| Some((*name, set_difference(a, b)?)));
-        if let Some((clip, what)) = another.as_ref().filter(|_| !across_sets) {
+        let one_sets = MatchedRuns::on_same_sets(base.1, other.1);
+        let has_set = |clip: &str| one_sets.sets.iter().any(|set| set.clip == clip);
+        let another = clips.sets.iter().filter(|set| !has_set(set.clip));
+        let another =
+            another.filter_map(|set| Some((set.clip, set_difference(set.base.first()?, set.other.first()?)?)));
+        let another = another.collect::<Vec<_>>();
+        if let Some((clip, what)) = another.first().filter(|_| !across_sets) {
             let (clip, what) = ((*clip).to_owned(), what.clone());
             return Err(NotComparable::Sets { clip, base: base_name, other: other_name, what });
         }
+        let runs = if another.is_empty() { one_sets } else { clips };
         let alone = |mine: &MeasuredRuns, theirs: &MeasuredRuns, name: &str| -> Vec<String> {
             let only = mine.clips.keys().filter(|clip| !theirs.clips.contains_key(*clip));
             only.map(|clip| format!("clip `{clip}` is in `{name}` only")).collect()
         };
-        let skipped = [alone(base.1, other.1, base.0), alone(other.1, base.1, other.0)].concat();
-        Ok(Self { names: [base.0, other.0], other: other.1, clips, skipped, one_set: another.is_none() })
+        let mut skipped = [alone(base.1, other.1, base.0), alone(other.1, base.1, other.0)].concat();
+        for name in runs.clips().into_iter().filter(|_| runs.same_sets) {
+            let common = runs.sets.iter().filter(|set| set.clip == name).count();
+            for (side, runs) in [base, other] {
+                let more = runs.sets_of(name).len() - common;
+                skipped.extend((more > 0).then(|| format!("{more} draw(s) of `{name}` are in `{side}` only")));
+            }
+        }
+        Ok(Self { names: [base.0, other.0], other: other.1, runs: runs.with_unit(unit), skipped })
     }
 
-    fn compared(mut self) -> Result<AgainstBase, NotComparable> {
+    fn compared(mut self, asked: Option<IntervalUnit>) -> Result<AgainstBase, NotComparable> {
         let mut metrics: Vec<ComparedMetric> = METRICS.iter().filter_map(|metric| self.metric(metric)).collect();
         if metrics.is_empty() {
             let [base, other] = self.names.map(str::to_owned);
@@ -238,12 +110,14 @@ impl<'a> TwoSides<'a> {
         }
         shown_once_in(&mut metrics, &self);
         judge(&mut metrics);
-        let difference = |joint: &str| self.difference(&self.values(|clip| clip.joint(joint)).0);
+        let difference = |joint: &str| self.runs.difference(&|clip| clip.joint(joint));
         let joint = |joint: &str| Some(JointDifference { joint: joint.to_owned(), difference: difference(joint)? });
         Ok(AgainstBase {
             side: facts((self.names[1], self.other)),
-            clips: self.clips.iter().map(|(name, ..)| (*name).to_owned()).collect(),
-            paired: self.one_set && self.clips.iter().all(|(_, a, b)| do_pair(&a.seeds, &b.seeds)),
+            clips: self.runs.clips().into_iter().map(str::to_owned).collect(),
+            unit: self.runs.unit,
+            scope: self.runs.scope(asked),
+            paired: self.runs.paired(),
             joints: LANDMARKS.iter().filter_map(|landmark| joint(landmark.name())).collect(),
             lost_tracks: self.lost_tracks(),
             skipped: self.skipped,
@@ -251,50 +125,51 @@ impl<'a> TwoSides<'a> {
         })
     }
 
-    fn difference(&self, clips: &[ClipValues]) -> Option<Difference> {
-        if self.one_set { difference(clips) } else { independent_difference(clips) }
-    }
-
-    /// Values of both sides, clip by clip, and which runs have none. Of sides with the same seeds, a seed that lacks a
-    /// value on one side is left out on both.
-    fn values(&self, of: impl Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> (Vec<ClipValues>, Vec<String>) {
-        let (mut clips, mut skipped) = (Vec::new(), Vec::new());
-        for (name, base, other) in &self.clips {
-            let (mut values, sides) = (ClipValues { base: of(base), other: of(other) }, [base, other]);
-            for ((clip, found), side) in sides.into_iter().zip([&values.base, &values.other]).zip(self.names) {
-                let lacks = |seed: &&u64| found.iter().all(|(with, _)| with != *seed);
-                let lacking: Vec<u64> = clip.seeds.iter().filter(lacks).copied().collect();
-                if !lacking.is_empty() {
-                    skipped.push(format!("`{name}`, seed {} of `{side}` has no value", seeds_in_words(&lacking)));
+    /// Runs of both sides without a value.
+    fn lacking(&self, metric: &str) -> Vec<String> {
+        let mut lacking = Vec::new();
+        for set in &self.runs.sets {
+            for (runs, side) in [&set.base, &set.other].into_iter().zip(self.names) {
+                for run in runs {
+                    let found = run.values(metric);
+                    let lacks = |seed: &&u64| found.iter().all(|(with, _)| with != *seed);
+                    let seeds: Vec<u64> = run.seeds.iter().filter(lacks).copied().collect();
+                    if !seeds.is_empty() {
+                        lacking.push(format!(
+                            "`{}`, seed {} of `{side}` has no value",
+                            set.clip,
+                            seeds_in_words(&seeds)
+                        ));
+                    }
                 }
             }
-            if self.one_set && same_seeds(base, other) {
-                let [a, b] = [&values.base, &values.other].map(|v| v.iter().map(|(s, _)| *s).collect::<BTreeSet<_>>());
-                values.base.retain(|(seed, _)| b.contains(seed));
-                values.other.retain(|(seed, _)| a.contains(seed));
-            }
-            clips.push(values);
         }
-        (clips, skipped)
+        lacking
+    }
+
+    /// All runs of both sides, the base's first.
+    fn pairs(&self) -> impl Iterator<Item = (&'a MeasuredClip, &'a MeasuredClip)> {
+        let of = |set: &MatchedSet<'a>| {
+            let pairs = set.base.iter().copied().flat_map(|base| set.other.iter().map(move |other| (base, *other)));
+            pairs.collect::<Vec<_>>()
+        };
+        self.runs.sets.iter().flat_map(of).collect::<Vec<_>>().into_iter()
     }
 
     fn metric(&mut self, metric: &Metric) -> Option<ComparedMetric> {
         let found: Vec<_> = self
-            .clips
-            .iter()
-            .filter_map(|(_, a, b)| Some((a.metrics.get(metric.name)?, b.metrics.get(metric.name)?)))
+            .pairs()
+            .filter_map(|(a, b)| Some((a.metrics.get(metric.name)?, b.metrics.get(metric.name)?)))
             .collect();
         let first = found.first()?;
         if found.iter().any(|(a, b)| a.protocol != b.protocol || a.unit != b.unit) {
             self.skipped.push(format!("{} was measured by two protocols", metric.name));
             return None;
         }
-        let (values, skipped) = self.values(|clip| clip.values(metric.name));
-        let difference = self.difference(&values)?;
-        let clips = self.clips.iter().zip(&values);
-        let per_clip = clips.filter_map(|((name, ..), values)| {
-            Some(((*name).to_owned(), self.difference(std::slice::from_ref(values))?))
-        });
+        let of = |clip: &MeasuredClip| clip.values(metric.name);
+        let difference = self.runs.difference(&of)?;
+        let clips = self.runs.clips().into_iter();
+        let per_clip = clips.filter_map(|name| Some((name.to_owned(), self.runs.of_clip(name).difference(&of)?)));
         Some(ComparedMetric {
             metric: metric.name.to_owned(),
             also: Vec::new(),
@@ -304,30 +179,36 @@ impl<'a> TwoSides<'a> {
             finding: Finding::NotShown,
             per_clip: per_clip.collect(),
             coverage: [0, 1].map(|side| self.coverage(side)),
-            skipped,
+            skipped: self.lacking(metric.name),
             protocol: first.0.protocol.clone(),
             difference,
         })
     }
 
+    /// Runs of the base or of the other side.
+    fn side(&self, side: usize) -> impl Iterator<Item = &'a MeasuredClip> {
+        self.runs.sets.iter().flat_map(move |set| [&set.base, &set.other][side].iter().copied())
+    }
+
     fn coverage(&self, side: usize) -> Option<f64> {
-        let of = |(_, a, b): &(&str, &MeasuredClip, &MeasuredClip)| [a, b][side].values("coverage");
-        mean(&self.clips.iter().flat_map(of).map(|(_, share)| share).collect::<Vec<_>>())
+        let shares = self.side(side).flat_map(|run| run.values("coverage")).map(|(_, share)| share);
+        mean(&shares.collect::<Vec<_>>())
     }
 
     fn lost_tracks(&self) -> LostTracks {
-        let rate = |side: usize| lost_tracks(self.clips.iter().map(|(_, a, b)| [*a, *b][side]));
+        let rate = |side: usize| lost_tracks(self.side(side));
         let (base, other) = (rate(0), rate(1));
         LostTracks { base, other, difference: base.zip(other).map(|(base, other)| base.difference(&other)) }
     }
 }
 
-/// The rate of runs that lost the body.
+/// The rate of runs that lost the body. Copies of a run count once.
 pub fn lost_tracks<'a>(clips: impl Iterator<Item = &'a MeasuredClip>) -> Option<Rate> {
     let (mut lost, mut all) = (0, 0);
     for clip in clips {
         let (tracked, errors) = (clip.values("track_loss"), clip.values("humaneva_mm"));
-        for seed in &clip.seeds {
+        let seeds = if clip.are_copies() { &clip.seeds[..1] } else { &clip.seeds };
+        for seed in seeds {
             let of = |values: &[(u64, f64)]| values.iter().find(|(s, _)| s == seed).map(|(_, value)| *value);
             all += 1;
             lost += usize::from(of(&errors).is_none() || of(&tracked).is_some_and(|share| share > 0.0));
@@ -349,11 +230,6 @@ pub(in crate::evaluation) fn set_difference(a: &MeasuredClip, b: &MeasuredClip) 
     }
 }
 
-fn same_seeds(a: &MeasuredClip, b: &MeasuredClip) -> bool {
-    let set = |clip: &MeasuredClip| clip.seeds.iter().copied().collect::<BTreeSet<u64>>();
-    set(a) == set(b)
-}
-
 /// Names that `ALIASES` need not show again, for a predicate that tells whether two metrics agree in every run:
 /// shown, with what is left out beside it.
 pub fn shown_once(agree: impl Fn(&str, &str) -> bool) -> Vec<(&'static str, &'static str)> {
@@ -365,7 +241,7 @@ fn shown_once_in(metrics: &mut Vec<ComparedMetric>, sides: &TwoSides<'_>) {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() <= 1e-9 * a.1.abs())
     };
     let agree = |one: &str, other: &str| {
-        sides.clips.iter().flat_map(|(_, a, b)| [a, b]).all(|clip| close(&clip.values(one), &clip.values(other)))
+        sides.pairs().flat_map(|(a, b)| [a, b]).all(|clip| close(&clip.values(one), &clip.values(other)))
     };
     for (shown, alias) in shown_once(agree) {
         if let Some(metric) = metrics.iter_mut().find(|metric| metric.metric == shown) {
@@ -375,50 +251,24 @@ fn shown_once_in(metrics: &mut Vec<ComparedMetric>, sides: &TwoSides<'_>) {
     }
 }
 
-/// Adjusts p values over all metrics of the estimate, and says what holds.
-fn judge(metrics: &mut [ComparedMetric]) {
-    // what is said of the actor is no test of the tracker
-    let of_estimate = |metric: &ComparedMetric| !metric.metric.starts_with("truth_");
-    let tested: Vec<usize> =
-        (0..metrics.len()).filter(|i| of_estimate(&metrics[*i]) && metrics[*i].difference.p.is_some()).collect();
-    let p: Vec<f64> = tested.iter().filter_map(|i| metrics[*i].difference.p).collect();
-    for (index, adjusted) in tested.into_iter().zip(holm(&p)) {
-        metrics[index].p_holm = Some(adjusted);
-    }
-    metrics.iter_mut().for_each(|metric| metric.finding = finding(metric));
-}
-
-fn finding(metric: &ComparedMetric) -> Finding {
-    let Difference { base, other, rule, difference, .. } = metric.difference;
-    let is_worse = find_metric(&metric.metric).is_some_and(|m| m.is_worse(other, base));
-    let direction = match (metric.direction, is_worse) {
-        (Direction::Neither, _) => Finding::Differs,
-        (_, true) => Finding::Worse,
-        (_, false) => Finding::Better,
-    };
-    match rule {
-        DifferenceRule::Exact if difference == 0.0 => Finding::Same,
-        DifferenceRule::Exact => direction,
-        DifferenceRule::TooFew => Finding::TooFew,
-        _ if metric.p_holm.is_some_and(|p| p <= SIGNIFICANCE) => direction,
-        _ => Finding::NotShown,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::difference::DifferenceRule;
+    use super::super::measured_runs::MeasuredMetric;
     use super::super::measured_runs::fixture::clip;
     use super::*;
+    use crate::evaluation::Unit;
 
     fn side(clips: &[(&str, MeasuredClip)]) -> MeasuredRuns {
-        MeasuredRuns { clips: clips.iter().map(|(name, clip)| ((*name).to_owned(), clip.clone())).collect() }
+        let clips = clips.iter().map(|(name, clip)| ((*name).to_owned(), clip.clone())).collect();
+        MeasuredRuns { clips, ..MeasuredRuns::default() }
     }
 
     const BASE: [f64; 5] = [30.0, 31.0, 29.0, 32.0, 30.0];
     const WORSE: [f64; 5] = [34.0, 35.5, 33.0, 36.0, 34.5];
 
     fn against(base: &MeasuredRuns, other: &MeasuredRuns) -> AgainstBase {
-        compare_runs(("main", base), &[("mine", other)], false).unwrap().others.remove(0)
+        compare_runs(("main", base), &[("mine", other)], false, None).unwrap().others.remove(0)
     }
 
     #[test]
@@ -446,6 +296,50 @@ mod tests {
         assert!(found.paired && found.metrics[0].difference.rule == DifferenceRule::PairedT, "{:?}", found.metrics[0]);
     }
 
+    /// Pairs or all runs, whichever had the smaller standard error: two chances of a false alarm.
+    #[test]
+    fn partly_shared_seeds_are_paired_by_their_number_whatever_their_values() {
+        let base = side(&[("walk", clip("a", 0, &BASE))]);
+        let rule = |values: &[f64]| against(&base, &side(&[("walk", clip("a", 0, values))])).metrics[0].difference.rule;
+        let alike: Vec<f64> = BASE.iter().map(|e| e + 4.0 + 0.01 * e).chain([35.0, 34.0]).collect();
+        let against_pairs = [30.0, 29.0, 31.0, 28.0, 30.0, 30.0, 29.9];
+        assert_eq!((rule(&alike), rule(&against_pairs)), (DifferenceRule::PairedT, DifferenceRule::PairedT));
+        let few: Vec<f64> = (0..11).map(|i| 30.0 + f64::from(i % 4)).collect();
+        assert_eq!(rule(&few), DifferenceRule::Welch, "5 of 11 seeds in common");
+    }
+
+    #[test]
+    fn copies_of_a_deterministic_run_show_nothing_and_say_what_to_do() {
+        let base = side(&[("walk", clip("a", 0, &[30.0; 5]))]);
+        let found = against(&base, &side(&[("walk", clip("a", 0, &[20.0; 5]))]));
+        assert_eq!((found.metrics[0].finding, found.metrics[0].difference.p), (Finding::TooFew, None));
+        assert!(found.scope.contains("copies are one observation"), "{}", found.scope);
+        assert_eq!(found.lost_tracks.base.unwrap().of, 1, "copies count once");
+    }
+
+    #[test]
+    fn a_metric_that_does_not_vary_is_no_finding_from_five_seeds() {
+        let with_score = |errors: &[f64], score: f64| {
+            let mut clip = clip("a", 0, errors);
+            clip.metrics.insert(
+                "pck150".to_owned(),
+                MeasuredMetric {
+                    unit: Unit::Fraction,
+                    protocol: String::new(),
+                    per_seed: vec![Some(score); errors.len()],
+                },
+            );
+            side(&[("walk", clip)])
+        };
+        let finding = |seeds: usize| {
+            let base: Vec<f64> = (0..seeds).map(|i| 30.0 + i as f64).collect();
+            let found = against(&with_score(&base, 1.0), &with_score(&base, 0.9));
+            found.metrics.into_iter().find(|metric| metric.metric == "pck150").unwrap().finding
+        };
+        assert_eq!(finding(5), Finding::NotShown, "five of five in one direction happen by chance in 6 %");
+        assert_eq!(finding(9), Finding::Worse);
+    }
+
     #[test]
     fn clips_of_one_side_and_runs_without_a_value_are_named() {
         let mut lacking = WORSE;
@@ -463,12 +357,12 @@ mod tests {
     fn another_set_is_refused_by_name_and_compared_unpaired_on_request() {
         let base = side(&[("walk", clip("aaaa", 0, &BASE))]);
         let other = side(&[("walk", clip("bbbb", 0, &WORSE))]);
-        let refused = compare_runs(("main", &base), &[("mine", &other)], false).unwrap_err();
+        let refused = compare_runs(("main", &base), &[("mine", &other)], false, None).unwrap_err();
         assert!(refused.to_string().contains("(hashes aaaa and bbbb)"), "{refused}");
-        let across = compare_runs(("main", &base), &[("mine", &other)], true).unwrap().others.remove(0);
+        let across = compare_runs(("main", &base), &[("mine", &other)], true, None).unwrap().others.remove(0);
         assert!(!across.paired && across.metrics[0].difference.rule == DifferenceRule::Welch);
         let elsewhere = side(&[("jump", clip("a", 0, &BASE))]);
-        let refused = compare_runs(("main", &base), &[("mine", &elsewhere)], false).unwrap_err();
+        let refused = compare_runs(("main", &base), &[("mine", &elsewhere)], false, None).unwrap_err();
         assert_eq!(refused.to_string(), "`main` and `mine` have no clip in common: walk and jump");
     }
 

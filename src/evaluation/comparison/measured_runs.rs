@@ -1,4 +1,5 @@
-//! The measured runs of one tracker: values per clip x seed, with what makes them comparable.
+//! The measured runs of one tracker: values per clip, draw of the observation's noise, and seed, with what makes them
+//! comparable.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +14,19 @@ use crate::evaluation::{Summary, Unit};
 pub struct MeasuredRuns {
     /// By the clip's (the set's) name.
     pub clips: BTreeMap<String, MeasuredClip>,
+    /// Further draws of the observation's noise: the same clips on sets that differ in nothing else.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub draws: BTreeMap<String, Vec<MeasuredClip>>,
 }
 
-/// All seeds of one clip.
+/// All seeds of one set: of one draw of the noise of one clip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredClip {
     /// Hash of the set's files.
     pub set_hash: String,
+    /// Hash of all that a set shares with other draws of its noise; absent in runs of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_hash: Option<String>,
     /// Frames of the set.
     pub frames: usize,
     /// Frames a second.
@@ -59,6 +66,20 @@ pub enum MergeError {
         clip: String,
         /// The seed.
         seed: u64,
+    },
+    /// Two runs of a clip are on sets that differ in more than the draw of the noise.
+    #[error(
+        "two runs of `{clip}` are on sets that differ in more than the observation's noise (hashes {one} and {other}), \
+         or were measured by a version that did not compare that; measure both again with skiagraph evaluate, or give \
+         them as two sides"
+    )]
+    Sets {
+        /// The clip.
+        clip: String,
+        /// Hash of the first set.
+        one: String,
+        /// Hash of the second.
+        other: String,
     },
     /// Two runs of a clip have trackers with other settings.
     #[error("two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides")]
@@ -106,14 +127,34 @@ impl MeasuredClip {
         self.joints.get(joint).map(|values| present(&self.seeds, values)).unwrap_or_default()
     }
 
-    /// Takes over the seeds of another run of the same clip.
-    fn append(&mut self, clip: &str, other: Self) -> Result<(), MergeError> {
+    /// Whether all runs, two or more, have the same values to the last bit: those of a tracker that draws no random
+    /// numbers. They are one observation.
+    pub fn are_copies(&self) -> bool {
+        let mut lists = self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
+        self.seeds.len() > 1 && lists.all(|values| values.windows(2).all(|pair| pair[0] == pair[1]))
+    }
+
+    /// Seeds whose runs have the same values to the last bit as that of an earlier seed, where not all are copies.
+    pub(in crate::evaluation) fn repeated_seeds(&self) -> Vec<u64> {
+        if self.are_copies() {
+            return Vec::new();
+        }
+        let lists = || self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
+        let same = |one: usize, other: usize| lists().all(|values| values.get(one) == values.get(other));
+        let repeats = |at: &usize| (0..*at).any(|earlier| same(earlier, *at));
+        (0..self.seeds.len()).filter(repeats).map(|at| self.seeds[at]).collect()
+    }
+
+    /// Whether two sets differ in the draw of their noise and nothing else.
+    pub(in crate::evaluation) fn is_draw_of(&self, other: &Self) -> bool {
+        self.scene_hash.is_some() && self.scene_hash == other.scene_hash
+    }
+
+    /// Refuses runs of two trackers.
+    fn check_tracker(&self, clip: &str, other: &Self) -> Result<(), MergeError> {
         let differ = |what, one: &dyn ToString, other: &dyn ToString| {
             Err(MergeError::Differ { clip: clip.to_owned(), what, one: one.to_string(), other: other.to_string() })
         };
-        if self.set_hash != other.set_hash {
-            return differ("set", &self.set_hash, &other.set_hash);
-        }
         if self.tracker != other.tracker {
             return differ("tracker", &self.tracker, &other.tracker);
         }
@@ -124,6 +165,12 @@ impl MeasuredClip {
         if self.version != other.version {
             return differ("version of skiagraph", &self.version, &other.version);
         }
+        Ok(())
+    }
+
+    /// Takes over the seeds of another run on the same set.
+    fn append(&mut self, clip: &str, other: Self) -> Result<(), MergeError> {
+        self.check_tracker(clip, &other)?;
         if let Some(seed) = other.seeds.iter().find(|seed| self.seeds.contains(seed)) {
             return Err(MergeError::Twice { clip: clip.to_owned(), seed: *seed });
         }
@@ -155,23 +202,46 @@ fn definition(protocol: &str) -> &str {
 }
 
 impl MeasuredRuns {
-    /// Adds a run of a clip: a new clip, or more seeds of one.
+    /// Adds a run of a clip: a new clip, a further draw of the noise of one, or more seeds of a set.
     ///
     /// # Errors
-    /// [`MergeError`] where a seed is there twice or the runs differ in more than the seed.
+    /// [`MergeError`] where a seed is there twice or the runs differ in more than the seed and the draw.
     pub fn add(&mut self, name: &str, clip: MeasuredClip) -> Result<(), MergeError> {
-        match self.clips.get_mut(name) {
-            Some(there) => there.append(name, clip),
+        let Some(first) = self.clips.get_mut(name) else {
+            self.clips.insert(name.to_owned(), clip);
+            return Ok(());
+        };
+        if first.set_hash == clip.set_hash {
+            return first.append(name, clip);
+        }
+        if !clip.is_draw_of(first) {
+            let (one, other) = (first.set_hash.clone(), clip.set_hash);
+            return Err(MergeError::Sets { clip: name.to_owned(), one, other });
+        }
+        first.check_tracker(name, &clip)?;
+        let draws = self.draws.entry(name.to_owned()).or_default();
+        match draws.iter_mut().find(|draw| draw.set_hash == clip.set_hash) {
+            Some(draw) => draw.append(name, clip),
             None => {
-                self.clips.insert(name.to_owned(), clip);
+                draws.push(clip);
                 Ok(())
             }
         }
     }
 
-    /// Number of runs, clip x seed.
+    /// All sets of a clip: draws of its noise. None where there is no such clip.
+    pub fn sets_of(&self, name: &str) -> Vec<&MeasuredClip> {
+        self.clips.get(name).into_iter().chain(self.draws.get(name).into_iter().flatten()).collect()
+    }
+
+    /// All sets with the names of their clips.
+    pub fn sets(&self) -> impl Iterator<Item = (&String, &MeasuredClip)> {
+        self.clips.keys().flat_map(|name| self.sets_of(name).into_iter().map(move |set| (name, set)))
+    }
+
+    /// Number of runs, clip x draw x seed.
     pub fn runs(&self) -> usize {
-        self.clips.values().map(|clip| clip.seeds.len()).sum()
+        self.sets().map(|(_, set)| set.seeds.len()).sum()
     }
 }
 
@@ -200,6 +270,7 @@ pub(in crate::evaluation) mod fixture {
         let all = |value| errors.iter().map(|_| Some(value)).collect();
         MeasuredClip {
             set_hash: set_hash.to_owned(),
+            scene_hash: None,
             frames: 100,
             frames_per_second: 60.0,
             tracker: "annealed_particle_filter".to_owned(),
@@ -237,7 +308,7 @@ mod tests {
         let twice = runs.add("walk", fixture::clip("a", 5, &[3.0])).unwrap_err();
         assert_eq!(twice.to_string(), "seed 5 of `walk` is there twice; give one of the two folders");
         let other = runs.add("walk", fixture::clip("b", 9, &[3.0])).unwrap_err();
-        assert!(other.to_string().contains("differ in their set (a and b)"), "{other}");
+        assert!(other.to_string().contains("differ in more than the observation's noise (hashes a and b)"), "{other}");
         let with = |particles: u32| {
             let settings = serde_json::json!({"particles": particles, "layers": 5});
             MeasuredClip { settings: Some(settings), ..fixture::clip("a", u64::from(particles), &[1.0]) }
@@ -246,6 +317,37 @@ mod tests {
         runs.add("walk", with(12)).unwrap();
         let other = runs.add("walk", with(20)).unwrap_err().to_string();
         assert!(other.contains("settings (particles 12 → 20);"), "{other}");
+    }
+
+    #[test]
+    fn sets_of_one_scene_are_draws_of_its_noise_and_each_has_its_seeds() {
+        let draw = |hash: &str, first, scene: &str| MeasuredClip {
+            scene_hash: Some(scene.to_owned()),
+            ..fixture::clip(hash, first, &[1.0, 2.0])
+        };
+        let mut runs = MeasuredRuns::default();
+        for clip in [draw("a", 0, "s"), draw("b", 0, "s"), draw("b", 2, "s")] {
+            runs.add("walk", clip).unwrap();
+        }
+        assert_eq!((runs.sets_of("walk").len(), runs.sets().count(), runs.runs()), (2, 2, 6));
+        assert_eq!(runs.draws["walk"][0].seeds, [0, 1, 2, 3]);
+        let twice = runs.add("walk", draw("b", 3, "s")).unwrap_err();
+        assert!(twice.to_string().contains("seed 3 of `walk` is there twice"), "{twice}");
+        let other = runs.add("walk", draw("c", 0, "another")).unwrap_err();
+        assert!(other.to_string().contains("more than the observation's noise"), "{other}");
+        let text = serde_json::to_string(&runs).unwrap();
+        assert_eq!(serde_json::from_str::<MeasuredRuns>(&text).unwrap(), runs);
+        let mut faster = draw("d", 0, "s");
+        faster.tracker = "frozen".to_owned();
+        assert!(runs.add("walk", faster).unwrap_err().to_string().contains("differ in their tracker"));
+    }
+
+    #[test]
+    fn runs_with_the_same_values_to_the_bit_are_copies_and_one_run_is_not() {
+        let copies = |errors: &[f64]| fixture::clip("a", 0, errors).are_copies();
+        assert!(copies(&[3.0; 5]) && !copies(&[3.0]) && !copies(&[3.0, 3.0, 3.000_000_000_000_001]));
+        assert_eq!(fixture::clip("a", 0, &[3.0, 4.0, 3.0, 5.0]).repeated_seeds(), [2]);
+        assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "all of them are said in another way");
     }
 
     #[test]

@@ -3,23 +3,26 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::more_seeds::seeds_to_decide;
-use super::{Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
+use super::sides::Sides;
+use super::{Check, CheckKind, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::evaluation::comparison::{
-    ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, changed_settings, difference, do_pair, holm,
-    lost_tracks, seeds_in_words, set_difference,
+    Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, holm, lost_tracks,
+    seeds_in_words,
 };
 use crate::evaluation::{Direction, Interval, Unit, find_metric};
 
 /// One-sided: a worsening beyond the margin is found in at most 2.5 % of runs that worsen by exactly the margin.
 const SIGNIFICANCE: f64 = 0.025;
 
-/// Holds a run against a baseline.
+/// Holds a run against a baseline, over the unit that the rules ask for; unasked over seeds within the baseline's sets
+/// where there are enough, else over draws of the noise, else over clips.
 ///
 /// # Errors
 /// [`GateRefusal`] naming the difference of set, protocol or seeds, or the rule that cannot be checked.
 pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> Result<GateOutcome, GateRefusal> {
-    let sides = Sides { baseline, run, rules };
+    let mut sides = Sides { baseline, run, rules, matched: MatchedRuns::on_same_sets(baseline, run) };
     sides.check_sets()?;
+    sides.matched.unit = sides.unit()?;
     let mut notes = sides.check_seeds()?;
     if rules.budgets.is_empty() {
         return Err(GateRefusal::Rule(
@@ -33,110 +36,50 @@ pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> R
     checks.extend(sides.lost_tracks());
     notes.extend(sides.notes());
     let verdict = checks.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
-    Ok(GateOutcome { schema: "skiagraph.gate_outcome/1".to_owned(), verdict, misread: Vec::new(), checks, notes })
+    notes.sort();
+    notes.dedup();
+    let (unit, scope) = (sides.matched.unit, sides.matched.scope(rules.unit));
+    let schema = "skiagraph.gate_outcome/1".to_owned();
+    Ok(GateOutcome { schema, verdict, misread: Vec::new(), unit, scope, checks, notes })
 }
 
-struct Sides<'a> {
-    baseline: &'a MeasuredRuns,
-    run: &'a MeasuredRuns,
-    rules: &'a GateRules,
-}
-
-impl Sides<'_> {
-    /// Clips of the baseline with those of the run.
-    fn clips(&self) -> impl Iterator<Item = (&String, &MeasuredClip, &MeasuredClip)> {
-        self.baseline.clips.iter().filter_map(|(name, base)| Some((name, base, self.run.clips.get(name)?)))
-    }
-
-    fn check_sets(&self) -> Result<(), GateRefusal> {
-        let names = |runs: &MeasuredRuns| runs.clips.keys().cloned().collect::<Vec<_>>().join(", ");
-        if self.baseline.clips.is_empty() || self.clips().count() < self.baseline.clips.len() {
-            return Err(GateRefusal::Clips { baseline: names(self.baseline), run: names(self.run) });
-        }
-        match self.clips().find_map(|(name, base, run)| Some((name, set_difference(base, run)?))) {
-            Some((clip, what)) => Err(GateRefusal::Set { clip: clip.clone(), what }),
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses too few and, unasked, other seeds.
-    fn check_seeds(&self) -> Result<Vec<String>, GateRefusal> {
-        let needed = self.rules.seeds.max(FEWEST_SEEDS);
-        let mut notes = Vec::new();
-        for (clip, base, run) in self.clips() {
-            for (which, side) in [("the baseline", base), ("the run", run)] {
-                let found = side.seeds.len();
-                if found < needed {
-                    return Err(GateRefusal::Seeds { which, clip: clip.clone(), found, needed });
-                }
-            }
-            let [known, new] = [base, run].map(|side| side.seeds.iter().collect::<BTreeSet<_>>());
-            if !self.rules.other_seeds && !new.is_superset(&known) {
-                let [baseline, run] = [base, run].map(|side| seeds_in_words(&side.seeds));
-                return Err(GateRefusal::SeedPolicy { clip: clip.clone(), baseline, run });
-            }
-            if known != new {
-                let how = if do_pair(&base.seeds, &run.seeds) {
-                    "those in common are paired if that tells more"
-                } else {
-                    "not paired"
-                };
-                notes.push(format!(
-                    "`{clip}`: seeds {} against the baseline's {}: {how}",
-                    seeds_in_words(&run.seeds),
-                    seeds_in_words(&base.seeds)
-                ));
-            }
-        }
-        Ok(notes)
-    }
-
-    fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        for (clip, base, run) in self.clips() {
-            if base.version != run.version {
-                notes.push(format!(
-                    "`{clip}`: the baseline was measured by version {}, the run by {}",
-                    base.version, run.version
-                ));
-            }
-            if base.settings != run.settings || base.tracker != run.tracker {
-                notes.push(format!("`{clip}`: the tracker's settings are not the baseline's: {}", changed(base, run)));
-            }
-        }
-        let more = self.run.clips.keys().filter(|clip| !self.baseline.clips.contains_key(*clip));
-        notes.extend(more.map(|clip| format!("`{clip}` is not in the baseline and was not checked")));
-        notes
-    }
-
+impl<'a> Sides<'a> {
     /// Values of a metric in the clips of a budget; a protocol other than the baseline's is refused.
-    fn values(&self, metric: &str, clip: Option<&str>) -> Result<ClipsOfCheck, GateRefusal> {
+    fn values(&self, metric: &str, clip: Option<&str>) -> Result<RunsOfCheck<'a>, GateRefusal> {
         if let Some(unknown) = clip.filter(|clip| !self.baseline.clips.contains_key(*clip)) {
             return Err(GateRefusal::Rule(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
         }
-        let mut values = ClipsOfCheck::default();
-        for (name, base, run) in self.clips().filter(|(name, ..)| clip.is_none_or(|clip| clip == *name)) {
+        if clip.is_some() && self.matched.unit == IntervalUnit::Clips {
+            let message = "of one clip, but the intervals run over clips; name no clip, or gate on draws or seeds";
+            return Err(GateRefusal::Rule(format!("budget of {metric}: {message}")));
+        }
+        let (mut checked, mut lacking_runs, mut valued) = (self.matched.clone(), Vec::new(), false);
+        checked.sets.retain(|set| {
+            let known = set.base.first().is_some_and(|base| base.metrics.contains_key(metric));
+            known && clip.is_none_or(|clip| clip == set.clip)
+        });
+        for (name, base, run) in self.sets().filter(|(name, ..)| clip.is_none_or(|clip| clip == *name)) {
             let Some(known) = base.metrics.get(metric) else { continue };
             if let Some(new) = run.metrics.get(metric).filter(|new| new.protocol != known.protocol) {
                 let [baseline, run] = [known, new].map(|metric| metric.protocol.clone());
-                return Err(GateRefusal::Protocol { metric: metric.to_owned(), clip: name.clone(), baseline, run });
+                return Err(GateRefusal::Protocol { metric: metric.to_owned(), clip: name.to_owned(), baseline, run });
             }
-            let clip = ClipValues { base: base.values(metric), other: run.values(metric) };
+            let (before, now) = (base.values(metric), run.values(metric));
             let lacks = |values: &[(u64, f64)], seed: &u64| values.iter().all(|(with, _)| with != seed);
             // a seed without a value in the baseline either is no worse
-            let excused = |seed: &u64| base.seeds.contains(seed) && lacks(&clip.base, seed);
-            let lacking = run.seeds.iter().filter(|seed| lacks(&clip.other, seed) && !excused(seed));
+            let excused = |seed: &u64| base.seeds.contains(seed) && lacks(&before, seed);
+            let lacking = run.seeds.iter().filter(|seed| lacks(&now, seed) && !excused(seed));
             let lacking: Vec<u64> = lacking.copied().collect();
-            if !lacking.is_empty() && !clip.base.is_empty() {
-                values.lacking.push(format!("`{name}`, seed {}", seeds_in_words(&lacking)));
+            if !lacking.is_empty() && !before.is_empty() {
+                lacking_runs.push(format!("`{name}`, seed {}", seeds_in_words(&lacking)));
             }
-            values.clips.push(clip);
+            valued |= !before.is_empty();
         }
-        if values.clips.iter().all(|clip| clip.base.is_empty()) {
+        if !valued {
             let message = format!("budget of {metric}: the baseline has no value of it; see skiagraph baseline show");
             return Err(GateRefusal::Rule(message));
         }
-        Ok(values)
+        Ok(RunsOfCheck { checked, lacking: lacking_runs })
     }
 
     fn budget(&self, budget: &MetricMargin) -> Result<Check, GateRefusal> {
@@ -154,7 +97,7 @@ impl Sides<'_> {
                 return Err(GateRefusal::Rule(format!("budget: {name} is a diagnosis, neither better nor worse")));
             }
         };
-        let values = self.values(name, budget.clip.as_deref())?;
+        let RunsOfCheck { checked, lacking } = self.values(name, budget.clip.as_deref())?;
         let check = |verdict| Check {
             metric: name.to_owned(),
             clip: budget.clip.clone(),
@@ -168,12 +111,13 @@ impl Sides<'_> {
             more_seeds: None,
             reason: None,
         };
-        if !values.lacking.is_empty() {
+        if !lacking.is_empty() {
             // left out it would be a way to pass
-            let reason = format!("no value in {}", values.lacking.join("; "));
+            let reason = format!("no value in {}", lacking.join("; "));
             return Ok(Check { reason: Some(reason), ..check(GateVerdict::Fail) });
         }
-        let Some(found) = difference(&values.clips) else {
+        let of = |clip: &MeasuredClip| clip.values(name);
+        let Some(found) = checked.difference(&of) else {
             return Err(GateRefusal::Rule(format!("budget of {name}: nothing to compare")));
         };
         let margin = budget.margin.resolve(name, metric.unit, found.base)?;
@@ -187,8 +131,8 @@ impl Sides<'_> {
             _ => verdict(worse_by, ends, margin),
         };
         let more_seeds = (verdict == GateVerdict::Inconclusive).then(|| {
-            let paired = matches!(found.rule, DifferenceRule::PairedT | DifferenceRule::PairedBootstrap);
-            seeds_to_decide(&values.clips, paired, (margin - worse_by).abs())
+            let paired = found.rule == DifferenceRule::PairedT;
+            seeds_to_decide(&checked.values(&of), paired, found.over, (margin - worse_by).abs())
         });
         Ok(Check {
             difference: Some(found),
@@ -205,20 +149,20 @@ impl Sides<'_> {
         if let Some(unknown) = self.rules.exact.iter().find(|name| find_metric(name).is_none()) {
             return Err(GateRefusal::Rule(format!("exact: there is no metric `{unknown}`")));
         }
-        let has_value = |name: &str| self.clips().any(|(_, base, _)| !base.values(name).is_empty());
+        let has_value = |name: &str| self.sets().any(|(_, base, _)| !base.values(name).is_empty());
         if let Some(name) = self.rules.exact.iter().find(|name| !has_value(name)) {
             let message = format!("exact: the baseline has no value of {name}; see skiagraph baseline show");
             return Err(GateRefusal::Rule(message));
         }
         let of_truth = |name: &String| self.rules.exact_truth && name.starts_with("truth_");
-        let names: BTreeSet<&String> = self.clips().flat_map(|(_, base, _)| base.metrics.keys()).collect();
+        let names: BTreeSet<&String> = self.sets().flat_map(|(_, base, _)| base.metrics.keys()).collect();
         let wanted = names.into_iter().filter(|name| of_truth(name) || self.rules.exact.contains(name));
         Ok(wanted.map(|name| self.exactly(name)).collect())
     }
 
     fn exactly(&self, name: &str) -> Check {
         let mut changes = Vec::new();
-        for (clip, base, run) in self.clips() {
+        for (clip, base, run) in self.sets() {
             let (known, new): (BTreeMap<u64, f64>, BTreeMap<u64, f64>) =
                 (base.values(name).into_iter().collect(), run.values(name).into_iter().collect());
             // what is said of the truth is the same whatever the seed
@@ -256,7 +200,7 @@ impl Sides<'_> {
 
     /// A guard: errors leave out what has no estimate. Inconclusive only where the mean fell by more than the margin.
     fn coverage(&self) -> Result<Option<Check>, GateRefusal> {
-        let any = self.clips().any(|(_, base, _)| !base.values("coverage").is_empty());
+        let any = self.sets().any(|(_, base, _)| !base.values("coverage").is_empty());
         let budgeted = self.rules.budgets.iter().any(|budget| budget.metric == "coverage");
         if !any || budgeted {
             return Ok(None);
@@ -274,8 +218,8 @@ impl Sides<'_> {
 
     /// A guard as well: fails if more runs lose the body than chance explains.
     fn lost_tracks(&self) -> Option<Check> {
-        let known = lost_tracks(self.clips().map(|(_, base, _)| base))?;
-        let new = lost_tracks(self.clips().map(|(_, _, run)| run))?;
+        let known = lost_tracks(self.sets().map(|(_, base, _)| base))?;
+        let new = lost_tracks(self.sets().map(|(_, _, run)| run))?;
         let found = known.difference(&new);
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let reason = format!(
@@ -307,10 +251,9 @@ impl Sides<'_> {
 /// Metrics that a run has only if it lost the body: a better tracker would lack them.
 const ONLY_OF_LOST_RUNS: [&str; 2] = ["time_to_loss_s", "recovery_s"];
 
-/// Values of the clips of a check, and the runs that have none where the baseline has.
-#[derive(Default)]
-struct ClipsOfCheck {
-    clips: Vec<ClipValues>,
+/// The sets of a check, and the runs that have no value where the baseline has.
+struct RunsOfCheck<'a> {
+    checked: MatchedRuns<'a>,
     lacking: Vec<String>,
 }
 
@@ -345,17 +288,10 @@ fn adjust_failures(checks: &mut [Check]) {
     }
 }
 
-/// How the trackers differ, in words.
-fn changed(base: &MeasuredClip, run: &MeasuredClip) -> String {
-    match base.tracker == run.tracker {
-        true => changed_settings(base.settings.as_ref(), run.settings.as_ref()),
-        false => format!("{} instead of {}", run.tracker, base.tracker),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::super::comparison::fixture::clip;
+    use super::super::MoreSeeds;
     use super::*;
 
     const BASE: [f64; 6] = [30.0, 31.0, 29.0, 32.0, 30.5, 29.5];
@@ -363,7 +299,11 @@ mod tests {
     fn runs(set: &str, first: u64, shift: f64, wobble: f64) -> MeasuredRuns {
         let errors: Vec<f64> =
             BASE.iter().enumerate().map(|(i, e)| e + shift + wobble * [1.0, -1.0, 0.5][i % 3]).collect();
-        MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip(set, first, &errors))]) }
+        of_clip("walk", clip(set, first, &errors))
+    }
+
+    fn of_clip(name: &str, clip: MeasuredClip) -> MeasuredRuns {
+        MeasuredRuns { clips: BTreeMap::from([(name.to_owned(), clip)]), ..MeasuredRuns::default() }
     }
 
     fn rules(margin: &str) -> GateRules {
@@ -396,9 +336,9 @@ mod tests {
         let refused = |run: &MeasuredRuns| gate(&base, run, &rules("2mm")).unwrap_err().to_string();
         assert!(refused(&runs("b", 0, 0.0, 0.0)).contains("hashes a and b"));
         assert!(refused(&runs("a", 50, 0.0, 0.0)).contains("seeds 0 to 5, the run 50 to 55"));
-        let few = MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip("a", 0, &BASE[..4]))]) };
+        let few = of_clip("walk", clip("a", 0, &BASE[..4]));
         assert!(refused(&few).contains("has 4 seed(s) of `walk`, a gate needs 5"), "{}", refused(&few));
-        let elsewhere = MeasuredRuns { clips: BTreeMap::from([("jump".to_owned(), clip("a", 0, &BASE))]) };
+        let elsewhere = of_clip("jump", clip("a", 0, &BASE));
         assert!(refused(&elsewhere).contains("clip(s) walk, the run jump"));
         let mut otherwise = runs("a", 0, 0.0, 0.0);
         otherwise.clips.get_mut("walk").unwrap().metrics.get_mut("humaneva_mm").unwrap().protocol = "new".to_owned();
@@ -498,6 +438,63 @@ mod tests {
         };
         assert!(refused(of_clip("jump")).contains("no clip `jump`"));
         assert!(gate(&base, &base, &of_clip("walk")).is_ok());
+    }
+
+    /// Six sets of a deterministic tracker, one run each: draws of a clip's noise, or clips.
+    fn deterministic(is_draws: bool, shift: f64, wobble: f64) -> MeasuredRuns {
+        let mut all = MeasuredRuns::default();
+        for (number, error) in BASE.iter().enumerate() {
+            let error = error + shift + wobble * [1.0, -1.0, 0.5][number % 3];
+            let mut clip = clip(&format!("set-{number}"), 0, &[error]);
+            clip.scene_hash = Some("scene".to_owned());
+            all.add(&if is_draws { "walk".to_owned() } else { format!("clip-{number}") }, clip).unwrap();
+        }
+        all
+    }
+
+    /// A deterministic tracker has one run a set: the gate refused it.
+    #[test]
+    fn a_deterministic_tracker_is_gated_over_draws_of_the_noise_or_over_clips() {
+        for (is_draws, unit, words) in [
+            (
+                true,
+                IntervalUnit::Draws,
+                "6 draws of the noise of one clip (walk, 1.7 s): they say nothing about other motions",
+            ),
+            (false, IntervalUnit::Clips, "6 clips"),
+        ] {
+            let base = deterministic(is_draws, 0.0, 0.0);
+            let found = |shift, wobble| gate(&base, &deterministic(is_draws, shift, wobble), &rules("2mm")).unwrap();
+            let passed = found(0.3, 0.2);
+            assert_eq!((passed.verdict, passed.unit), (GateVerdict::Pass, unit));
+            assert!(passed.scope.contains(words), "{}", passed.scope);
+            assert_eq!(passed.checks[0].difference.as_ref().unwrap().freedom, Some(5.0));
+            assert_eq!(found(4.0, 0.2).verdict, GateVerdict::Fail);
+            let open = found(1.9, 1.0);
+            assert_eq!(open.verdict, GateVerdict::Inconclusive);
+            let more = open.checks[0].more_seeds;
+            assert!(matches!(more, Some(MoreSeeds::OfBoth(_) | MoreSeeds::TooMany)), "new sets for both: {more:?}");
+        }
+    }
+
+    #[test]
+    fn copies_of_one_run_are_refused_with_what_to_do_and_so_is_a_unit_of_which_there_are_too_few() {
+        let copies = |error: f64| of_clip("walk", clip("a", 0, &[error; 6]));
+        let refused = gate(&copies(30.0), &copies(20.0), &rules("2mm")).unwrap_err().to_string();
+        assert!(refused.contains("one observation") && refused.contains("observation.seed=2"), "{refused}");
+        let asked = |unit| GateRules { unit: Some(unit), ..rules("2mm") };
+        let (base, run) = (runs("a", 0, 0.0, 0.0), runs("a", 0, 0.3, 0.2));
+        let refused = gate(&base, &run, &asked(IntervalUnit::Clips)).unwrap_err().to_string();
+        assert!(refused.contains("a gate over clips needs 5"), "{refused}");
+        assert_eq!(gate(&base, &run, &asked(IntervalUnit::Seeds)).unwrap().verdict, GateVerdict::Pass);
+    }
+
+    #[test]
+    fn a_run_that_lacks_a_draw_of_the_baseline_is_refused() {
+        let mut run = deterministic(true, 0.0, 0.0);
+        run.draws.get_mut("walk").unwrap().pop();
+        let refused = gate(&deterministic(true, 0.0, 0.0), &run, &rules("2mm")).unwrap_err().to_string();
+        assert!(refused.contains("lacks that with the hash set-5"), "{refused}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::evaluation::comparison::ClipValues;
+use crate::evaluation::comparison::{ClipValues, IntervalUnit};
 use crate::evaluation::mean;
 use crate::evaluation::statistics::variance;
 use crate::evaluation::student::student_quantile;
@@ -23,8 +23,9 @@ pub enum MoreSeeds {
 }
 
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
-/// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both.
-pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
+/// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both. Draws and
+/// clips are sets, which both sides need.
+pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, unit: IntervalUnit, distance: f64) -> Option<MoreSeeds> {
     let sides: Vec<[ClipVariance; 2]> = clips
         .iter()
         .map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?]))
@@ -33,7 +34,10 @@ pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, distance: f64) -> Opt
     let more = |grown: &dyn Fn(&[ClipVariance; 2], usize) -> Vec<ClipVariance>| {
         (1..=MOST).find(|more| decided(&sides.iter().flat_map(|side| grown(side, *more)).collect::<Vec<_>>()))
     };
-    let of_run = more(&|[base, run], more| vec![*base, run.with(more)]);
+    let of_run = match unit {
+        IntervalUnit::Seeds => more(&|[base, run], more| vec![*base, run.with(more)]),
+        IntervalUnit::Draws | IntervalUnit::Clips => None,
+    };
     let of_both = match paired {
         false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
         true => {
@@ -93,27 +97,29 @@ mod tests {
         ClipValues { base: base.collect(), other: other.collect() }
     }
 
+    fn decide(clip: &ClipValues, paired: bool, distance: f64) -> Option<MoreSeeds> {
+        seeds_to_decide(std::slice::from_ref(clip), paired, IntervalUnit::Seeds, distance)
+    }
+
     /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer
     /// not.
     #[test]
     fn so_many_more_seeds_do_decide_it() {
         let few = clip(5, 0.0, 100);
-        let Some(MoreSeeds::OfRun(more)) = seeds_to_decide(std::slice::from_ref(&few), false, 3.0) else {
-            panic!("the run alone suffices")
-        };
+        let Some(MoreSeeds::OfRun(more)) = decide(&few, false, 3.0) else { panic!("the run alone suffices") };
         let [base, run] =
             [ClipVariance::from_values(&few.base).unwrap(), ClipVariance::from_values(&few.other).unwrap()];
         let half = |more| half_width(&[base, run.with(more)], 1).unwrap();
         assert!(half(more) < 3.0 && half(more - 1) >= 3.0, "{more}: {}", half(more));
-        let now = difference(&[few]).unwrap();
+        let now = difference(&[few], false, IntervalUnit::Seeds).unwrap();
         let ends = now.ci95.unwrap();
         assert!((half(0) - 0.5 * (ends.high - ends.low)).abs() < 1e-9, "the same width as the interval itself");
     }
 
     #[test]
     fn where_the_baseline_is_too_short_both_need_more_and_at_the_margin_nothing_helps() {
-        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 1.0), Some(MoreSeeds::OfBoth(_))));
-        assert_eq!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 0.01), Some(MoreSeeds::TooMany));
-        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 0)], true, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert!(matches!(decide(&clip(5, 0.0, 100), false, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert_eq!(decide(&clip(5, 0.0, 100), false, 0.01), Some(MoreSeeds::TooMany));
+        assert!(matches!(decide(&clip(5, 0.0, 0), true, 1.0), Some(MoreSeeds::OfBoth(_))));
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::MarginError;
 use super::more_seeds::MoreSeeds;
-use crate::evaluation::comparison::Difference;
+use crate::evaluation::comparison::{Difference, IntervalUnit, WITHOUT_SEEDS};
 use crate::evaluation::{Interval, Unit};
 
 /// What a gate says.
@@ -29,6 +29,10 @@ pub struct GateOutcome {
     /// Runs whose error is mostly explained by how their estimate was read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub misread: Vec<String>,
+    /// What the intervals run over.
+    pub unit: IntervalUnit,
+    /// What they run over and what they cannot speak of, in words.
+    pub scope: String,
     /// In the order in which they were asked for.
     pub checks: Vec<Check>,
     /// What a user should know.
@@ -80,7 +84,11 @@ pub struct Check {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GateRefusal {
     /// Too few seeds.
-    #[error("{which} has {found} seed(s) of `{clip}`, a gate needs {needed} or more; run it with --seeds {needed}")]
+    #[error(
+        "{which} has {found} seed(s) of `{clip}`, a gate needs {needed} or more; run it with --seeds {needed}, or, if the \
+         tracker draws no random numbers, measure it on {needed} draws of the observation's noise or {needed} clips \
+         (docs/ci.md)"
+    )]
     Seeds {
         /// The run or the baseline.
         which: &'static str,
@@ -89,6 +97,27 @@ pub enum GateRefusal {
         /// Seeds found.
         found: usize,
         /// Seeds needed.
+        needed: usize,
+    },
+    /// All runs are copies.
+    #[error(
+        "all runs of a set are the same to the bit, in run and baseline: the tracker draws no random numbers, copies are \
+         one observation, and a gate needs {needed}; {WITHOUT_SEEDS}"
+    )]
+    Copies {
+        /// Units needed.
+        needed: usize,
+    },
+    /// Too few of the unit that was asked for.
+    #[error(
+        "a gate over {unit} needs {needed} or more that run and baseline have in common and that differ{}; add them to \
+         both, or choose another unit",
+        if *unit == IntervalUnit::Draws { ", of every clip" } else { "" }
+    )]
+    Units {
+        /// The unit.
+        unit: IntervalUnit,
+        /// Units needed.
         needed: usize,
     },
     /// Clips are not the same.

@@ -3,17 +3,21 @@
 use serde::{Deserialize, Serialize};
 
 use super::Margin;
+use crate::evaluation::IntervalUnit;
 
-/// A gate refuses fewer seeds a clip than these.
+/// A gate refuses fewer seeds, draws or clips than these.
 pub const FEWEST_SEEDS: usize = 5;
 
 /// What a gate checks: the content of `gate.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GateRules {
-    /// Fewest seeds a clip of run and baseline; at least [`FEWEST_SEEDS`].
+    /// Fewest seeds a set, draws a clip or clips of run and baseline; at least [`FEWEST_SEEDS`].
     #[serde(default = "fewest")]
     pub seeds: usize,
+    /// What the intervals run over; without it the first of seeds, draws and clips of which there are enough.
+    #[serde(default)]
+    pub unit: Option<IntervalUnit>,
     /// Metrics with their margins; at least one.
     #[serde(default, rename = "budget")]
     pub budgets: Vec<MetricMargin>,
@@ -64,6 +68,7 @@ impl GateRules {
     pub fn from_metric(metric: &str, margin: Margin) -> Self {
         Self {
             seeds: FEWEST_SEEDS,
+            unit: None,
             budgets: vec![MetricMargin { metric: metric.to_owned(), margin, clip: None }],
             exact: Vec::new(),
             exact_truth: true,

@@ -48,8 +48,8 @@ pub(super) fn badness(value: f64, metric: &Metric) -> f64 {
 }
 
 /// 95 % interval of how much worse the values of one setting are on average than those of another: Welch's of the
-/// difference of both means, from ten seeds on a bootstrap, as [`mean_interval`] makes them. Seeds are not paired:
-/// other settings draw other random numbers. `None` below two seeds each.
+/// difference of both means, as [`mean_interval`] makes it. Seeds are not paired: other settings draw other random
+/// numbers. `None` below two seeds each.
 pub fn difference(of: &[f64], than: &[f64], metric: &Metric) -> Option<Interval> {
     let of: Vec<f64> = of.iter().map(|value| badness(*value, metric)).collect();
     let than: Vec<f64> = than.iter().map(|value| -badness(*value, metric)).collect();
