@@ -54,8 +54,8 @@ impl RunPlace {
     }
 }
 
-/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is or
-/// the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
+/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is
+/// or the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
 pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> PathBuf {
     let numbered = |number: u32| {
         let mut name = first.file_name().unwrap_or_default().to_owned();

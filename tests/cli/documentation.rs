@@ -1,10 +1,10 @@
-//! Every command of README.md and docs/*.md, typed as it stands there, in the order of its page, in a folder that has what
-//! a fresh checkout has.
+//! Every command of README.md and docs/*.md, typed as it stands there, in the order of its page, in a folder that has
+//! what a fresh checkout has.
 //!
-//! What is altered: the scenarios in that folder ask for fewer frames, smaller images and fewer particles (`shrunk`), so
-//! that a page takes seconds. The commands are not altered. `skiagraph` is the program that the tests were built with, and so is
-//! `cargo run --release --` and the examples. Not typed: other commands of cargo (their targets must exist), and lines that end in a
-//! comment `# with your own ...`, which need what does not ship.
+//! What is altered: the scenarios in that folder ask for fewer frames, smaller images and fewer particles (`shrunk`),
+//! so that a page takes seconds. The commands are not altered. `skiagraph` is the program that the tests were built
+//! with, and so is `cargo run --release --` and the examples. Not typed: other commands of cargo (their targets must
+//! exist), and lines that end in a comment `# with your own ...`, which need what does not ship.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -123,8 +123,8 @@ const PRELUDE: &str = "set -eu\nskiagraph() {\n  local code=0; command skiagraph
                        gate-1|gate-3) code=0;; esac\n  [ $code = 0 ] || echo \"exit code $code: skiagraph $*\" >&2\n  return \
                        $code\n}\n";
 
-/// A scenario that takes little time: a dozen frames, small images, few particles. What is not there is not added, but for
-/// the last frame.
+/// A scenario that takes little time: a dozen frames, small images, few particles. What is not there is not added, but
+/// for the last frame.
 fn shrunk(text: &str) -> String {
     let mut scenario: Table = text.parse().unwrap();
     let motion = |motion: &mut Table| {

@@ -1,4 +1,5 @@
-//! Runs over several seeds that are interrupted: finished seeds are kept, and the bytes are those of an undisturbed run.
+//! Runs over several seeds that are interrupted: finished seeds are kept, and the bytes are those of an undisturbed
+//! run.
 
 use std::fs;
 use std::process::{Command, Stdio};

@@ -107,12 +107,8 @@ mod tests {
             }
             drop(guard);
             assert!(program.try_wait().unwrap().is_none() && folder.path().exists());
-            program.kill().unwrap();
-            rustix::process::kill_process_group(
-                rustix::process::Pid::from_child(&program),
-                rustix::process::Signal::KILL,
-            )
-            .unwrap();
+            let group = format!("-{}", program.id());
+            assert!(Command::new("kill").args(["-KILL", &group]).status().unwrap().success());
             program.wait().unwrap();
         }
     }
