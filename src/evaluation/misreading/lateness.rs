@@ -12,8 +12,8 @@ const MOST_COMPARED: usize = 60;
 /// late an estimate must be in frames, and in seconds, to be told.
 const LATE_FRAMES: i64 = 3;
 const LATE_S: f64 = 0.05;
-/// A filter that delays also smooths: its estimate is the truth and this share of the truth's second difference over the
-/// delay. A moving average has about 0.2, an exponential one about 0.5, a shift 0.
+/// A filter that delays also smooths: its estimate is the truth and this share of the truth's second difference over
+/// the delay. A moving average has about 0.2, an exponential one about 0.5, a shift 0.
 const SMOOTHING: f64 = 0.1;
 /// In a part that moves, the shift must leave at most this share of the error.
 const PART: f64 = 0.85;
