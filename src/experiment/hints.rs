@@ -164,8 +164,8 @@ fn in_words(found: &Misreading, tracked: &Tracked) -> Hint {
     let [before, after] = [found.error_as_read_m, found.error_corrected_m].map(|metres| 1000.0 * metres);
     let told = match (&tracked.read_as, &tracked.record) {
         (Some(read_as), _) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.told(&kinds),
-        (None, None) => Told { text: of_program(correction), ..Told::default() },
-        (None, Some(_)) => Told { text: of_tracker(correction), ..Told::default() },
+        (None, None) => ReadingAdvice { text: of_program(correction), ..ReadingAdvice::default() },
+        (None, Some(_)) => ReadingAdvice { text: of_tracker(correction), ..ReadingAdvice::default() },
     };
     Hint {
         kinds,
@@ -193,15 +193,15 @@ struct FileAdvice<'a> {
 }
 
 #[derive(Default)]
-struct Told {
+struct ReadingAdvice {
     text: String,
     options: Vec<String>,
     joint_map: BTreeMap<String, String>,
 }
 
 impl FileAdvice<'_> {
-    fn told(&self, kinds: &[MisreadingKind]) -> Told {
-        let mut told = Told::default();
+    fn told(&self, kinds: &[MisreadingKind]) -> ReadingAdvice {
+        let mut told = ReadingAdvice::default();
         let mut parts = Vec::new();
         for kind in kinds {
             let (part, option) = self.part(*kind, &mut told.joint_map);

@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// What a file's first, second and third coordinate are in the axes of a set, which has Z up: an order of the axes, each
-/// with its sign. `x,z,-y` is Y up; `y,z,x` is Y up too, with the set's x as the file's third coordinate.
+/// What a file's first, second and third coordinate are in the axes of a set, which has Z up: an order of the axes,
+/// each with its sign. `x,z,-y` is Y up; `y,z,x` is Y up too, with the set's x as the file's third coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisOrder {
     /// Per coordinate of the file: which of the set's axes.

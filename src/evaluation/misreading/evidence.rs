@@ -22,7 +22,7 @@ pub(super) struct Sample {
 
 /// The frames that are looked at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Evidence<'a> {
+pub(super) struct PairedFrames<'a> {
     pub(super) case: &'a MisreadingCase<'a>,
     pub(super) samples: &'a [Sample],
 }
@@ -62,7 +62,7 @@ fn centroid(points: impl Iterator<Item = Point3<f64>>) -> Option<Point3<f64>> {
     (count > 0).then(|| Point3::from(sum / f64::from(count)))
 }
 
-impl<'a> Evidence<'a> {
+impl<'a> PairedFrames<'a> {
     pub(super) fn given(&self, sample: Sample) -> &GivenPositions<'a> {
         &self.case.given[sample.seed]
     }

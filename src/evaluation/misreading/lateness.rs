@@ -1,7 +1,7 @@
 //! Frames that are numbered otherwise.
 
 use super::Correction;
-use super::evidence::{Evidence, Sample, common};
+use super::evidence::{PairedFrames, Sample, common};
 use crate::evaluation::mean;
 
 /// The longest shift that is looked for, seconds.
@@ -12,8 +12,8 @@ const MOST_COMPARED: usize = 60;
 /// late an estimate must be in frames, and in seconds, to be told.
 const LATE_FRAMES: i64 = 3;
 const LATE_S: f64 = 0.05;
-/// A filter that delays also smooths: its estimate is the truth and this share of the truth's second difference over the
-/// delay. A moving average has about 0.2, an exponential one about 0.5, a shift 0.
+/// A filter that delays also smooths: its estimate is the truth and this share of the truth's second difference over
+/// the delay. A moving average has about 0.2, an exponential one about 0.5, a shift 0.
 const SMOOTHING: f64 = 0.1;
 /// In a part that moves, the shift must leave at most this share of the error.
 const PART: f64 = 0.85;
@@ -24,20 +24,20 @@ const STRETCHES: usize = 3;
 
 /// By how many frames the estimate's numbers must be raised to be nearest to the truth, at most a second and a third of
 /// the clip; 0 where no shift is better.
-pub(super) fn best_shift(evidence: &Evidence<'_>, correction: &Correction) -> i64 {
+pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -> i64 {
     let reach = reach(evidence);
     let inner = inner(evidence, reach);
     let all: &dyn Fn(usize) -> bool = &|_| true;
     nearest(evidence, correction, &inner, reach as i64, all).unwrap_or(0)
 }
 
-fn reach(evidence: &Evidence<'_>) -> usize {
+fn reach(evidence: &PairedFrames<'_>) -> usize {
     let longest = LONGEST_S * evidence.case.frames_per_second;
     (longest.min(1e6) as usize).min(evidence.case.truth.len() / 3)
 }
 
 /// Samples that have frames of the set so far before and behind them.
-fn inner(evidence: &Evidence<'_>, reach: usize) -> Vec<Sample> {
+fn inner(evidence: &PairedFrames<'_>, reach: usize) -> Vec<Sample> {
     let frames = evidence.case.truth.len();
     let is_inner = |sample: &&Sample| sample.frame > reach && sample.frame + reach < frames;
     let all: Vec<Sample> = evidence.samples.iter().filter(is_inner).copied().collect();
@@ -47,7 +47,7 @@ fn inner(evidence: &Evidence<'_>, reach: usize) -> Vec<Sample> {
 
 /// Mean distance of some of the markers in these samples, metres.
 fn error(
-    evidence: &Evidence<'_>,
+    evidence: &PairedFrames<'_>,
     correction: &Correction,
     samples: &[Sample],
     counts: &dyn Fn(usize) -> bool,
@@ -62,7 +62,7 @@ fn error(
 
 /// The shift of least error of some of the markers in these samples; the smaller wins a tie.
 fn nearest(
-    evidence: &Evidence<'_>,
+    evidence: &PairedFrames<'_>,
     correction: &Correction,
     samples: &[Sample],
     reach: i64,
@@ -79,7 +79,7 @@ fn nearest(
 }
 
 /// Whether the whole body in the whole clip is early or late by the shift of `correction`, and by more than a filter.
-pub(super) fn is_shifted(evidence: &Evidence<'_>, correction: &Correction) -> bool {
+pub(super) fn is_shifted(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     let shift = correction.shift;
     let late = -shift;
     if late > 0 && (late < LATE_FRAMES || (late as f64) < LATE_S * evidence.case.frames_per_second) {
@@ -98,7 +98,7 @@ pub(super) fn is_shifted(evidence: &Evidence<'_>, correction: &Correction) -> bo
 
 /// Whether a part has the same shift, where it moves.
 fn part_agrees(
-    evidence: &Evidence<'_>,
+    evidence: &PairedFrames<'_>,
     correction: &Correction,
     samples: &[Sample],
     counts: &dyn Fn(usize) -> bool,
@@ -123,7 +123,7 @@ fn part_agrees(
 }
 
 /// The share of the truth's second difference over the shift that is best added to the truth to give the estimate.
-fn smoothing(evidence: &Evidence<'_>, correction: &Correction, samples: &[Sample]) -> Option<f64> {
+fn smoothing(evidence: &PairedFrames<'_>, correction: &Correction, samples: &[Sample]) -> Option<f64> {
     let (truth, reach) = (evidence.case.truth, correction.shift.unsigned_abs() as usize);
     let (mut both, mut square) = (0.0, 0.0);
     for sample in samples {

@@ -3,7 +3,7 @@
 use super::Correction;
 use super::assignment::cheapest;
 use super::correction::marker_of_other_side;
-use super::evidence::Evidence;
+use super::evidence::PairedFrames;
 use crate::body::LANDMARKS;
 use crate::evaluation::mean;
 
@@ -15,7 +15,7 @@ const OFTEN: f64 = 0.5;
 /// The names under which the markers are nearest to the truth, when all else is read as in `correction`: the cheapest
 /// assignment of the estimated markers to the true ones, of which those cycles are kept that gain much. Limbs of the
 /// two sides that are exchanged alone are left as they are: trackers do that.
-pub(super) fn names(evidence: &Evidence<'_>, correction: &Correction) -> [usize; LANDMARKS.len()] {
+pub(super) fn names(evidence: &PairedFrames<'_>, correction: &Correction) -> [usize; LANDMARKS.len()] {
     let mut names = Correction::none().names;
     let named = Correction { names, ..correction.clone() };
     let read: Vec<_> = evidence.samples.iter().filter_map(|sample| evidence.read(*sample, &named)).collect();

@@ -1,6 +1,6 @@
 //! When an explanation is told.
 
-use super::evidence::Evidence;
+use super::evidence::PairedFrames;
 use super::lateness::is_shifted;
 use super::{Correction, Misreading, MisreadingKind};
 use crate::evaluation::{mean, quantile};
@@ -38,7 +38,7 @@ impl MisreadingKind {
 }
 
 /// The explanation with its errors, if it keeps every limit.
-pub(super) fn judge(evidence: &Evidence<'_>, correction: &Correction) -> Option<Misreading> {
+pub(super) fn judge(evidence: &PairedFrames<'_>, correction: &Correction) -> Option<Misreading> {
     let as_read = Correction::none();
     let pairs = evidence.both(&as_read, correction);
     let [before, after] = means(&pairs)?;
@@ -60,7 +60,7 @@ fn means<T>(pairs: &[(T, f64, f64)]) -> Option<[f64; 2]> {
 }
 
 /// Whether much of the error comes back without a part of the explanation.
-fn is_needed(evidence: &Evidence<'_>, correction: &Correction, kind: MisreadingKind) -> bool {
+fn is_needed(evidence: &PairedFrames<'_>, correction: &Correction, kind: MisreadingKind) -> bool {
     let mut less = correction.without(kind);
     // the origin is found again for the other axes
     if less.has(MisreadingKind::Offset) {
@@ -74,7 +74,7 @@ fn is_needed(evidence: &Evidence<'_>, correction: &Correction, kind: MisreadingK
 
 /// Whether the estimate is nearer in nearly all frames, and from the first ones on. A shift of its own leaves frames in
 /// which nothing moves as they are, and is judged by its parts instead.
-fn is_throughout(evidence: &Evidence<'_>, correction: &Correction) -> bool {
+fn is_throughout(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     let as_numbered = correction.without(MisreadingKind::Shift);
     if as_numbered.kinds().is_empty() {
         return true;
@@ -94,7 +94,7 @@ fn is_throughout(evidence: &Evidence<'_>, correction: &Correction) -> bool {
 }
 
 /// Whether axes that keep the vertical mend the path of the body: where it is, or with another origin how it moves.
-fn mends_path(evidence: &Evidence<'_>, correction: &Correction) -> bool {
+fn mends_path(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     if !correction.has(MisreadingKind::Axes) || !correction.axes.keeps_vertical() {
         return true;
     }

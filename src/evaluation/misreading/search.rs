@@ -1,6 +1,6 @@
 //! The search among all explanations.
 
-use super::evidence::{Evidence, samples};
+use super::evidence::{PairedFrames, samples};
 use super::lateness::best_shift;
 use super::naming::names;
 use super::rule::{SMALL_M, judge};
@@ -19,7 +19,7 @@ const SIMPLER: f64 = 1.1;
 /// simplest goes before one that is hardly better.
 pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let samples = samples(case);
-    let evidence = Evidence { case, samples: &samples };
+    let evidence = PairedFrames { case, samples: &samples };
     if samples.len() < FEWEST_SAMPLES || evidence.mean_error(&Correction::none()) < SMALL_M {
         return None;
     }
@@ -60,7 +60,7 @@ fn with_parts_left_out(whole: &Correction, candidates: &mut Vec<Correction>) {
 }
 
 /// Units, axes and sides, and another origin, that leave the least error; first that which changes the unit alone.
-fn bases(evidence: &Evidence<'_>) -> Vec<Correction> {
+fn bases(evidence: &PairedFrames<'_>) -> Vec<Correction> {
     let mut as_named: Vec<(f64, Correction)> = Vec::new();
     let mut moved = Vec::new();
     let mut by_path = Vec::new();
@@ -95,7 +95,7 @@ fn bases(evidence: &Evidence<'_>) -> Vec<Correction> {
 }
 
 /// The factors of the unit: by the size of the body, or of poses all that there are.
-fn scales(evidence: &Evidence<'_>) -> Vec<f64> {
+fn scales(evidence: &PairedFrames<'_>) -> Vec<f64> {
     let of_case = &evidence.case.scales;
     if evidence.case.given.iter().any(|given| given.roots.is_some()) {
         return std::iter::once(1.0).chain(of_case.iter().copied().filter(|scale| *scale != 1.0)).collect();
