@@ -59,10 +59,10 @@ pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera, draw_silhouette};
+pub(crate) use skin::read_skin_allowing;
 pub use skin::{
     Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
 };
-pub(crate) use skin::read_skin_allowing;
 pub use solid::Solid;
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;

@@ -20,7 +20,12 @@ pub(super) struct FileAccess {
 
 impl FileAccess {
     /// What a scenario or sweep in `folder` may name because of these assignments and this directory.
-    pub(super) fn allowed(self, folder: &Path, assignments: &[String], mocap_directory: Option<&Path>) -> AllowedFolders {
+    pub(super) fn allowed(
+        self,
+        folder: &Path,
+        assignments: &[String],
+        mocap_directory: Option<&Path>,
+    ) -> AllowedFolders {
         NamedOnCommandLine { assignments, mocap_directory, anywhere: self.allow_outside }.allowed(folder)
     }
 

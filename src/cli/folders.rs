@@ -16,7 +16,9 @@ const FILES_OF_RUNS: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     expect_there("SET", set)?;
     match !is_set(set) && is_run(set) {
-        true => Err(mistaken("SET", set, "is a run, and a benchmark set was expected: the set that the run was made on")),
+        true => {
+            Err(mistaken("SET", set, "is a run, and a benchmark set was expected: the set that the run was made on"))
+        }
         false => Ok(()),
     }
 }

@@ -102,8 +102,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if arguments.what.is_dir() {
         expect_set(&arguments.what)?;
     }
-    let found = inspect(&arguments.what, arguments.metres_per_unit, arguments.against.as_deref(), to, arguments.access.allow_outside)
-        .map_err(|e| e.about(&arguments.what))?;
+    let found = inspect(
+        &arguments.what,
+        arguments.metres_per_unit,
+        arguments.against.as_deref(),
+        to,
+        arguments.access.allow_outside,
+    )
+    .map_err(|e| e.about(&arguments.what))?;
     let is_drawn = !matches!(&found, Inspected::Clip(clip) if clip.fit.is_none());
     let page = arguments.out.as_ref().filter(|_| is_drawn);
     page.iter().for_each(|page| volume.written(page));

@@ -1,8 +1,8 @@
 //! Text output of `skiagraph inspect`.
 
 use super::output::counted;
-use crate::input::plain;
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
+use crate::input::plain;
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
     match found {
@@ -65,7 +65,8 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
         s.path_m,
     );
     if let Some(fit) = &s.fit {
-        let worst = fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {} {mm:.1} mm", plain(name)));
+        let worst =
+            fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {} {mm:.1} mm", plain(name)));
         text += &format!(
             "\n  fit      {:.1} mm from the recorded landmarks on average, on `actor`{worst}\n  limits   {}",
             fit.mean_mm,

@@ -75,7 +75,8 @@ fn missing_of_one(
     let places = ClipFolders::of(file, mocap_directory);
     let clip = places.find(Path::new(&settings.clip), settings.sha256.as_deref(), settings).err();
     let skeleton = settings.skeleton.as_ref().and_then(|name| places.find(Path::new(name), None, settings).err());
-    let missing = clip.map(|message| ("clip", message)).into_iter().chain(skeleton.map(|message| ("skeleton", message)));
+    let missing =
+        clip.map(|message| ("clip", message)).into_iter().chain(skeleton.map(|message| ("skeleton", message)));
     missing.map(|(key, message)| scenario_error_at(key, message)).collect()
 }
 

@@ -300,16 +300,8 @@ impl ExperimentError {
         match self {
             Self::Busy { .. } | Self::Queued { .. } => 75,
             // there may be room later
-            Self::Output { source, .. }
-                if is_no_room(source) =>
-            {
-                75
-            }
-            Self::Set(SetError::Io { source, .. })
-                if is_no_room(source) =>
-            {
-                75
-            }
+            Self::Output { source, .. } if is_no_room(source) => 75,
+            Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
             Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
             Self::Interrupted | Self::ProgressSaved { .. } => 130,
@@ -375,7 +367,9 @@ fn is_no_room(error: &io::Error) -> bool {
 /// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
 /// or is no file of its kind. Other reasons, such as a network that is down, may be gone next time.
 pub(super) fn stays_unreadable(error: &io::Error) -> bool {
-    use io::ErrorKind::{FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
+    use io::ErrorKind::{
+        FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,
+    };
     matches!(
         error.kind(),
         NotFound | PermissionDenied | IsADirectory | NotADirectory | InvalidData | InvalidInput | FileTooLarge

@@ -31,8 +31,7 @@ impl Inputs {
         let others = scenario.distractor.iter().map(|other| &other.motion);
         let recordings = training.chain([&scenario.motion]).chain(others).flat_map(|motion| motion.takes("motion"));
         let places = clip_file::ClipFolders::of(file, mocap_directory);
-        let recordings =
-            recordings.flat_map(|(_, take)| clip_file::paths_of(places, Path::new(&take.clip), &take));
+        let recordings = recordings.flat_map(|(_, take)| clip_file::paths_of(places, Path::new(&take.clip), &take));
         let others = scenario.distractor.iter().map(|other| &other.robot);
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].into_iter().chain(others);
         let robots = robots.map(|robot| file.folder.join(robot));

@@ -5,11 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
+use super::clip_file::ClipFolders;
 use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
-use super::clip_file::ClipFolders;
 use super::staging::robot_named;
 use super::{
     Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
@@ -98,8 +98,9 @@ impl TrainingInput {
         allowed.allow_anywhere();
         let strict = AllowedFolders::default();
         let places = ClipFolders { folder: Path::new(""), mocap_directory, allowed: &allowed };
-        let template = robot_named(Path::new(""), &options.robot, if options.allow_outside { &allowed } else { &strict })
-            .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
+        let template =
+            robot_named(Path::new(""), &options.robot, if options.allow_outside { &allowed } else { &strict })
+                .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),
             motions: vec![],

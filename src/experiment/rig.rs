@@ -9,9 +9,7 @@ use super::error::scenario_error;
 use crate::body::Motion;
 use crate::camera::{Camera, CameraError, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
 use crate::input::{self, excerpt, limits};
-use crate::scenario::{
-    CameraFileSettings, CameraSettings, RingSettings, ScenarioError, ScenarioFile, did_you_mean,
-};
+use crate::scenario::{CameraFileSettings, CameraSettings, RingSettings, ScenarioError, ScenarioFile, did_you_mean};
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
 const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;

@@ -26,8 +26,8 @@ use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_star
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
-    ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, ScenarioError, ScenarioFile, SkinBlending, VariationSettings,
-    did_you_mean, similar_file,
+    ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, ScenarioError, ScenarioFile, SkinBlending,
+    VariationSettings, did_you_mean, similar_file,
 };
 use crate::scene::GroundTruth;
 

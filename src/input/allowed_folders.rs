@@ -28,7 +28,8 @@ impl AllowedFolders {
     pub(crate) fn of_folder(folder: &Path) -> Self {
         let Ok(folder) = fs::canonicalize(or_here(folder)) else { return Self::default() };
         let projects = folder.ancestors().take_while(|above| !is_home_or_root(above));
-        let project = projects.into_iter().find(|above| above.join(".git").exists() || above.join(PROJECT_FILE).is_file());
+        let project =
+            projects.into_iter().find(|above| above.join(".git").exists() || above.join(PROJECT_FILE).is_file());
         Self { places: vec![project.unwrap_or(&folder).to_owned()], ..Self::default() }
     }
 
@@ -72,7 +73,8 @@ impl AllowedFolders {
         if self.places.iter().any(|place| real.starts_with(place)) || self.around.iter().any(is_around) {
             return Ok(());
         }
-        let below = self.places.first().map_or_else(|| "its own folder".to_owned(), |place| place.display().to_string());
+        let below =
+            self.places.first().map_or_else(|| "its own folder".to_owned(), |place| place.display().to_string());
         Err(io::Error::new(
             ErrorKind::PermissionDenied,
             format!(
@@ -135,7 +137,9 @@ mod tests {
         for inside in ["a.toml", "motions/walk.bvh", "motions/../a.toml", "./not/there", "gone/../a.toml"] {
             allowed.check(&mine.join(inside)).unwrap();
         }
-        for outside in ["../secret", "../gone", "motions/../../secret", "gone/../../secret", "/etc/passwd", "/proc/self/environ"] {
+        for outside in
+            ["../secret", "../gone", "motions/../../secret", "gone/../../secret", "/etc/passwd", "/proc/self/environ"]
+        {
             let error = allowed.check(&mine.join(outside)).unwrap_err();
             assert_eq!(error.kind(), ErrorKind::PermissionDenied, "{outside}");
             assert!(error.to_string().contains("--allow-outside"), "{error}");

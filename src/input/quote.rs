@@ -128,7 +128,10 @@ mod tests {
     #[test]
     fn of_a_file_that_is_not_ours_nothing_is_quoted() {
         for (message, shown) in [
-            ("invalid type: string \"hunter2, expected x\", expected u32 at line 2 column 4", "invalid type: string …, expected u32 at line 2 column 4"),
+            (
+                "invalid type: string \"hunter2, expected x\", expected u32 at line 2 column 4",
+                "invalid type: string …, expected u32 at line 2 column 4",
+            ),
             ("unknown field `hunter2`, expected one of `a`, `b`", "unknown field …, expected one of `a`, `b`"),
             ("expected 'hunter2' tag, not 'x' at 1:5", "expected … at 1:5"),
             ("missing field `Frames` at line 3", "missing field … at line 3"),

@@ -152,7 +152,10 @@ mod tests {
     #[test]
     fn nothing_is_quoted_before_a_file_begins_as_its_kind_does() {
         let mut cursor = TextCursor::new("AWS_SECRET=hunter2", "f");
-        assert_eq!(cursor.keyword("HIERARCHY").unwrap_err().to_string(), "f:1: expected `HIERARCHY`, found something else");
+        assert_eq!(
+            cursor.keyword("HIERARCHY").unwrap_err().to_string(),
+            "f:1: expected `HIERARCHY`, found something else"
+        );
         cursor.begins_as_its_kind();
         let error = cursor.unexpected("a word", Some("mine"));
         assert_eq!(error.to_string(), "f:1: expected a word, found `mine`");

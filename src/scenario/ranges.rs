@@ -141,7 +141,12 @@ fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     let has_own = !m.clip.to_ascii_lowercase().ends_with(".amc");
     let expected = "it only beside a clip ending in .amc: all others have their skeleton themselves";
-    require(&format!("{table}.skeleton"), m.skeleton.is_none() || !has_own, expected, format!("{:?}", excerpt(&m.clip)))?;
+    require(
+        &format!("{table}.skeleton"),
+        m.skeleton.is_none() || !has_own,
+        expected,
+        format!("{:?}", excerpt(&m.clip)),
+    )?;
     if let Some(first) = m.first_frame {
         require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
     }

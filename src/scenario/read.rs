@@ -339,7 +339,11 @@ mod tests {
                 "model.detector: unknown name `speed_minimum`, did you mean `speed_minima`?",
                 "model.detector = \"speed_minimum\"",
             ),
-            ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected one tracker, found several (or none); keep one table [tracker.NAME]", "[tracker.frozen]"),
+            (
+                "[tracker.frozen]\n[tracker.oracle]",
+                "tracker: expected one tracker, found several (or none); keep one table [tracker.NAME]",
+                "[tracker.frozen]",
+            ),
         ] {
             let error = parse(extra, &[]).unwrap_err();
             assert!(error.contains(expected) && error.contains(line), "{error}");

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::complaint::Complaint;
-use super::read::{covers, named, set, with_full_key};
 use super::named_on_command_line::NamedOnCommandLine;
 use super::negative_numbers::with_range;
+use super::read::{covers, named, set, with_full_key};
 use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 use crate::input::{self, AllowedFolders, limits};

@@ -64,7 +64,10 @@ fn a_set_and_a_run_that_were_exchanged_are_told_apart() {
     room.succeed("render tiny.toml --quiet --out sets/walk");
     room.succeed("track sets/walk --tracker frozen --quiet --out runs/mine");
     for (arguments, words) in [
-        ("evaluate runs/mine sets/walk", "the two are exchanged, sets/walk is the set: skiagraph evaluate sets/walk runs/mine"),
+        (
+            "evaluate runs/mine sets/walk",
+            "the two are exchanged, sets/walk is the set: skiagraph evaluate sets/walk runs/mine",
+        ),
         ("evaluate runs/mine runs/mine", "SET: runs/mine is a run, and a benchmark set was expected"),
         ("verify runs/mine", "SET: runs/mine is a run"),
         ("export runs/mine --to npz", "SET: runs/mine is a run"),
@@ -105,7 +108,10 @@ fn misspelt_files_and_names_get_a_suggestion() {
 fn what_is_cut_or_superfluous_in_a_motion_is_told_at_its_own_key() {
     let room = room();
     for (arguments, words) in [
-        ("check motion.last_frame=3", "motion.last_frame: the part that is used, frames 1 to 3, cannot be repeated as `loop_to_s` asks"),
+        (
+            "check motion.last_frame=3",
+            "motion.last_frame: the part that is used, frames 1 to 3, cannot be repeated as `loop_to_s` asks",
+        ),
         ("check motion.skeleton=a.asf", "motion.skeleton: expected it only beside a clip ending in .amc"),
     ] {
         let said = said(&room, arguments);
@@ -127,7 +133,8 @@ fn names_that_are_formulas_or_control_a_terminal_are_harmless_in_tables() {
     room.succeed("sweep sweep.toml --out s");
     let table = String::from_utf8(room.read("s/runs.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let cells: Vec<String> = reader.records().flat_map(|row| row.unwrap().iter().map(str::to_owned).collect::<Vec<_>>()).collect();
+    let cells: Vec<String> =
+        reader.records().flat_map(|row| row.unwrap().iter().map(str::to_owned).collect::<Vec<_>>()).collect();
     assert!(cells.iter().any(|cell| cell == "'=cmd|' /C calc'!A0\u{fffd}[2J second line"), "{table}");
     assert!(!table.contains('\u{1b}') && table.lines().count() == 3, "{table}");
     // cameras of a set

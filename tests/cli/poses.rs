@@ -130,7 +130,9 @@ fn the_bvh_that_is_exported_is_measured_against_a_body_of_other_links() {
 #[test]
 fn an_estimate_whose_first_frame_is_far_from_the_start_pose_is_told_so_and_an_honest_one_is_not() {
     let (room, truth) = room();
-    let noted = |file: &str| room.succeed(&format!("evaluate set --poses {file}")).stderr.contains("the estimate of frame 0 is");
+    let noted = |file: &str| {
+        room.succeed(&format!("evaluate set --poses {file}")).stderr.contains("the estimate of frame 0 is")
+    };
     room.write("moved.csv", csv(&truth, &names(), |[x, y, z]| [x + 0.8, y, z]));
     room.write("turned.csv", csv(&truth, &names(), |[x, y, z]| [x, -z, y]));
     room.write("poor.csv", csv(&truth, &names(), |[x, y, z]| [x + 0.3, y, z]));

@@ -12,9 +12,17 @@ fn secrets() -> Vec<(&'static str, String)> {
     vec![
         ("environ", format!("HOME=/root\0PASSWORD={SECRET}\0PATH=/usr/bin")),
         ("credentials", format!("[default]\naws_access_key_id = {SECRET}\naws_secret_access_key = {SECRET}\n")),
-        ("keys.toml", format!("name = \"{SECRET}\"\nseeds = \"{SECRET}\"\nmesh = [\"{SECRET}\"]\nweights = \"{SECRET}\"\n")),
+        (
+            "keys.toml",
+            format!("name = \"{SECRET}\"\nseeds = \"{SECRET}\"\nmesh = [\"{SECRET}\"]\nweights = \"{SECRET}\"\n"),
+        ),
         ("token.toml", format!("{SECRET} = \"{SECRET}\"\n")),
-        ("token.json", format!("{{\"schema\": \"{SECRET}\", \"Loop\": [\"{SECRET}\"], \"weights\": \"{SECRET}\", \"name\": \"{SECRET}\"}}")),
+        (
+            "token.json",
+            format!(
+                "{{\"schema\": \"{SECRET}\", \"Loop\": [\"{SECRET}\"], \"weights\": \"{SECRET}\", \"name\": \"{SECRET}\"}}"
+            ),
+        ),
         ("list.json", format!("[\"{SECRET}\"]")),
         ("secret.yaml", format!("name: [{SECRET}]\nimage_width: {SECRET}\nK: {SECRET}\n")),
         ("secret.xml", format!("<{SECRET}><camera serial=\"{SECRET}\"></{SECRET}2></{SECRET}>")),
@@ -51,7 +59,9 @@ fn with(line: &str) -> String {
         Some("clip") => TINY.replace("clip = \"embedded:walk\"", line),
         Some("skeleton") => TINY.replace("clip = \"embedded:walk\"", &format!("clip = \"a.amc\"\n{line}")),
         Some("robot" | "skin") => TINY.replace("[rig.ring]", &format!("[actor]\n{line}\n[rig.ring]")),
-        Some("file") => TINY.replace("[rig.ring]", &format!("[[rig.file]]\n{}\n[rig.ring]", line.replacen("file", "path", 1))),
+        Some("file") => {
+            TINY.replace("[rig.ring]", &format!("[[rig.file]]\n{}\n[rig.ring]", line.replacen("file", "path", 1)))
+        }
         Some("model_file") => TINY.split_once("[tracker.").unwrap().0.to_owned() + "[tracker.gpdm]\n" + line + "\n",
         _ => panic!("{line}"),
     }
@@ -116,13 +126,20 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
     let room = room();
     room.write("secret.bvh", format!("HIERARCHY\nROOT {SECRET}\n"));
     let outside = room.path("secret.bvh");
-    let names = ["../secret.bvh".to_owned(), outside.display().to_string(), "a/../../secret.bvh".to_owned(), "../gone.bvh".to_owned()];
+    let names = [
+        "../secret.bvh".to_owned(),
+        outside.display().to_string(),
+        "a/../../secret.bvh".to_owned(),
+        "../gone.bvh".to_owned(),
+    ];
     for key in KEYS {
         for name in &names {
             room.write("mine/b.toml", with(&format!("{key} = \"{name}\"")));
             room.write("mine/a.amc", "1\nroot 0 0 0 0 0 0\n");
             for command in ["check", "run", "render"] {
-                let arguments = [vec![command, "mine/b.toml"], if command == "check" { vec![] } else { vec!["--out", "out"] }].concat();
+                let arguments =
+                    [vec![command, "mine/b.toml"], if command == "check" { vec![] } else { vec!["--out", "out"] }]
+                        .concat();
                 let said = refused(&room, &arguments, key);
                 assert!(said.contains("leads out of") && said.contains("--allow-outside"), "{key} {name}: {said}");
                 assert!(!room.path("out").exists());
@@ -151,7 +168,10 @@ fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
     room.succeed(&format!("{render} a --allow-outside"));
     room.succeed(&format!("{render} b --mocap-dir recordings"));
     room.succeed("render mine/tiny.toml --quiet --out c motion.clip=../recordings/walk.txt");
-    room.succeed(&format!("render mine/tiny.toml --quiet --out d motion.clip={}", room.path("recordings/walk.txt").display()));
+    room.succeed(&format!(
+        "render mine/tiny.toml --quiet --out d motion.clip={}",
+        room.path("recordings/walk.txt").display()
+    ));
     room.write("skiagraph.project", "");
     room.succeed(&format!("{render} e"));
 }
@@ -194,7 +214,11 @@ fn a_plan_of_a_stranger_shows_nothing_of_the_files_that_it_names() {
 fn shipped_sweeps_and_scenarios_name_files_of_their_project() {
     let room = Sandbox::new();
     for file in ["scenarios/sweeps/cameras.toml", "scenarios/sweeps/grid-5x5.toml"] {
-        room.succeed(&format!("sweep plan {} --out {}", shipped(file).display(), Path::new(file).file_stem().unwrap().display()));
+        room.succeed(&format!(
+            "sweep plan {} --out {}",
+            shipped(file).display(),
+            Path::new(file).file_stem().unwrap().display()
+        ));
     }
     for file in ["scenarios/smoke/latent.toml", "scenarios/monocular/embedded.toml"] {
         let answer = room.skiagraph(["inspect", shipped(file).to_str().unwrap()]);

@@ -285,9 +285,11 @@ fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
     room.write("broken.model", "PK\x03\x04 but no archive");
     room.write("broken.bvh", [0xff, 0xfe]);
     fs::create_dir(room.path("folder.model")).unwrap();
-    let model = |name: &str| format!("{{ name = \"{name}\", set = ['tracker={{ gpdm = {{ model_file = \"{name}\" }} }}'] }}");
+    let model =
+        |name: &str| format!("{{ name = \"{name}\", set = ['tracker={{ gpdm = {{ model_file = \"{name}\" }} }}'] }}");
     let clip = |name: &str| format!("{{ name = \"{name}\", set = ['motion.clip={name}'] }}");
-    let settings = [model("broken.model"), model("folder.model"), model("late.model"), clip("late.txt"), clip("broken.bvh")];
+    let settings =
+        [model("broken.model"), model("folder.model"), model("late.model"), clip("late.txt"), clip("broken.bvh")];
     let sound = "{ name = \"sound\", set = [] }";
     let head = "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"base.toml\"\nseeds = 1\n[axes]\n";
     room.write("sweep.toml", format!("{head}what = [{}, {sound}]\n", settings.join(", ")));

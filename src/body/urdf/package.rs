@@ -48,7 +48,8 @@ mod tests {
         }
         std::fs::write(meshes.join("hand.stl"), "long tail").unwrap();
         std::fs::write(robots.join("hand.stl"), "beside").unwrap();
-        let text = |uri: &str| read(&robots, uri, &AllowedFolders::default()).map(|bytes| String::from_utf8(bytes).unwrap());
+        let text =
+            |uri: &str| read(&robots, uri, &AllowedFolders::default()).map(|bytes| String::from_utf8(bytes).unwrap());
         assert_eq!(text("package://big_package/arm_description/meshes/hand.stl").unwrap(), "long tail");
         assert_eq!(text("model://arm_description/meshes/hand.stl").unwrap(), "long tail");
         assert_eq!(text("../meshes/hand.stl").unwrap(), "long tail");

@@ -66,7 +66,8 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
         Some(after) => after.split_once('\n').map_or("", |(_, body)| body),
         None => rest,
     };
-    let storage: Storage = serde_saphyr::from_str(body).map_err(|e| format!("is no YAML of OpenCV: {}", said_of(body, &e)))?;
+    let storage: Storage =
+        serde_saphyr::from_str(body).map_err(|e| format!("is no YAML of OpenCV: {}", said_of(body, &e)))?;
     if storage.fisheye_model.is_some_and(|model| model != 0)
         || storage.distortion_model.as_deref().is_some_and(|model| !["plumb_bob", "radtan", "opencv"].contains(&model))
     {

@@ -247,7 +247,8 @@ mod tests {
         }
         // the longest that are read, on a thread as small as any
         let deep = |sign: &str, times: usize, rest: &str| format!("{}{rest}", sign.repeat(times));
-        let all = [deep("-", 990, "1 == 1"), deep("not ", 248, "true"), deep("1+", 490, "1 == 491"), deep("1<", 490, "1")];
+        let all =
+            [deep("-", 990, "1 == 1"), deep("not ", 248, "true"), deep("1+", 490, "1 == 491"), deep("1<", 490, "1")];
         let read = move || all.map(|condition| kept(&format!("keep = [{condition:?}]\n{AXES}")));
         let small = std::thread::Builder::new().stack_size(1 << 20).spawn(read).unwrap();
         let found = small.join().unwrap();

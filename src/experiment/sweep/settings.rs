@@ -314,7 +314,10 @@ mod tests {
         // 1 in 10^12 draws is the least: the rest is the greatest
         let rare = "method = \"random\"\nsamples = 2\n[axes]\nrig.ring.count = { uniform = [3.4999999999, 4], integer = true }\n";
         let error = made(rare).unwrap_err();
-        assert!(error.contains("samples: expected fewer: 20 times as many draws found 1 different settings"), "{error}");
+        assert!(
+            error.contains("samples: expected fewer: 20 times as many draws found 1 different settings"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -438,9 +438,8 @@ mod tests {
         let periods: Vec<Vec<Image>> = (0..3).map(|period| (0..4).map(|n| image(10 * period + n)).collect()).collect();
         let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
         let at_once = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap();
-        let one_by_one = |periods: &[Vec<Image>]| {
-            BackgroundMixture::learn_one_by_one(periods.to_vec().into_iter(), |_| Risk(1.0))
-        };
+        let one_by_one =
+            |periods: &[Vec<Image>]| BackgroundMixture::learn_one_by_one(periods.to_vec().into_iter(), |_| Risk(1.0));
         assert_eq!(one_by_one(&periods).unwrap(), at_once);
         for broken in [vec![], vec![vec![]], vec![vec![image(1)], vec![]]] {
             let slices: Vec<&[Image]> = broken.iter().map(Vec::as_slice).collect();
