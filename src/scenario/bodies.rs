@@ -12,9 +12,9 @@ pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
     /// to the recorded subject. Default: `actor`.
     pub robot: String,
-    /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`, capsules
-    /// from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and inertias are
-    /// the file's. Default: `"urdf"`.
+    /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`,
+    /// capsules from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and
+    /// inertias are the file's. Default: `"urdf"`.
     #[serde(skip_serializing_if = "SolidsSource::is_urdf")]
     pub solids: SolidsSource,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the

@@ -102,7 +102,9 @@ fn a_public_set_has_a_page_without_skeleton_path_and_layers() {
     room.succeed("inspect public --out public.html");
     let html = page(&room, "public.html");
     assert!(
-        html.contains("This set has no truth") && !html.contains("layers-data") && !html.contains("class=\"walked\"")
+        html.contains("This set has no truth")
+            && !html.contains("id=\"layers-data\"")
+            && !html.contains("class=\"walked\"")
     );
     let map = data_of(&html, "map-data");
     let places: Vec<bool> = map["roots"].as_array().unwrap().iter().map(Value::is_null).collect();
