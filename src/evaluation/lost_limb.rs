@@ -110,7 +110,6 @@ pub(super) fn longest_stretch(sequence: &Sequence<'_>) -> Option<LostStretch> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::body::{Landmark, Markers};
     use crate::evaluation::fixture::{evaluate_markers, standing};
     use nalgebra::Vector3;
