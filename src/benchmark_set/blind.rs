@@ -37,8 +37,8 @@ pub struct BlindSet {
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
     pub start: Start,
-    /// SHA-256 (hexadecimal) of what is tested, without layers and shards: the same for a set in memory and for its copy
-    /// on any disk. Runs are known to be of a set by it.
+    /// SHA-256 (hexadecimal) of what is tested, without layers and shards: the same for a set in memory and for its
+    /// copy on any disk. Runs are known to be of a set by it.
     pub set_hash: String,
     /// SHA-256 (hexadecimal) of `files.sha256`: of every file, truth images and shards included.
     pub full_hash: String,

@@ -1,8 +1,8 @@
 //! A set without its truth, and the truth that is kept apart.
 //!
-//! Its `files.sha256` lists the files that are there. `complete.sha256` has the lines that the complete set is known by,
-//! whose SHA-256 is the hash of both: runs of the one are measured with the other. All lines of the truth are one, which
-//! depends on the set's key, too: with a hash of the truth alone a guess could be confirmed.
+//! Its `files.sha256` lists the files that are there. `complete.sha256` has the lines that the complete set is known
+//! by, whose SHA-256 is the hash of both: runs of the one are measured with the other. All lines of the truth are one,
+//! which depends on the set's key, too: with a hash of the truth alone a guess could be confirmed.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -53,8 +53,8 @@ impl LadderProgress {
         Self { path, record: record.unwrap_or(none) }
     }
 
-    /// The key of all sets of this ladder, so that they differ in a strength alone: the one that is stated, that of what
-    /// was begun, or a fresh one; with a note of one that was drawn.
+    /// The key of all sets of this ladder, so that they differ in a strength alone: the one that is stated, that of
+    /// what was begun, or a fresh one; with a note of one that was drawn.
     ///
     /// # Errors
     /// [`ExperimentError::Argument`] where the operating system gives no random numbers.

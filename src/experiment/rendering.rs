@@ -88,8 +88,8 @@ fn draw_by<T>(
 /// How a set is rendered.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
-    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge. It needs a key
-    /// that is not public: a fresh or a stated one.
+    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge. It needs a
+    /// key that is not public: a fresh or a stated one.
     pub whole: Option<&'a Path>,
     /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
     pub shards: Option<usize>,
@@ -98,8 +98,8 @@ pub struct RenderOptions<'a> {
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns it and notes for the user. What is drawn when it is
-/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it. Everything drawn depends
-/// on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
+/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it. Everything drawn
+/// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
 ///
 /// # Errors
 /// [`ExperimentError`]; then no set has changed on the disk. [`ExperimentError::ProgressSaved`] and
@@ -134,7 +134,9 @@ pub fn render_with(
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
     let stated = options.key.stated(file);
     if options.whole.is_some() && stated.is_some_and(|key| key.is_public()) {
-        let detail = "expected a key of its own for a set whose truth is kept apart, found the public one: anybody could                       confirm a guess of the truth by its hash; leave out `default`, or give 32 hexadecimal digits";
+        let detail = "expected a key of its own for a set whose truth is kept apart, found the public one: anybody \
+                      could confirm a guess of the truth by its hash; leave out `default`, or give 32 hexadecimal \
+                      digits";
         return Err(ExperimentError::Argument { argument: "--key", detail: detail.to_owned() });
     }
     let is_secret = options.whole.is_some() || has_secrets(file);

@@ -1,7 +1,8 @@
 //! A set that is being drawn: what is whole survives an interruption, and the same command goes on with it.
 //!
 //! Everything lies in `NAME.partial` beside the set: `settings.toml`, by which the same command is known, with the key
-//! that everything is drawn from, `finished.sha256`, the journal of whole files, and `set`, which moves to its place when it is complete.
+//! that everything is drawn from; `finished.sha256`, the journal of whole files; and `set`, which moves to its place
+//! when it is complete.
 
 use std::collections::BTreeMap;
 use std::fs;

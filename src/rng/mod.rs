@@ -1,8 +1,8 @@
 //! Keyed random streams: every random number comes from a ChaCha8 stream that is keyed by its purpose.
 //!
 //! A stream is keyed by `(seed, purpose, frame, layer, index)`, so that results do not depend on the order in which
-//! threads ask for numbers. A normal deviate is drawn by [`normal`]. Streams of an observation are keyed by a secret too:
-//! [`KeyedSeed`].
+//! threads ask for numbers. A normal deviate is drawn by [`normal`]. Streams of an observation are keyed by a
+//! secret too: [`KeyedSeed`].
 //!
 //! ```
 //! use rand::RngExt;

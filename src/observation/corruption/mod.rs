@@ -2,9 +2,9 @@
 //!
 //! [`Corruption`] has one strength per axis; zero changes nothing. [`AXES`] lists the axes with their units, formulas
 //! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is given (cameras, body,
-//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by secret, seed,
-//! frame, axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the same
-//! whatever else is drawn.
+//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by secret,
+//! seed, frame, axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the
+//! same whatever else is drawn.
 
 mod axes;
 mod discs;
