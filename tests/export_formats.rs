@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
-use skiagraph::body::shipped;
+use skiagraph::body::{LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
 use skiagraph::experiment::{Destination, RenderOptions, Unwatched, render_with};
 use skiagraph::mocap::{ReadOptions, read};
@@ -115,7 +115,9 @@ fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
     let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
     let clip = read(&out.path().join("actor.bvh"), &options).unwrap();
     let truth = &SET.0.truth.ground_truth;
-    assert_eq!((clip.frames.len(), clip.skeleton.joints.len()), (FRAMES, truth.actor.links.len()));
+    let (links, markers): (Vec<_>, Vec<_>) =
+        clip.skeleton.joints.iter().enumerate().partition(|(_, joint)| !joint.name.starts_with("marker_"));
+    assert_eq!((clip.frames.len(), links.len(), markers.len()), (FRAMES, truth.actor.links.len(), LANDMARKS.len()));
     assert!((clip.frames_per_second - 60.0).abs() < 1e-3);
     for (frame, known) in clip.frames.iter().zip(&truth.frames) {
         let mut placed: Vec<Isometry3<f64>> = Vec::new();
@@ -123,12 +125,19 @@ fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
             placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
         }
         // distances do not depend on how the reader turns the world upright
-        for (index, joint) in clip.skeleton.joints.iter().enumerate() {
-            let link = truth.actor.find_link(&joint.name).unwrap();
+        let root = known.link_frames[0].translation.vector;
+        let check = |index: usize, name: &str, place: Vector3<f64>| {
             let own = (placed[index].translation.vector - placed[0].translation.vector).norm();
-            let expected =
-                (known.link_frames[link].translation.vector - known.link_frames[0].translation.vector).norm();
-            assert!((own - expected).abs() < 2e-5, "{}: {own} m from the root, expected {expected}", joint.name);
+            let expected = (place - root).norm();
+            assert!((own - expected).abs() < 2e-5, "{name}: {own} m from the root, expected {expected}");
+        };
+        for (index, joint) in &links {
+            let link = truth.actor.find_link(&joint.name).unwrap();
+            check(*index, &joint.name, known.link_frames[link].translation.vector);
+        }
+        for (index, joint) in &markers {
+            let landmark = LANDMARKS.iter().position(|landmark| joint.name == format!("marker_{}", landmark.name()));
+            check(*index, &joint.name, known.markers[landmark.unwrap()].unwrap().coords);
         }
     }
 }

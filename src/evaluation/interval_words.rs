@@ -3,9 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::IntervalRule;
-use super::comparison::WITHOUT_SEEDS;
 use super::interval::{FEWEST_RUNS, are_equal};
 use super::seed_run::{SeedRun, by_clip};
+
+/// How a tracker that draws no random numbers gets an interval.
+pub(super) const WITHOUT_SEEDS: &str = "measure it on several draws of the observation's noise \
+    (skiagraph render SCENARIO observation.seed=2 --out SET-2, and so on, where the scenario has noise) or on several \
+    clips, one run each, and give the folder of all runs";
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.

@@ -168,15 +168,19 @@ pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<PathBuf, E
     Ok(aside.to_owned())
 }
 
-/// `NAME~`, which must be free.
+/// The first free one of `NAME~`, `NAME~2`, `NAME~3` and so on.
 ///
 /// # Errors
-/// [`ExperimentError::Occupied`] if something is there.
+/// [`ExperimentError::Occupied`] if something is at a thousand of them.
 pub(super) fn backup_of(path: &Path) -> Result<PathBuf, ExperimentError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push("~");
-    let aside = path.with_file_name(name);
-    if aside.symlink_metadata().is_ok() { Err(ExperimentError::Occupied { path: aside }) } else { Ok(aside) }
+    let aside = |suffix: String| {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(suffix);
+        path.with_file_name(name)
+    };
+    let names = std::iter::once("~".to_owned()).chain((2..=1000).map(|number| format!("~{number}")));
+    let free = names.map(aside).find(|path| path.symlink_metadata().is_err());
+    free.ok_or_else(|| ExperimentError::Occupied { path: aside("~".to_owned()) })
 }
 
 /// Writes a file and makes sure that it is on the disk.

@@ -390,7 +390,7 @@ pub(super) mod tests {
     #[test]
     fn a_broken_skeleton_is_refused_with_its_line() {
         let cases = [
-            (":version", "version", "tiny.asf:2: expected a section such as `:version`, found `version 1.10`"),
+            (":version", "version", "tiny.asf:2: expected a section such as `:version`, found something else"),
             ("length 0.45", "length 0", "tiny.asf:6: expected a unit of length > 0, found 0"),
             ("angle deg", "angle grad", "tiny.asf:7: expected `deg` or `rad`, found `grad`"),
             ("order TX", "order XX", "tiny.asf:11: expected rx, ry, rz, tx, ty or tz, each once, found `XX`"),

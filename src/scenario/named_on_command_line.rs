@@ -38,7 +38,8 @@ fn allow_texts(value: &Value, folder: &Path, allowed: &mut AllowedFolders) {
     match value {
         Value::String(name) => {
             let path = folder.join(name);
-            if path.is_file() {
+            // pipes and devices too: their reader says that it needs a regular file
+            if path.exists() && !path.is_dir() {
                 allowed.allow(&path);
             }
         }

@@ -118,9 +118,14 @@ mod tests {
 
     #[test]
     fn full_keys_win_and_what_nobody_knows_stays() {
-        for key in
-            ["seed", "layers", "tracker.frozen", "rig.ring.count", "tracker.annealed_particle_filter.partciles", "x.y"]
-        {
+        for key in [
+            "seed",
+            "layers",
+            "tracker.frozen",
+            "rig.ring.count",
+            "tracker.annealed_particle_filter.partciles",
+            "q.unknown",
+        ] {
             assert_eq!(meant(key).as_deref(), Ok(key));
         }
     }

@@ -92,7 +92,7 @@ fn what_run_refuses_check_refuses_with_the_same_words() {
     for (scenario, words) in [
         (hidden, "expected a camera that sees the subject, found no pixel of it"),
         (inside, "rig.camera[1]: expected every camera outside the actor: `cam01` is inside the actor's `"),
-        (around, "rig.ring: expected every camera outside the actor"),
+        (around, "rig.ring.radius_m: expected 0.5 to 1000 m, found 0.1"),
         (simulated, "mm inside the prop \"block\""),
         (on_a_model, "nowhere.model: cannot be read"),
     ] {

@@ -352,14 +352,14 @@ fn a_gate_says_first_that_a_run_may_have_been_misread() {
     room.write("wrong.npz", several(&Planted { axes: "y,z,x", ..AS_IT_IS }.markers(&estimate)));
     room.succeed("evaluate set right.npz");
     room.succeed("evaluate set wrong.npz");
-    room.succeed("baseline save walk right-evaluation");
-    let answer = room.skiagraph("gate wrong-evaluation --baseline walk --margin 2mm".split(' '));
+    room.succeed("baseline save walk right.npz-evaluation");
+    let answer = room.skiagraph("gate wrong.npz-evaluation --baseline walk --margin 2mm".split(' '));
     assert!(
         answer.stdout.starts_with("the estimate may have been misread: walk: most of the error"),
         "{}",
         answer.stdout
     );
     assert!(answer.stdout.contains("Say --axes y,z,x"), "{}", answer.stdout);
-    let answer = room.skiagraph("gate right-evaluation --baseline walk --margin 2mm".split(' '));
+    let answer = room.skiagraph("gate right.npz-evaluation --baseline walk --margin 2mm".split(' '));
     assert!(!answer.stdout.contains("misread"), "{}", answer.stdout);
 }

@@ -28,7 +28,7 @@ fn a_negative_number_is_told_with_its_range_wherever_it_is_said() {
     }
     room.write("b.toml", TINY.replace("particles = 12", "particles = -5"));
     let said = said(&room, "run b.toml");
-    let line = "b.toml:17: tracker.annealed_particle_filter.particles: expected 1 to 1000000, found -5";
+    let line = "b.toml:16: tracker.annealed_particle_filter.particles: expected 1 to 1000000, found -5";
     assert!(said.contains(line), "{said}");
 }
 

@@ -134,7 +134,8 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
     ];
     for key in KEYS {
         for name in &names {
-            room.write("mine/b.toml", with(&format!("{key} = \"{name}\"")));
+            let format = if key == "file" { "\nformat = \"opencv\"" } else { "" };
+            room.write("mine/b.toml", with(&format!("{key} = \"{name}\"{format}")));
             room.write("mine/a.amc", "1\nroot 0 0 0 0 0 0\n");
             for command in ["check", "run", "render"] {
                 let arguments =

@@ -93,7 +93,7 @@ fn a_tracker_needs_no_truth_and_does_not_read_it() {
 fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
     let directory = written(&small_set(1).unwrap());
     let listing = fs::read_to_string(directory.path().join("files.sha256")).unwrap();
-    assert_eq!(listing.lines().count(), 13 + 3);
+    assert_eq!(listing.lines().count(), 14 + 3);
     for file in listing.lines().map(|line| &line[66..]) {
         let path = directory.path().join(file);
         let whole = fs::read(&path).unwrap();

@@ -55,7 +55,7 @@ mod tests {
     #[test]
     fn what_is_no_calibration_is_refused_with_its_line() {
         let why = |text: &str| read(text).err().unwrap();
-        assert!(why(&SAMPLE.replace("240.25", "x")).contains("line 2: expected a number, found \"x\""));
+        assert!(why(&SAMPLE.replace("240.25", "x")).contains("line 2: expected a number"));
         assert!(why(&SAMPLE.replace("4500", "")).contains("found 21"));
         assert!(why(&"1 ".repeat(26)).contains("found more"));
         assert!(why(&SAMPLE.replace("\n0\n", "\n0.1\n")).contains("skew"));

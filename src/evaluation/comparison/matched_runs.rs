@@ -115,8 +115,10 @@ impl<'a> MatchedRuns<'a> {
     /// seed that lacks a value on one side is left out on both.
     pub(in crate::evaluation) fn values(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Vec<ClipValues> {
         let one = self.are_copies();
+        // over seeds `difference` leaves them out, and sees how many pairs are left
+        let averaged = self.unit != IntervalUnit::Seeds;
         let seeds: Vec<(&str, SetValues)> =
-            self.sets.iter().map(|set| (set.clip, set.values(of, self.same_sets, one))).collect();
+            self.sets.iter().map(|set| (set.clip, set.values(of, self.same_sets && averaged, one))).collect();
         if self.unit == IntervalUnit::Seeds {
             return seeds.into_iter().map(|(_, values)| values.pooled()).collect();
         }

@@ -38,4 +38,3 @@ pub(in crate::evaluation) use matched_runs::MatchedRuns;
 pub(in crate::evaluation) use measured_runs::fixture;
 pub use measured_runs::{MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, seeds_in_words};
 pub use rate::{Rate, RateDifference};
-pub(in crate::evaluation) use scope::WITHOUT_SEEDS;

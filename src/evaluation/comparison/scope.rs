@@ -4,14 +4,10 @@ use super::interval_unit::IntervalUnit;
 use super::matched_runs::MatchedRuns;
 use super::measured_runs::{MeasuredClip, seeds_in_words};
 use crate::evaluation::interval::FEWEST_RUNS;
+use crate::evaluation::interval_words::WITHOUT_SEEDS;
 
 /// Clips that a sentence names.
 const NAMED: usize = 6;
-
-/// How a tracker that draws no random numbers gets an interval.
-pub(in crate::evaluation) const WITHOUT_SEEDS: &str = "measure it on several draws of the observation's noise \
-    (skiagraph render SCENARIO observation.seed=2 --out SET-2, and so on, where the scenario has noise) or on several \
-    clips, one run each, and give the folder of all runs";
 
 impl MatchedRuns<'_> {
     /// What the intervals run over and what they cannot speak of; `asked` is the unit that was asked for.

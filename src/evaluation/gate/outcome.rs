@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::MarginError;
 use super::more_seeds::MoreSeeds;
-use crate::evaluation::comparison::{Difference, IntervalUnit, WITHOUT_SEEDS};
+use crate::evaluation::comparison::{Difference, IntervalUnit};
+use crate::evaluation::interval_words::WITHOUT_SEEDS;
 use crate::evaluation::{Interval, Unit};
 
 /// What a gate says.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-use super::style::short;
+use super::short_number::short;
 
 /// An axis of a plot.
 #[derive(Clone, Debug)]

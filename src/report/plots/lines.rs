@@ -4,9 +4,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::{PlotAxis, power_of_ten};
-use super::style::{
-    AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style,
-};
+use super::short_number::short;
+use super::style::{AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 

@@ -10,6 +10,7 @@ mod heat_plot;
 mod lines;
 mod paths;
 mod scatter;
+mod short_number;
 mod spans;
 mod style;
 

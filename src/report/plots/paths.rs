@@ -4,7 +4,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::PlotAxis;
-use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
+use super::short_number::short;
+use super::style::{FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
 use super::{Size, Stroke, Svg};
 use crate::report::ReportError;
 

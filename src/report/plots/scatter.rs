@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 
 use super::axis::{PlotAxis, power_of_ten};
-use super::style::{Canvas, FINE, PlotHead, draw_svg, failed, short, style_mesh};
+use super::short_number::short;
+use super::style::{Canvas, FINE, PlotHead, draw_svg, failed, style_mesh};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 

@@ -7,6 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
 use super::axis::PlotAxis;
+use super::short_number::short;
 use crate::report::GENERATOR;
 use crate::report::ReportError;
 
@@ -335,12 +336,6 @@ pub(super) fn style_mesh<'b>(
         .axis_desc_style(text)
         .x_label_formatter(&|value| short(*value))
         .x_desc(x_label);
-}
-
-/// A number in its shortest readable form.
-pub(super) fn short(value: f64) -> String {
-    let rounded = (value * 1000.0).round() / 1000.0;
-    if rounded == 0.0 { "0".into() } else { format!("{rounded}") }
 }
 
 #[cfg(test)]
