@@ -90,6 +90,10 @@ const SEAMS: &[(&str, &[&str])] = &[
             "report",
             "experiment",
             "scenario/similar_file.rs",
+            // in their tests
+            "body/skin/skin_file.rs",
+            "scenario/named_on_command_line.rs",
+            "scenario/survey.rs",
             "cli",
             "test_data",
         ],

@@ -57,8 +57,8 @@ pub(crate) fn cox(values: &[f64]) -> Option<Interval> {
     Some(Interval { low: centre / factor, high: centre * factor })
 }
 
-/// The BCa bootstrap (`[Efron 1987]`) with expanded percentiles (`[Hesterberg 2015]`): the rule in use until now from ten
-/// seeds on.
+/// The BCa bootstrap (`[Efron 1987]`) with expanded percentiles (`[Hesterberg 2015]`): the rule in use until now from
+/// ten seeds on.
 pub(crate) fn bca(values: &[f64]) -> Option<Interval> {
     let SampleSize { n, centre, t, .. } = SampleSize::new(values)?;
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);

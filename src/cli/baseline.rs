@@ -13,8 +13,8 @@ use crate::experiment::{BASELINES, Baseline};
 
 /// Save, list and show the baselines that skiagraph gate compares runs with
 ///
-/// A baseline is a small file to be committed: the values of every metric per clip, draw of the noise and seed, with set
-/// hashes, protocols, settings and versions.
+/// A baseline is a small file to be committed: the values of every metric per clip, draw of the noise and seed, with
+/// set hashes, protocols, settings and versions.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline list\n  \
                         skiagraph baseline show walk\n  skiagraph baseline show walk --json")]
@@ -39,8 +39,8 @@ enum BaselineAction {
         /// Name of the baseline: letters, digits, dots, - and _
         #[arg(value_name = "NAME")]
         name: String,
-        /// Directories of runs, or of runs below them, with at least 5 seeds of every set, 5 draws of every clip's noise,
-        /// or 5 clips
+        /// Directories of runs, or of runs below them, with at least 5 seeds of every set, 5 draws of every clip's
+        /// noise, or 5 clips
         #[arg(value_name = "RUN", required = true)]
         runs: Vec<PathBuf>,
         /// Rename an existing file that skiagraph did not write to NAME.json~

@@ -18,14 +18,14 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 /// with the first. If there is a single RUN, the runs in it are compared with each other: the methods of a scenario.
 /// With --vs, all RUN before it are one side, and all after it the other.
 ///
-/// Intervals run over clips, each the mean of its draws and seeds, where both sides have three in common; else over draws
-/// of the observation's noise, three or more of every clip; else over seeds. Never over frames. The answer says what they
-/// cannot speak of. They are Student's or Welch's t; there is none below three values.
+/// Intervals run over clips, each the mean of its draws and seeds, where both sides have three in common; else over
+/// draws of the observation's noise, three or more of every clip; else over seeds. Never over frames. The answer says
+/// what they cannot speak of. They are Student's or Welch's t; there is none below three values.
 ///
-/// Seeds are paired if the sides have at least three in common in every set, and at least half of those of the side with
-/// more; or the same. Seeds of one side are then left out. Nothing else decides it. Runs that are the same to the bit are
-/// one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the body is
-/// compared by itself.
+/// Seeds are paired if the sides have at least three in common in every set, and at least half of those of the side
+/// with more; or the same. Seeds of one side are then left out. Nothing else decides it. Runs that are the same to the
+/// bit are one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the
+/// body is compared by itself.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \

@@ -20,10 +20,10 @@ use crate::report::GateReport;
 /// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
 /// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is never the frame. Run and
-/// baseline need at least 5 seeds of every set; 10 are usual. Runs of the baseline's own seeds are paired. A tracker that
-/// draws no random numbers is gated over draws of the observation's noise (sets rendered with other values of
-/// observation.seed), 5 of every clip, or over 5 clips; --unit chooses.
+/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is never the frame. Run
+/// and baseline need at least 5 seeds of every set; 10 are usual. Runs of the baseline's own seeds are paired. A
+/// tracker that draws no random numbers is gated over draws of the observation's noise (sets rendered with other values
+/// of observation.seed), 5 of every clip, or over 5 clips; --unit chooses.
 ///
 /// Metrics of the truth must not change at all. Errors leave out what has no estimate; therefore coverage must not fall
 /// by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of several

@@ -25,9 +25,9 @@ use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 /// choose, error against cost, heat maps and the best settings.
 ///
 /// --figures writes the plots as SVG files, for papers and slides, with their captions in README.txt: of a run error
-/// over time, error per joint, share of markers within a distance, energies and the search; of a run with several methods
-/// their errors with intervals and over time; of a sweep error against cost, heat maps and the axes. The folder is new,
-/// empty, or one that --figures wrote and nobody changed.
+/// over time, error per joint, share of markers within a distance, energies and the search; of a run with several
+/// methods their errors with intervals and over time; of a sweep error against cost, heat maps and the axes. The folder
+/// is new, empty, or one that --figures wrote and nobody changed.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \

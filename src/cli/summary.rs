@@ -9,8 +9,8 @@ fn is_shown(name: &str) -> bool {
     name != "coverage" && MAIN_METRICS.contains(&name)
 }
 
-/// What may have been misread, then the summary table: mean, 95 % interval, coverage, and the frozen tracker's value; values worse than it are marked.
-/// Metrics that could not be measured follow.
+/// What may have been misread, then the summary table: mean, 95 % interval, coverage, and the frozen tracker's value;
+/// values worse than it are marked. Metrics that could not be measured follow.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();

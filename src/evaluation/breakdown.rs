@@ -212,8 +212,8 @@ mod tests {
         assert!((speeds[0].2 - 2.0 / 3.0).abs() < 1e-12 && (speeds[0].1 - 10.0).abs() < 1e-9, "{speeds:?}");
     }
 
-    /// The wrist is hidden in most frames and far off in all; the pelvis is seen in most and near. Pooled, what is hidden
-    /// looks worse; yet either is 10 mm better where it is hidden.
+    /// The wrist is hidden in most frames and far off in all; the pelvis is seen in most and near. Pooled, what is
+    /// hidden looks worse; yet either is 10 mm better where it is hidden.
     #[test]
     fn hidden_markers_are_compared_with_themselves_and_not_with_other_markers() {
         let truth = vec![standing(); 9];

@@ -13,7 +13,7 @@ pub(super) const WITHOUT_SEEDS: &str = "measure it on several draws of the obser
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.
-const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 29), (5, 39), (10, 65), (20, 87)];
+const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 30), (5, 40), (10, 65), (20, 85)];
 
 /// How the interval of one metric was made, or why there is none. `clips` holds the values of the runs that have the
 /// metric, `of` is the number of all runs.

@@ -135,8 +135,8 @@ mod tests {
         }
     }
 
-    /// The false finding of old: a pose that never changes and goes with the body fits better exchanged for a third of the
-    /// time, yet not well: the other leg is as far away as the hips are apart.
+    /// The false finding of old: a pose that never changes and goes with the body fits better exchanged for a third of
+    /// the time, yet not well: the other leg is as far away as the hips are apart.
     #[test]
     fn a_rigid_body_that_goes_with_the_actor_is_not_exchanged() {
         let truth = walking(241);

@@ -17,8 +17,8 @@ pub struct Metric {
     pub direction: Direction,
     /// The inputs it needs, in words that follow "needs".
     pub needs: &'static str,
-    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}`, `{friction}` and `{likelihood}` are placeholders for
-    /// constants of other modules, filled in with each value.
+    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}`, `{friction}` and `{likelihood}` are
+    /// placeholders for constants of other modules, filled in with each value.
     pub protocol: &'static str,
     /// The measurement; `None` where the sequence lacks what it needs.
     pub measure: fn(&Sequence<'_>) -> Option<Measurement>,

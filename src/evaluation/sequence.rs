@@ -27,8 +27,8 @@ pub struct Sequence<'a> {
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
     /// ([`super::intersection_over_union`]), where known.
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
-    /// `[frame][view]`: overlap of the estimate's silhouette with the actor's exact one, both in the true cameras, where
-    /// the observed ones are not exact.
+    /// `[frame][view]`: overlap of the estimate's silhouette with the actor's exact one, both in the true cameras,
+    /// where the observed ones are not exact.
     pub exact_overlaps: Option<&'a [Vec<Option<f64>>]>,
     /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), where
     /// known.

@@ -10,8 +10,8 @@ use crate::observation::ImageSettings;
 const PERIODS: f64 = 3.0;
 
 /// What every camera keeps of a pixel besides its mixture, bytes: its ray, its point of the ground, its brightness, and
-/// what the allocator rounds up. With the mixture of three channels 148 bytes, by the peaks of `render` with one to four
-/// cameras of 0.3 and 1.2 million pixels, which this formula gives within 15 %.
+/// what the allocator rounds up. With the mixture of three channels 148 bytes, by the peaks of `render` with one to
+/// four cameras of 0.3 and 1.2 million pixels, which this formula gives within 15 %.
 const KEPT: f64 = 16.0 + 8.0 + 22.0;
 
 /// What a thread holds of a pixel besides the images that it learns from, bytes; measured likewise.

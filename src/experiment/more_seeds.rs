@@ -32,9 +32,9 @@ pub struct MoreOf<'a> {
     pub allow_outside: bool,
 }
 
-/// Tracks and measures the seeds that a gate asks for and the runs at these paths lack, at most so many of every run: the
-/// baseline's own, or any where others are accepted and there are too few. Runs on other sets than the baseline's are
-/// left alone: the gate refuses them.
+/// Tracks and measures the seeds that a gate asks for and the runs at these paths lack, at most so many of every run:
+/// the baseline's own, or any where others are accepted and there are too few. Runs on other sets than the baseline's
+/// are left alone: the gate refuses them.
 ///
 /// # Errors
 /// As of [`add_seeds`].
@@ -78,7 +78,8 @@ fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
     (first..first.saturating_add(count)).collect()
 }
 
-/// Tracks and measures so many further seeds of every run at these paths, into a folder `seeds-FIRST-LAST` in the run's own.
+/// Tracks and measures so many further seeds of every run at these paths, into a folder `seeds-FIRST-LAST` in the run's
+/// own.
 ///
 /// # Errors
 /// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if

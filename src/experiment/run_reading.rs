@@ -141,8 +141,8 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().zip(&all).map(|(path, n)| if unique(n) { n.clone() } else { path.display().to_string() }).collect()
 }
 
-/// All runs at these paths: each a `run.json`, a folder that holds one, or a folder with such folders below it. They are
-/// seeds of sets, draws of the noise of clips, and clips.
+/// All runs at these paths: each a `run.json`, a folder that holds one, or a folder with such folders below it. They
+/// are seeds of sets, draws of the noise of clips, and clips.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file that is missing, damaged, or of another tracker or set than the others.

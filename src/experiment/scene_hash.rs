@@ -7,8 +7,8 @@ use crate::input::hex_sha256;
 
 /// Hash of a set's scene: the true motion, cameras and props, the actor's body, how the tracker's differs, and how
 /// observations are made. Left out is what the seed of the observation draws: the observations, the errors of the
-/// cameras, of the tracker's body and of the start, and people besides the actor. Two sets with one such hash are draws of
-/// the same noise.
+/// cameras, of the tracker's body and of the start, and people besides the actor. Two sets with one such hash are draws
+/// of the same noise.
 ///
 /// The hash is of text that this version writes for each of these; runs of other versions are never put together.
 pub(super) fn scene_hash(set: &BenchmarkSet) -> String {

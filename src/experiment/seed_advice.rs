@@ -15,7 +15,8 @@ use crate::input::{self, limits};
 /// Commands that are spelt out at most.
 const MOST_COMMANDS: usize = 3;
 
-/// What to do for the draws or clips that checks lack; `None` where none would help. Both sides need them: they are sets.
+/// What to do for the draws or clips that checks lack; `None` where none would help. Both sides need them: they are
+/// sets.
 pub(super) fn set_advice(
     unit: IntervalUnit,
     baseline: &Baseline,

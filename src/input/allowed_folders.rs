@@ -1,7 +1,7 @@
 //! Where the files that a file names may lie.
 //!
-//! Scenarios, sweeps, robots and skins come from strangers too, and may name any path. What they name must lie below the
-//! folder of the file that names it or below its project (the nearest folder above it that holds `.git` or
+//! Scenarios, sweeps, robots and skins come from strangers too, and may name any path. What they name must lie below
+//! the folder of the file that names it or below its project (the nearest folder above it that holds `.git` or
 //! [`PROJECT_FILE`]), or be named on the command line, or lie below a folder that is. Symbolic links count as what they
 //! lead to.
 

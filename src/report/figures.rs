@@ -275,8 +275,8 @@ fn worst_in_words(input: &ReportInput<'_>) -> String {
     }
 }
 
-/// The joint whose sides differ most, where one is at least twice as far off as the other and by 30 mm: one limb is lost
-/// there and the other is not.
+/// The joint whose sides differ most, where one is at least twice as far off as the other and by 30 mm: one limb is
+/// lost there and the other is not.
 fn sides_in_words(input: &ReportInput<'_>) -> String {
     let joints = &input.summary.per_joint;
     let pair = |left: &JointSummary| {

@@ -29,8 +29,8 @@ pub struct ReportInput<'a> {
     pub frozen: Option<&'a Evaluation>,
     /// The pictures.
     pub sheet: Option<&'a Sheet<'a>>,
-    /// Every frame in every camera of the sheet: of the run with the median error, and of that with the worst frame where
-    /// it is another.
+    /// Every frame in every camera of the sheet: of the run with the median error, and of that with the worst frame
+    /// where it is another.
     pub playbacks: &'a [Playback],
     /// How the run came about, where it is known: what differs from run to run.
     pub this_run: &'a [(String, String)],

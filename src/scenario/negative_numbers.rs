@@ -7,8 +7,8 @@ use super::complaint::Complaint;
 use super::range_checks::RangeCheck;
 use super::tree::{at, settings_or_mistake};
 
-/// A complaint about a negative whole number, with the range of its key, which is found with other numbers in its place;
-/// any other complaint as it is. `tree` is what was read, `check` finds the first value out of its range.
+/// A complaint about a negative whole number, with the range of its key, which is found with other numbers in its
+/// place; any other complaint as it is. `tree` is what was read, `check` finds the first value out of its range.
 pub(super) fn with_range<T: DeserializeOwned>(
     complaint: Complaint,
     tree: &Value,

@@ -68,7 +68,8 @@ fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_o
         assert!(finished(&room, "run") >= before, "no finished seed is lost");
     }
     assert!(killed >= 2 && amid >= 1, "{killed} kills, {amid} of them after a finished seed");
-    let kept = finished(&room, "run");
+    // the last kill may have come when the run stood in its place and its seeds had still to be removed
+    let kept = if room.path("run").exists() { 0 } else { finished(&room, "run") };
     fs::remove_file(room.path("begun")).unwrap();
     let done = room.skiagraph("track set --exec ./t --seeds 8 --out run".split(' '));
     assert_eq!(done.code, 0, "{}", done.stderr);

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::input::{self, AllowedFolders, limits};
 
-/// Reads the file that `uri` names in a URDF in `directory`: one that is `allowed`, or below the directory or its project,
-/// or in a folder beside the directory.
+/// Reads the file that `uri` names in a URDF in `directory`: one that is `allowed`, or below the directory or its
+/// project, or in a folder beside the directory.
 ///
 /// `package://` and `model://` paths are searched upwards from `directory`: the longest trailing part of the path that
 /// exists below an ancestor is used, below the nearest ancestor.

@@ -304,7 +304,8 @@ mod tests {
         assert!((2.0 * above - found.p.unwrap()).abs() < 1e-12, "half of the two-sided one");
     }
 
-    /// From ten runs on the interval was a bootstrap's and the p value that of the t test: they contradicted each other.
+    /// From ten runs on the interval was a bootstrap's and the p value that of the t test: they contradicted each
+    /// other.
     #[test]
     fn p_is_below_five_percent_exactly_where_the_interval_leaves_out_zero_at_any_number_of_seeds() {
         let mut alarms = 0;

@@ -12,8 +12,8 @@ pub enum IntervalUnit {
     /// Seeds of the tracker, within the sets that there are: says nothing about other motions or other noise.
     #[default]
     Seeds,
-    /// Draws of the observation's noise, within the clips that there are, each the mean of its seeds: says nothing about
-    /// other motions.
+    /// Draws of the observation's noise, within the clips that there are, each the mean of its seeds: says nothing
+    /// about other motions.
     Draws,
     /// Clips, each the mean of its draws and seeds: the cluster form, with one degree of freedom less than there are
     /// clips.

@@ -140,8 +140,8 @@ impl<'a> MatchedRuns<'a> {
 }
 
 impl MeasuredRuns {
-    /// Whether there are so many of a unit: seeds of every set, draws of every clip, or clips. Copies of a deterministic
-    /// run count as one.
+    /// Whether there are so many of a unit: seeds of every set, draws of every clip, or clips. Copies of a
+    /// deterministic run count as one.
     pub fn has_at_least(&self, fewest: usize, unit: IntervalUnit) -> bool {
         MatchedRuns::on_same_sets(self, self).has_at_least(fewest, unit)
     }

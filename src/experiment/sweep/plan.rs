@@ -265,8 +265,8 @@ impl PlannedSweep {
         self
     }
 
-    /// What the scenarios may name: the files that were read when it was planned, and what the base scenario may. A plan
-    /// of somebody else may name any folder as the base's, but cannot know what files there hold.
+    /// What the scenarios may name: the files that were read when it was planned, and what the base scenario may. A
+    /// plan of somebody else may name any folder as the base's, but cannot know what files there hold.
     fn allowed(&self, frozen: &str) -> AllowedFolders {
         let mut allowed = AllowedFolders::default();
         self.plan.inputs.iter().for_each(|input| allowed.allow(&input.path));
