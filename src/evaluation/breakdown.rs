@@ -223,7 +223,7 @@ mod tests {
             Camera::look_at(name, eye, target, Vector3::z(), FieldOfView::Vertical(0.9), 64, 48).unwrap()
         };
         let cameras = [camera("a")];
-        let mut seen = vec![[[true; 15]]; 9];
+        let mut seen = [[[true; 15]]; 9];
         let [wrist, pelvis] = [Landmark::LeftWrist, Landmark::Pelvis].map(|landmark| landmark as usize);
         for frame in 1..9 {
             estimate[frame]

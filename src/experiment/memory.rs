@@ -80,7 +80,7 @@ mod tests {
         // 148 bytes of every pixel, and one and a half cameras' images of the background (20 of three channels)
         assert!((bytes - 1920.0 * 1080.0 * (64.0 * 148.0 + 1.5 * (60.0 + 21.0))).abs() < 1.0, "{bytes}");
         let words = refusal(&many, bytes, 8e9).unwrap();
-        assert!(words.contains("64 cameras with 132.7 million pixels need about 17.5 GiB"), "{words}");
+        assert!(words.contains("64 cameras with 132.7 million pixels need about 18.5 GiB"), "{words}");
         assert!(words.contains("7.5 GiB are free; use fewer or smaller cameras"), "{words}");
         assert_eq!(refusal(&many, bytes, 64e9), None);
         let few = of_size(4, 640, 480);

@@ -340,7 +340,9 @@ fn a_gate_says_first_that_a_run_may_have_been_misread() {
     let (room, estimate, _) = room();
     let names = AS_IT_IS.names();
     let several = |markers: &[Markers]| {
-        let numbers: Vec<f64> = (0..5).flat_map(|_| markers.iter().flat_map(coordinates)).collect();
+        // copies would be one observation
+        let of_seed = |seed: i32| markers.iter().flat_map(coordinates).map(move |x| x + 1e-4 * f64::from(seed));
+        let numbers: Vec<f64> = (0..5).flat_map(of_seed).collect();
         let arrays = [
             ("fps", Array::new(&[], vec![30.0])),
             ("estimate_markers", Array::new(&[5, markers.len(), 15, 3], numbers)),

@@ -138,6 +138,10 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
             room.write("mine/b.toml", with(&format!("{key} = \"{name}\"{format}")));
             room.write("mine/a.amc", "1\nroot 0 0 0 0 0 0\n");
             for command in ["check", "run", "render"] {
+                // drawing does not read the tracker's model
+                if (command, key) == ("render", "model_file") {
+                    continue;
+                }
                 let arguments =
                     [vec![command, "mine/b.toml"], if command == "check" { vec![] } else { vec!["--out", "out"] }]
                         .concat();

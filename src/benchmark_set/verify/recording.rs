@@ -43,7 +43,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let apart = parallel::map(frames.div_ceil(step), |index| all.nearest(&truth.frames[index * step].markers));
     let mut apart: Vec<f32> = apart.into_iter().flatten().collect();
     apart.sort_by(f32::total_cmp);
-    if let Some(middle) = apart.get(apart.len() / 2).filter(|middle| !(**middle <= TOLERANCE)) {
+    if let Some(middle) = apart.get(apart.len() / 2).filter(|middle| **middle > TOLERANCE || middle.is_nan()) {
         details.push(format!(
             "fingerprint: in half of {} frames the distances between the actor's landmarks are {middle:.3} leg lengths or \
              more from every row; expected at most {TOLERANCE}: it is not that of this motion, and nobody would know a \

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use roxmltree::Node;
 
 use super::UrdfError;
-use super::limits::{LONGEST_NAME, MOST_NODES, parse_xml};
+use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes, parse_xml};
 use crate::body::bounds::MOST_LINKS;
 use crate::input::{excerpt, unquoted};
 
@@ -294,6 +294,10 @@ fn is_needed(node: &Node<'_, '_>) -> bool {
 /// are passed over anyway.
 pub(super) fn with_name_spaces(text: &str) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(text);
+    // the XML reader compares all pairs of attributes: what has too many of them is refused unread
+    if check_attributes(&text).is_err() {
+        return text;
+    }
     for _ in 0..MAX_UNDECLARED {
         let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = roxmltree::Document::parse(&text) else { break };
         let Some(at) = text.find("<robot").map(|at| at + "<robot".len()) else { break };

@@ -29,7 +29,7 @@ pub(super) fn parse_xml(text: &str, most_nodes: u32) -> Result<roxmltree::Docume
 
 /// The line of the first element with too many attributes, and the message. Counts `=` inside tags before parsing,
 /// because the XML reader compares all pairs of attributes.
-fn check_attributes(text: &str) -> Result<(), (u32, String)> {
+pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
     let bytes = text.as_bytes();
     let mut at = 0;
     while let Some(open) = text[at..].find('<').map(|found| at + found) {

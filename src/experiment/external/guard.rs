@@ -12,7 +12,7 @@ use std::process::Child;
 #[cfg(unix)]
 const SCRIPT: &str = r#"trap '' HUP INT TERM
 read -r group && read -r over && exit 0
-[ -n "$group" ] && kill -KILL -- "-$group" 2>/dev/null
+[ -n "$group" ] && kill -s KILL -- "-$group" 2>/dev/null
 for process in /proc/[0-9]*; do
   if tr '\0' '\n' 2>/dev/null <"$process/environ" | grep -qxF "$1"; then kill -KILL "${process#/proc/}"; fi
 done

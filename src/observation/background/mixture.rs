@@ -439,7 +439,7 @@ mod tests {
         let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
         let at_once = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap();
         let one_by_one =
-            |periods: &[Vec<Image>]| BackgroundMixture::learn_one_by_one(periods.to_vec().into_iter(), |_| Risk(1.0));
+            |periods: &[Vec<Image>]| BackgroundMixture::learn_one_by_one(periods.iter().cloned(), |_| Risk(1.0));
         assert_eq!(one_by_one(&periods).unwrap(), at_once);
         for broken in [vec![], vec![vec![]], vec![vec![image(1)], vec![]]] {
             let slices: Vec<&[Image]> = broken.iter().map(Vec::as_slice).collect();
