@@ -67,7 +67,8 @@ pub(super) fn told_by_the_start(set: &BlindSet, tracked: &Tracked) -> Option<Str
     };
     let sequences: Vec<GivenSequence> = tracked.estimates.sequences.iter().map(first).collect();
     let frames = sequences.first().map_or(0, |sequence| sequence.markers.len());
-    let found = find(&vec![start; frames], set.frames_per_second, &sequences, tracked)?;
+    // no shift is looked for (a rate of 0): a body that leaves its start would seem to be early
+    let found = find(&vec![start; frames], 0.0, &sequences, tracked)?;
     Some(format!("judged by the start pose, {}", in_words(&found, tracked).text))
 }
 
@@ -250,8 +251,8 @@ impl FileAdvice<'_> {
                 }
             }
             MisreadingKind::Sides => {
-                let option = if read_as.swapped_sides { "(leave out --swap-sides)" } else { "--swap-sides" };
-                ("left and right are exchanged".to_owned(), Some(option.to_owned()))
+                let option = if read_as.swapped_sides { "nothing of sides (no --swap-sides)" } else { "--swap-sides" };
+                ("left and right are exchanged, unless the body faces backwards".to_owned(), Some(option.to_owned()))
             }
             MisreadingKind::Shift => {
                 let shift = read_as.shift_frames.unwrap_or(0) + correction.shift;

@@ -28,8 +28,12 @@ pub(super) fn in_radians(path: &Path, bytes: Vec<u8>, declared: Option<f64>) -> 
             Some(_) => Err(malformed(format!("has no {NAME}; leave out --angles"))),
         };
     };
-    let &[_, _, columns] = shape.as_slice() else { return Ok(bytes) };
-    let numbers = npz.numbers(&file, NAME, &[None; 3])?;
+    // the axis of seeds may be left out
+    let columns = match shape.as_slice() {
+        &[_, _, columns] | &[_, columns] => columns,
+        _ => return Ok(bytes),
+    };
+    let numbers = npz.numbers(&file, NAME, &vec![None; shape.len()])?;
     match declared {
         Some(1.0) => Ok(bytes),
         Some(radians) => {
@@ -114,17 +118,20 @@ mod tests {
     #[test]
     fn declared_degrees_become_radians_and_nothing_else_changes() {
         let path = Path::new("theirs.npz");
-        let bytes = |angles: [f64; 3]| {
-            let angles = Array::new(&[1, 1, 3], angles.to_vec());
-            Npz::from_iter([("fps", Array::new(&[], vec![60.0])), (NAME, angles)]).to_bytes("theirs.npz").unwrap()
-        };
-        let given = bytes([90.0, -45.0, 180.0]);
-        let refused = in_radians(path, given.clone(), None).unwrap_err().to_string();
-        assert!(refused.contains("estimate_angles: 3 of 3") && refused.contains("--angles deg"), "{refused}");
-        let degree = 1_f64.to_radians();
-        let radians = bytes([90.0, -45.0, 180.0].map(|angle: f64| degree * angle));
-        assert_eq!(in_radians(path, given.clone(), Some(degree)).unwrap(), radians);
-        assert_eq!(in_radians(path, given.clone(), Some(1.0)).unwrap(), given);
+        // with the axis of seeds and without it
+        for shape in [&[1, 1, 3][..], &[1, 3]] {
+            let bytes = |angles: [f64; 3]| {
+                let angles = Array::new(shape, angles.to_vec());
+                Npz::from_iter([("fps", Array::new(&[], vec![60.0])), (NAME, angles)]).to_bytes("theirs.npz").unwrap()
+            };
+            let given = bytes([90.0, -45.0, 180.0]);
+            let refused = in_radians(path, given.clone(), None).unwrap_err().to_string();
+            assert!(refused.contains("estimate_angles: 3 of 3") && refused.contains("--angles deg"), "{refused}");
+            let degree = 1_f64.to_radians();
+            let radians = bytes([90.0, -45.0, 180.0].map(|angle: f64| degree * angle));
+            assert_eq!(in_radians(path, given.clone(), Some(degree)).unwrap(), radians);
+            assert_eq!(in_radians(path, given.clone(), Some(1.0)).unwrap(), given);
+        }
         let points = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]).to_bytes("theirs.npz").unwrap();
         assert!(in_radians(path, points, Some(1.0)).unwrap_err().to_string().contains("leave out --angles"));
     }
