@@ -50,9 +50,9 @@ pub struct AgainstBase {
     pub paired: bool,
     /// What was left out, and why.
     pub skipped: Vec<String>,
-    /// Metric by metric, in the order of [`METRICS`].
+    /// Metric by metric, in the order of [`crate::evaluation::METRICS`].
     pub metrics: Vec<ComparedMetric>,
-    /// Marker by marker, in the order of [`LANDMARKS`].
+    /// Marker by marker, in the order of [`crate::body::LANDMARKS`].
     pub joints: Vec<JointDifference>,
     /// Runs that lost the body.
     pub lost_tracks: LostTracks,
@@ -61,7 +61,7 @@ pub struct AgainstBase {
 /// One metric of two sides.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedMetric {
-    /// [`Metric::name`].
+    /// [`crate::evaluation::Metric::name`].
     pub metric: String,
     /// Metrics with the same value in every run, which are not shown again.
     pub also: Vec<String>,
