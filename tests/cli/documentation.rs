@@ -198,6 +198,8 @@ fn pages() -> Vec<(String, String)> {
 fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
     let room = Sandbox::new();
     FOLDERS.iter().for_each(|folder| copy(&shipped(folder), &room.path(folder)));
+    // what makes the checkout a project
+    fs::copy(shipped("skiagraph.project"), room.path("skiagraph.project")).unwrap();
     let path = std::env::join_paths(
         [programs.to_owned()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
     );
