@@ -15,7 +15,8 @@
 //! | [`body`] | [`body::Humanoid`] (from URDF), [`body::Pose`], [`body::Motion`] |
 //! | [`retarget`](mod@retarget) | [`retarget::retarget()`]: a clip becomes a motion of a humanoid |
 //! | [`editing`] | takes joined, repeated, led along a path, varied |
-//! | [`contact`], [`physics`] | contacts of a motion; planted feet, inverse dynamics, simulation |
+//! | [`contact`], [`dynamics`] | contacts of a motion; balance, and the forces that it needs |
+//! | [`physics`] | planted feet, simulation |
 //! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
 //! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
 //! | [`motion_model`] | diffusion, GPDM, GPDM graph: how a pose may move from frame to frame |
@@ -118,6 +119,7 @@ pub mod camera;
 #[doc(hidden)]
 pub mod cli;
 pub mod contact;
+pub mod dynamics;
 pub mod editing;
 pub mod evaluation;
 pub mod experiment;
@@ -136,7 +138,13 @@ pub mod scenario;
 pub mod scene;
 mod simd;
 #[cfg(test)]
+pub mod test_bodies;
+#[cfg(test)]
+pub mod test_cameras;
+#[cfg(test)]
 mod test_data;
+#[cfg(test)]
+pub mod test_figure;
 pub mod tracker;
 
 /// The linear algebra of poses, frames and points in this interface.

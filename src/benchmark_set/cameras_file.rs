@@ -124,13 +124,13 @@ impl CameraRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::fixture;
+    use crate::test_cameras;
 
     #[test]
     fn a_rig_is_read_back_to_the_bit_once_it_has_been_in_a_file() {
-        let written = from_json(&to_json(&fixture::rig()).unwrap()).unwrap();
+        let written = from_json(&to_json(&test_cameras::rig()).unwrap()).unwrap();
         assert_eq!(from_json(&to_json(&written).unwrap()).unwrap(), written);
-        for (a, b) in fixture::rig().cameras.iter().zip(&written.cameras) {
+        for (a, b) in test_cameras::rig().cameras.iter().zip(&written.cameras) {
             assert_eq!((&a.name, a.distortion, a.pinhole.focal), (&b.name, b.distortion, b.pinhole.focal));
             assert!((a.pinhole.principal_point[0] - b.pinhole.principal_point[0]).abs() < 1e-12);
         }
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_rotation_matrix_that_disagrees_with_the_quaternion_is_refused() {
-        let text = String::from_utf8(to_json(&fixture::rig()).unwrap()).unwrap();
+        let text = String::from_utf8(to_json(&test_cameras::rig()).unwrap()).unwrap();
         let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
         json["cameras"][1]["t"][2] = 9.0.into();
         let message = from_json(json.to_string().as_bytes()).unwrap_err().to_string();

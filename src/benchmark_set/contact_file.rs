@@ -36,9 +36,9 @@
 
 use crate::body::LinkFrames;
 use crate::contact::{ContactRule, ContactTrack, GroundContacts, LinkPair, PropContact, PropContacts, SelfCollision};
+use crate::dynamics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::npz::{Array, Npz};
 use crate::parallel;
-use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";

@@ -57,7 +57,7 @@ fn from_files(bodies: &[u8], motions: &[u8]) -> Result<Vec<Distractor>, SetError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
+    use crate::test_bodies::{person, walk};
 
     #[test]
     fn distractors_are_read_back_and_files_that_do_not_belong_together_are_refused() {

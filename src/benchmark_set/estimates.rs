@@ -240,8 +240,8 @@ pub(super) type Position = Option<Point3<f64>>;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     fn sample() -> Estimates {
         let poses = walk(7).poses;

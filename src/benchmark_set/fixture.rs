@@ -3,7 +3,6 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFacts};
-use crate::body::fixture::{person, walk};
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
@@ -11,7 +10,8 @@ use crate::observation::Observer;
 use crate::raster::TaperedCapsule;
 use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;
-use crate::scene::fixture::rig;
+use crate::test_bodies::{person, walk};
+use crate::test_cameras::rig;
 
 /// A set of a few frames of the test person's walk.
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {

@@ -127,7 +127,7 @@ mod tests {
     use crate::benchmark_set::listing::files_below;
     use crate::benchmark_set::shard_plan::frame_of;
     use crate::benchmark_set::{BlindSet, SetPlace, find_leaks, is_set, layer_channels, verify_hashes};
-    use crate::body::fixture::walk;
+    use crate::test_bodies::walk;
     use std::fs;
     use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -78,7 +78,7 @@ impl StepSpread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::person;
+    use crate::test_bodies::person;
 
     #[test]
     fn a_spread_is_read_back_to_the_bit_and_must_fit_its_body() {

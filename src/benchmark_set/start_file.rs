@@ -84,7 +84,7 @@ impl Start {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
+    use crate::test_bodies::{person, walk};
 
     fn files(start: &Start, body: &Humanoid) -> SetFiles {
         let (path, training) = start.training_file().unwrap();

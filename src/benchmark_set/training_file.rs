@@ -124,7 +124,7 @@ impl TrainingMotions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
+    use crate::test_bodies::{person, walk};
 
     #[test]
     fn several_motions_are_read_back_apart() {

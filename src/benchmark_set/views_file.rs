@@ -134,9 +134,9 @@ fn filmed_views(clock: &SceneClock<'_>, filming: &FilmingRig, frame: usize) -> F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::npz::Values;
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     #[test]
     fn sights_and_pixels_stand_at_their_frame_camera_and_joint() {

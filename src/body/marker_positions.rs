@@ -75,8 +75,8 @@ impl Humanoid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::body::{LANDMARKS, shipped};
+    use crate::test_bodies::{person, walk};
 
     #[test]
     fn markers_on_joints_are_where_the_joints_are_in_every_pose() {

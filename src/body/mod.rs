@@ -18,8 +18,6 @@
 mod bodily_links;
 mod bounds;
 mod drawn;
-#[cfg(test)]
-pub(crate) mod fixture;
 mod from_joints;
 mod growth;
 mod humanoid;

@@ -246,9 +246,9 @@ pub(super) fn material_velocity(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::person;
     use crate::body::{Humanoid, Landmark, LinkPoint, Pose, Solid};
     use crate::raster::TaperedCapsule;
+    use crate::test_bodies::person;
     use nalgebra::{DVector, Isometry3, UnitQuaternion};
 
     /// Two spheres of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.

@@ -142,8 +142,8 @@ mod tests {
 
     use super::*;
     use crate::body::Solid;
-    use crate::body::fixture::person;
     use crate::raster::TaperedCapsule;
+    use crate::test_bodies::person;
 
     const FPS: f64 = 60.0;
 

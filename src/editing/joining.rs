@@ -246,8 +246,8 @@ mod tests {
     use nalgebra::{Isometry3, Vector3};
 
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::editing::blending::moved;
+    use crate::test_bodies::{person, walk};
 
     fn take(name: &str, frames: std::ops::Range<usize>) -> Take {
         let mut motion = walk(frames.end);

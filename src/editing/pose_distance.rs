@@ -108,7 +108,7 @@ impl Cloud {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
+    use crate::test_bodies::{person, walk};
 
     fn moved(motion: &Motion, by: &Isometry3<f64>) -> Motion {
         let mut moved = motion.clone();

@@ -137,8 +137,8 @@ fn above_legs(body: &Humanoid) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::body::shipped;
+    use crate::test_bodies::{person, walk};
 
     #[test]
     fn without_drift_nothing_changes() {

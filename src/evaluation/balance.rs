@@ -2,7 +2,7 @@
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, Sequence};
-use crate::physics::{Dynamics, DynamicsFrame};
+use crate::dynamics::{Dynamics, DynamicsFrame};
 
 const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles) over at least 1/15 s before and \
     after a frame, and mass and feet with geometry on that body";
@@ -108,7 +108,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::super::contact_fixture::{contacts, measured_with};
-    use crate::physics::{Dynamics, DynamicsFrame};
+    use crate::dynamics::{Dynamics, DynamicsFrame};
 
     fn frame(margin_m: Option<f64>, residual: f64, violations: [usize; 2]) -> DynamicsFrame {
         DynamicsFrame {

@@ -24,9 +24,9 @@ fn boundary_f(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::evaluation::fixture::standing;
     use crate::evaluation::{Sequence, SilhouetteOutline, evaluate};
     use crate::raster::Mask;
+    use crate::test_figure::standing;
 
     #[test]
     fn a_limb_that_is_missing_costs_more_outline_than_area() {

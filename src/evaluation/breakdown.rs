@@ -161,9 +161,9 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, FieldOfView};
     use crate::evaluation::contact_fixture::contacts;
-    use crate::evaluation::fixture::{standing, translated};
     use crate::evaluation::sequence::{ContactMeasures, ContactPair, Views};
     use crate::evaluation::{SeedRun, evaluate, summarise};
+    use crate::test_figure::{standing, translated};
     use nalgebra::{Point3, Vector3};
 
     fn found(sequence: &Sequence<'_>, by: &str) -> Vec<(String, f64, f64)> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use crate::contact::{ContactRule, ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
-use crate::physics::Dynamics;
+use crate::dynamics::Dynamics;
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;

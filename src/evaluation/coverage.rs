@@ -54,7 +54,7 @@ fn lost_frames(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     #[test]

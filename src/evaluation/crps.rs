@@ -47,7 +47,7 @@ fn of_normal(error: f64, deviation: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::evaluation::evaluate;
-    use crate::evaluation::fixture::{standing, translated};
+    use crate::test_figure::{standing, translated};
     use nalgebra::{Matrix3, Vector3};
 
     /// The definition: the integral of the squared difference between the distribution and a step at the outcome.

@@ -93,7 +93,7 @@ fn difference(
 mod tests {
     use super::*;
     use crate::body::Markers;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
 
     /// The figure moved along x by `x(frame)` metres.
     fn along_x(frames: usize, x: impl Fn(f64) -> f64) -> Vec<Markers> {

@@ -77,8 +77,8 @@ mod tests {
 
     use super::*;
     use crate::evaluation::evaluate;
-    use crate::evaluation::fixture::{standing, translated};
     use crate::rng::{Purpose, normal, stream};
+    use crate::test_figure::{standing, translated};
 
     fn share(error: Vector3<f64>, covariance: Matrix3<f64>) -> [f64; 2] {
         let truth = vec![standing(); 4];

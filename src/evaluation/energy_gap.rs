@@ -27,8 +27,8 @@ fn gap(sequence: &Sequence<'_>) -> Option<Measurement> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::standing;
     use crate::evaluation::{Energies, evaluate};
+    use crate::test_figure::standing;
 
     #[test]
     fn the_gap_is_positive_where_the_likelihood_prefers_the_estimate() {

@@ -147,7 +147,7 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     #[test]

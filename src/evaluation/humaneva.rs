@@ -46,7 +46,7 @@ fn relative(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::{Point3, Vector3};
 
     #[test]

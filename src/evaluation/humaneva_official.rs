@@ -68,7 +68,7 @@ fn relative(sequence: &Sequence<'_>) -> Option<Measurement> {
 #[cfg(test)]
 mod tests {
     use crate::body::Landmark;
-    use crate::evaluation::fixture::{evaluate_markers, standing};
+    use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
 
     #[test]

@@ -79,7 +79,7 @@ fn shifted_error_mm(sequence: &Sequence<'_>, frame: usize, shift: i64) -> Option
 
 #[cfg(test)]
 mod tests {
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     fn walker(lag_frames: f64) -> Vec<crate::body::Markers> {

@@ -53,7 +53,7 @@ fn is_swapped(truth: &Markers, estimate: &Markers, limbs: &Limbs) -> Option<bool
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     fn exchanged(markers: &Markers, limbs: &Limbs) -> Markers {

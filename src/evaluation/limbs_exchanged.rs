@@ -85,7 +85,7 @@ fn exchanges(sequence: &Sequence<'_>, errors: &[Option<LimbErrors>]) -> Vec<Rang
 mod tests {
     use super::*;
     use crate::body::{Landmark, Markers};
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     /// A walker at 60 frames a second whose legs and arms swing once a second.

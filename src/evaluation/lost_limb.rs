@@ -111,7 +111,7 @@ pub(super) fn longest_stretch(sequence: &Sequence<'_>) -> Option<LostStretch> {
 #[cfg(test)]
 mod tests {
     use crate::body::{Landmark, Markers};
-    use crate::evaluation::fixture::{evaluate_markers, standing};
+    use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
     use std::ops::Range;
 

@@ -137,8 +137,8 @@ impl FromIterator<Markers> for PackedMarkers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{standing, translated};
     use crate::evaluation::{EvaluationError, Sequence, evaluate};
+    use crate::test_figure::{standing, translated};
     use nalgebra::Vector3;
 
     fn wandering(frames: usize, error: f64) -> Vec<Markers> {

@@ -32,8 +32,6 @@ mod derivatives;
 mod ellipsoids;
 mod energy_gap;
 mod evaluate;
-#[cfg(test)]
-pub(crate) mod fixture;
 mod foot_skate;
 mod gate;
 mod global_mpjpe;

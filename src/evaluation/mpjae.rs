@@ -60,8 +60,8 @@ mod tests {
     use super::*;
     use crate::body::Markers;
     use crate::evaluation::evaluate;
-    use crate::evaluation::fixture::standing;
     use crate::evaluation::sequence::PartRotations;
+    use crate::test_figure::standing;
     use nalgebra::Vector3;
 
     fn measured(estimate: [Option<UnitQuaternion<f64>>; PARTS], markers: Markers) -> [f64; 2] {

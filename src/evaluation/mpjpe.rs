@@ -66,7 +66,7 @@ pub(super) fn pooled(sequence: &Sequence<'_>, distances: impl Fn(usize) -> Vec<f
 #[cfg(test)]
 mod tests {
     use crate::body::Landmark;
-    use crate::evaluation::fixture::{evaluate_markers, standing};
+    use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
 
     #[test]

@@ -64,8 +64,8 @@ fn heading_of(rotation: &UnitQuaternion<f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::standing;
     use crate::evaluation::{RootRotations, evaluate};
+    use crate::test_figure::standing;
     use nalgebra::Vector3;
 
     fn errors(truth: UnitQuaternion<f64>, estimate: UnitQuaternion<f64>) -> [f64; 2] {

@@ -100,8 +100,8 @@ pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
 #[cfg(test)]
 mod tests {
     use crate::body::Markers;
-    use crate::evaluation::fixture::{evaluate_markers, standing};
     use crate::evaluation::{Evaluation, mean};
+    use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
 
     /// Marker 0 is right, marker `k` is `10 k - 2.5` mm off, but the last, which is lost.

@@ -37,7 +37,7 @@ fn cell(run: &SeedRun<'_>, metric: &str, frame: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     #[test]

@@ -84,7 +84,7 @@ fn aligned(sequence: &Sequence<'_>) -> Option<Measurement> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use proptest::prelude::*;
 
     fn mean_pa(estimate: impl Fn(&Point3<f64>) -> Point3<f64>) -> f64 {

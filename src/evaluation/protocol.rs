@@ -1,7 +1,7 @@
 //! Protocols that name numbers of other rooms, with the numbers filled in.
 
 use super::{Metric, Sequence};
-use crate::physics::{GRAVITY, GROUND_FRICTION};
+use crate::dynamics::{GRAVITY, GROUND_FRICTION};
 
 /// The metric's protocol for a sequence: the contact rule is the one by which its contacts were labelled.
 pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {

@@ -81,8 +81,8 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, FieldOfView};
     use crate::evaluation::evaluate;
-    use crate::evaluation::fixture::{standing, translated};
     use crate::evaluation::sequence::Views;
+    use crate::test_figure::{standing, translated};
     use nalgebra::{Point3, Vector3};
 
     fn camera(name: &str, x: f64) -> Camera {

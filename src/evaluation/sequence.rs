@@ -8,7 +8,7 @@ use super::MarkerList;
 use crate::body::{LANDMARKS, MarkerCovariances};
 use crate::camera::{Camera, CameraRig};
 use crate::contact::GroundContacts;
-use crate::physics::Dynamics;
+use crate::dynamics::Dynamics;
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
 #[derive(Clone, Copy, Debug)]

@@ -77,7 +77,7 @@ fn worst_view(sequence: &Sequence<'_>) -> Option<Measurement> {
 mod tests {
     use super::*;
     use crate::evaluation::evaluate;
-    use crate::evaluation::fixture::standing;
+    use crate::test_figure::standing;
 
     fn block(left: u32, right: u32) -> Mask {
         let mut mask = Mask::new(100, 4);

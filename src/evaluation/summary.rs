@@ -192,7 +192,7 @@ fn lost_in_words(runs: &[SeedRun<'_>]) -> String {
 mod tests {
     use super::*;
     use crate::evaluation::Evaluation;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     fn off_by(millimetres: f64) -> Evaluation {

@@ -85,8 +85,8 @@ fn recovery(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
     use crate::evaluation::{Evaluation, MetricValue};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
     use std::collections::BTreeMap;
     use std::ops::Range;

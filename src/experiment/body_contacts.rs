@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
+use crate::dynamics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::evaluation::ContactMeasures;
 use crate::parallel;
-use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use nalgebra::{Point3, Vector3};
 
 /// Contact of a body, frame by frame.

@@ -65,7 +65,7 @@ fn available() -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::fixture::rig;
+    use crate::test_cameras::rig;
 
     fn of_size(count: usize, width: u32, height: u32) -> CameraRig {
         let mut camera = rig().cameras.remove(0);

@@ -36,7 +36,7 @@ pub(super) fn place(body: &Humanoid, motion: &mut Motion, settings: &MotionSetti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
+    use crate::test_bodies::{person, walk};
 
     fn settings(start_m: Option<[f64; 2]>, heading_deg: Option<f64>) -> MotionSettings {
         MotionSettings { start_m, heading_deg, ..MotionSettings::from_clip("a.bvh") }

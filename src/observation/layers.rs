@@ -186,9 +186,9 @@ fn coverage(fine: &crate::raster::Mask, image: &DepthImage) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::body::{Prop, Ray, Solid};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
     use nalgebra::{Isometry3, Point2, Point3};
 
     const ALL: WantedLayers = WantedLayers { depth: true, normals: true, flow: true, coverage: true, colour: None };

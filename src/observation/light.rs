@@ -187,9 +187,9 @@ impl GroundPixels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::body::{Ray, Solid};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     #[test]
     fn a_point_is_in_the_shadow_where_a_ray_to_the_sun_meets_the_body() {

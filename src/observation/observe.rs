@@ -251,8 +251,8 @@ impl<'o, 'a> Look<'o, 'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     #[test]
     fn a_frame_looks_the_same_whoever_sees_it_and_whatever_was_seen_before() {

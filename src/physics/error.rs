@@ -1,9 +1,9 @@
-//! Errors of dynamics and simulation.
+//! Errors of planting and simulation.
 
 use crate::contact::ContactError;
 use crate::input::excerpt;
 
-/// Errors of dynamics and simulation.
+/// Errors of planting and simulation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhysicsError {
     /// Contact cannot be computed, or a setting is invalid.

@@ -128,8 +128,8 @@ pub(super) fn png(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::standing;
     use crate::report::fixture::camera_in_front;
+    use crate::test_figure::standing;
 
     fn block(x: [u32; 2], y: [u32; 2]) -> Mask {
         let mut mask = Mask::new(320, 240);

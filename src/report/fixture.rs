@@ -4,11 +4,11 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Ve
 
 use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
-use crate::evaluation::fixture::{standing, translated};
 use crate::evaluation::{
     Energies, Evaluation, RootRotations, SeedRun, Sequence, Views, evaluate, intersection_over_union, summarise,
 };
 use crate::raster::Mask;
+use crate::test_figure::{standing, translated};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::overlay::marker_bones;

@@ -214,7 +214,7 @@ pub fn typical_run(runs: &[SeedRun<'_>]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
     fn with_worst(frame: usize, metres: f64) -> Evaluation {

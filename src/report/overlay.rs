@@ -157,8 +157,8 @@ fn joints_path(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::standing;
     use crate::report::fixture::camera_in_front;
+    use crate::test_figure::standing;
 
     fn colour_at(picture: &Pixmap, x: u32, y: u32) -> [u8; 3] {
         let pixel = picture.pixel(x, y).unwrap();

@@ -63,9 +63,9 @@ fn views(clock: &SceneClock<'_>, filming: &FilmingRig, frame: usize) -> (MarkerF
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::camera::{CameraRig, CameraTiming};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     fn filmed(timings: Vec<CameraTiming>) -> GroundTruth {
         let filming = FilmingRig::new(rig(), Vec::new(), timings).unwrap();

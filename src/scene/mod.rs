@@ -28,8 +28,6 @@
 mod clock;
 mod distractor;
 mod filmed;
-#[cfg(test)]
-pub(crate) mod fixture;
 mod shot;
 mod sight;
 mod truth;

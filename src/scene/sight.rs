@@ -216,11 +216,11 @@ fn enters([a, b, c]: &[Point3<f64>; 3], outwards: bool, ray: &Ray) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::body::{LANDMARKS, Landmark, Solid};
     use crate::camera::CameraRig;
     use crate::scene::GroundTruth;
-    use crate::scene::fixture::{camera_at, rig};
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::{camera_at, rig};
 
     #[test]
     fn a_marker_is_in_view_iff_the_truth_calls_it_visible_and_the_other_reasons_are_told_apart() {

@@ -250,8 +250,8 @@ impl TruthFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
     use approx::assert_relative_eq;
     use nalgebra::Isometry3;
 

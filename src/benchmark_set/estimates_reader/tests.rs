@@ -1,8 +1,8 @@
 //! Columns in any order, missing estimates, and what is refused.
 
 use super::*;
-use crate::body::fixture::{person, walk};
 use crate::npz::{Array, Values};
+use crate::test_bodies::{person, walk};
 
 const NAN: f64 = f64::NAN;
 

@@ -144,8 +144,8 @@ mod tests {
     use crate::benchmark_set::BenchmarkSet;
     use crate::benchmark_set::fixture::set_of;
     use crate::body::Pose;
-    use crate::body::fixture::walk;
     use crate::npz::{Array, Npz};
+    use crate::test_bodies::walk;
 
     const FRAMES: usize = 12;
 

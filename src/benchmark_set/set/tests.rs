@@ -5,7 +5,7 @@ use std::fs;
 
 #[test]
 fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
-    let motion = crate::body::fixture::walk(5);
+    let motion = crate::test_bodies::walk(5);
     let layers = [Layer::Depth, Layer::Parts];
     let assembled = tempfile::tempdir().unwrap();
     crate::benchmark_set::fixture::set_of(&motion).unwrap().write_with_layers(assembled.path(), &layers).unwrap();
@@ -25,7 +25,7 @@ fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
 fn a_drawing_that_is_stopped_is_no_set() {
     let drawn = tempfile::tempdir().unwrap();
     let seen = std::sync::atomic::AtomicUsize::new(0);
-    let stopped = crate::benchmark_set::fixture::with_parts(&crate::body::fixture::walk(9), |parts, observer| {
+    let stopped = crate::benchmark_set::fixture::with_parts(&crate::test_bodies::walk(9), |parts, observer| {
         let stop = || seen.load(std::sync::atomic::Ordering::SeqCst) > 2;
         let drawing = SetDrawing { stop: &stop, ..SetDrawing::default() };
         BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| {

@@ -111,9 +111,9 @@ impl DepthImage {
 
 #[cfg(test)]
 mod tests {
-    use crate::body::fixture::{person, walk};
     use crate::body::{SilhouettePainter, Solid};
     use crate::camera::{Camera, Distortion, FieldOfView};
+    use crate::test_bodies::{person, walk};
     use nalgebra::{Isometry3, Point3, Vector3};
 
     fn camera() -> Camera {

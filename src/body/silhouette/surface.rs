@@ -157,8 +157,8 @@ impl SilhouettePainter {
 #[cfg(test)]
 mod tests {
     use crate::body::SilhouettePainter;
-    use crate::body::fixture::{person, walk};
     use crate::camera::{Camera, Distortion, FieldOfView};
+    use crate::test_bodies::{person, walk};
     use nalgebra::{Point3, Vector3};
 
     /// A camera in front, one beside whose lens distorts, and one behind.

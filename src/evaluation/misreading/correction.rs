@@ -142,12 +142,12 @@ pub fn marker_of_other_side(marker: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::fixture::standing;
+    use crate::test_figure::standing;
 
     #[test]
     fn a_correction_undoes_what_a_file_did() {
         let truth: Vec<Markers> = (0..9)
-            .map(|f| crate::evaluation::fixture::translated(&standing(), Vector3::new(0.1 * f as f64, 0.0, 0.0)))
+            .map(|f| crate::test_figure::translated(&standing(), Vector3::new(0.1 * f as f64, 0.0, 0.0)))
             .collect();
         let axes: AxisOrder = "y,z,x".parse().unwrap();
         let wrong = |point: Point3<f64>| {
@@ -183,10 +183,10 @@ mod tests {
     fn a_unit_of_poses_is_of_their_roots_alone() {
         let body = standing();
         let root = Point3::new(1000.0, 2000.0, 950.0);
-        let far = crate::evaluation::fixture::translated(&body, root.coords);
+        let far = crate::test_figure::translated(&body, root.coords);
         let given = GivenPositions { markers: &[far], swapped: &[far], roots: Some(&[Some(root)]) };
         let found = Correction { scale: 0.001, ..Correction::none() }.markers(&given, 0).unwrap();
-        let right = crate::evaluation::fixture::translated(&body, 0.001 * root.coords);
+        let right = crate::test_figure::translated(&body, 0.001 * root.coords);
         for (found, right) in found.iter().zip(&right) {
             assert!((found.unwrap() - right.unwrap()).norm() < 1e-9);
         }

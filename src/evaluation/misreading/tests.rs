@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::body::{LANDMARKS, Landmark, Markers};
-use crate::evaluation::fixture::standing;
+use crate::test_figure::standing;
 
 const FRAMES: usize = 240;
 const RATE: f64 = 60.0;

@@ -372,7 +372,7 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::person;
+    use crate::test_bodies::person;
 
     fn answer(line: &str) -> Result<Reply, String> {
         read_answer(line, 0, &person()).map(|reply| reply.unwrap())

@@ -9,7 +9,7 @@ use super::{INSPECT_SCHEMA, place_for};
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{Humanoid, Motion, shipped};
 use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
-use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
+use crate::dynamics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::report::{ContactChart, FootCourse};
 use crate::retarget::{RetargetOptions, retarget};
 

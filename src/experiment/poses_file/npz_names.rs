@@ -155,7 +155,7 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::person;
+    use crate::test_bodies::person;
 
     /// Two frames; a column has its number in all coordinates.
     fn archive(names: &[&str]) -> Npz {

@@ -176,8 +176,8 @@ mod tests {
     use super::super::read_as::FormatUsage;
     use super::*;
     use crate::benchmark_set::{EstimatedSequence, Estimates};
-    use crate::body::fixture::{person, walk};
     use crate::evaluation::AxisOrder;
+    use crate::test_bodies::{person, walk};
 
     const USAGE: FormatUsage = FormatUsage {
         metres: Some(1.0),

@@ -135,10 +135,10 @@ impl<'a> CorruptedObserver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::observation::{AXES, observe};
     use crate::raster::overlap;
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     fn truth() -> GroundTruth {
         GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap()

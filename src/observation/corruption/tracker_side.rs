@@ -63,7 +63,7 @@ pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, see
 mod tests {
     use super::*;
     use crate::body::shipped;
-    use crate::scene::fixture::rig;
+    use crate::test_cameras::rig;
 
     #[test]
     fn what_is_told_is_off_by_the_deviations_that_were_asked_for() {

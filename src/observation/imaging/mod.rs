@@ -285,9 +285,9 @@ fn grey_of(planes: &[Vec<f32>]) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::observation::observe;
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     fn truth() -> GroundTruth {
         GroundTruth::from_motion(person(), &walk(4), &rig()).unwrap()

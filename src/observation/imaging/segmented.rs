@@ -52,10 +52,10 @@ impl<'a> SegmentedObserver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::{person, walk};
     use crate::observation::observe;
     use crate::raster::overlap;
-    use crate::scene::fixture::rig;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
 
     #[test]
     fn the_actor_is_found_again_in_the_images() {

@@ -4,8 +4,8 @@ use nalgebra::{DVector, Isometry3, Vector3};
 
 use super::simulated_body::SimulatedBody;
 use crate::body::{Humanoid, Pose, shipped};
-use crate::physics::constants::GRAVITY;
-use crate::physics::inverse_dynamics;
+use crate::dynamics::GRAVITY;
+use crate::dynamics::inverse_dynamics;
 
 /// Short enough for accelerations, long enough for speeds of single precision.
 const RATE: f64 = 10_000.0;

@@ -8,7 +8,7 @@ use super::simulated_body::SimulatedBody;
 use super::stepping::Stepping;
 use super::wrench::Wrench;
 use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
-use crate::physics::constants::GRAVITY;
+use crate::dynamics::GRAVITY;
 
 /// Deflection of a joint's spring under the joint's greatest effort, radians (metres).
 const YIELD: f64 = 0.08;

@@ -2,8 +2,8 @@
 
 use crate::body::{Humanoid, Motion, Pose};
 use crate::contact::GroundContacts;
-use crate::physics::constants::REACH_S;
-use crate::physics::dynamics::derivatives;
+use crate::dynamics::REACH_S;
+use crate::dynamics::derivatives;
 
 /// A motion sampled at every step.
 pub(super) struct Reference<'a> {

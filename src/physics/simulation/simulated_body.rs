@@ -10,8 +10,8 @@ use super::masses::{check_masses, mass};
 use super::solids::{colliders, ground, pose, prop_colliders, vector};
 use crate::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
 use crate::contact::SelfCollision;
+use crate::dynamics::GRAVITY;
 use crate::physics::PhysicsError;
-use crate::physics::constants::GRAVITY;
 
 /// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only marks a position
 /// is merged with its parent.

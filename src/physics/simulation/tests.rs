@@ -7,9 +7,10 @@ use super::simulated_body::SimulatedBody;
 use super::*;
 use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid, shipped};
 use crate::contact::ContactError;
+use crate::dynamics::GRAVITY;
 use crate::physics::PhysicsError;
-use crate::physics::constants::GRAVITY;
 use crate::raster::TaperedCapsule;
+use crate::test_bodies::standing;
 
 const RATE: f64 = 480.0;
 
@@ -139,21 +140,6 @@ fn a_spring_holds_where_its_torque_meets_gravity() {
     (0..2400).for_each(|_| simulated.step());
     let angle = simulated.pose().joint_angles[0];
     assert_relative_eq!(stiffness * (rest - angle), 2.0 * GRAVITY * 0.5 * angle.sin(), max_relative = 1e-3);
-}
-
-/// The actor with slightly bent knees, on the ground.
-pub(in crate::physics) fn standing(frames: usize) -> (Humanoid, Motion) {
-    let body = shipped("actor").unwrap();
-    let mut pose = body.zero_pose();
-    for side in ["left", "right"] {
-        for (joint, angle) in [("hip_flexion", 0.2), ("knee_flexion", 0.4), ("ankle_dorsiflexion", 0.2)] {
-            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{joint}")).unwrap()] = angle;
-        }
-    }
-    let links: Vec<usize> = (0..body.links.len()).collect();
-    let lowest = body.lowest_point(&body.link_frames(&pose), &links).unwrap().z;
-    pose.world_from_root = Isometry3::translation(0.0, 0.0, -lowest);
-    (body, Motion { frames_per_second: 60.0, poses: vec![pose; frames] })
 }
 
 #[test]

@@ -1,9 +1,10 @@
-//! A small person and a walk, for tests of other rooms.
+//! Bodies and motions for tests.
 
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::{
+use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose, Solid,
+    shipped,
 };
 use crate::raster::TaperedCapsule;
 
@@ -12,7 +13,7 @@ fn capsule(b: [f64; 3], radius_a: f64, radius_b: f64) -> Solid {
 }
 
 /// Torso, head, two arms of two links and two stiff legs; six hinges about the y axis; all fifteen markers.
-pub(crate) fn person() -> Humanoid {
+pub fn person() -> Humanoid {
     let mut body = Humanoid {
         name: "stick".to_string(),
         links: vec![Link {
@@ -70,7 +71,7 @@ pub(crate) fn person() -> Humanoid {
 }
 
 /// `frames` frames at 60 Hz of a person who walks along +X from the origin, limbs straight down in the first frame.
-pub(crate) fn walk(frames: usize) -> Motion {
+pub fn walk(frames: usize) -> Motion {
     let pose = |frame: usize| {
         let phase = frame as f64 / 10.0;
         let swing = 0.4 * libm::sin(phase);
@@ -81,4 +82,19 @@ pub(crate) fn walk(frames: usize) -> Motion {
         }
     };
     Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
+}
+
+/// The actor with slightly bent knees, on the ground.
+pub fn standing(frames: usize) -> (Humanoid, Motion) {
+    let body = shipped("actor").unwrap();
+    let mut pose = body.zero_pose();
+    for side in ["left", "right"] {
+        for (joint, angle) in [("hip_flexion", 0.2), ("knee_flexion", 0.4), ("ankle_dorsiflexion", 0.2)] {
+            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{joint}")).unwrap()] = angle;
+        }
+    }
+    let links: Vec<usize> = (0..body.links.len()).collect();
+    let lowest = body.lowest_point(&body.link_frames(&pose), &links).unwrap().z;
+    pose.world_from_root = Isometry3::translation(0.0, 0.0, -lowest);
+    (body, Motion { frames_per_second: 60.0, poses: vec![pose; frames] })
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::body::{Humanoid, JointKind, LinkFrames, ROOT_STEP};
-use crate::physics::constants::GRAVITY;
+use crate::dynamics::GRAVITY;
 
 /// A force at a point of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]

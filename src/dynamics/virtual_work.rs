@@ -6,7 +6,7 @@ use super::{PointForce, inverse_dynamics};
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, LinkFrames, Pose, ROOT_STEP, rotation_vector,
 };
-use crate::physics::constants::GRAVITY;
+use crate::dynamics::GRAVITY;
 
 /// Time between the poses of a difference, seconds.
 const INSTANT: f64 = 1e-4;

@@ -1,6 +1,8 @@
-//! Dynamics of a motion: balance, support, and the forces it needs.
+//! Dynamics of a motion: balance, support, and the forces it needs. Nothing is simulated.
 
+mod constants;
 mod derivatives;
+mod error;
 mod inverse;
 mod nonnegative;
 mod support;
@@ -9,6 +11,10 @@ mod tests;
 #[cfg(test)]
 mod virtual_work;
 
+pub use constants::GRAVITY;
+pub(crate) use constants::REACH_S;
+pub(crate) use derivatives::{derivatives, reach_frames};
+pub use error::DynamicsError;
 pub use inverse::{Efforts, PointForce, inverse_dynamics};
 
 use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
@@ -16,12 +22,8 @@ use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
 use crate::contact::{ContactError, GroundContacts, link_frames};
 use crate::parallel;
-use crate::physics::PhysicsError;
-use crate::physics::constants::{GRAVITY, REACH_S};
-pub(super) use derivatives::derivatives;
-use derivatives::reach_frames;
 use nonnegative::nonnegative_least_squares;
-pub(super) use support::{SupportPoint, support_points};
+pub(crate) use support::{SupportPoint, support_points};
 use support::{margin, support_polygon};
 
 /// Default friction for ground forces: that of a shoe on a dry floor, at the low end.
@@ -90,14 +92,14 @@ impl Dynamics {
     /// from the true distribution.
     ///
     /// # Errors
-    /// [`PhysicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
+    /// [`DynamicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
     /// contacts of another length.
     pub fn from_motion(
         body: &Humanoid,
         motion: &Motion,
         contacts: &GroundContacts,
         friction: f64,
-    ) -> Result<Self, PhysicsError> {
+    ) -> Result<Self, DynamicsError> {
         if !(friction >= 0.0 && friction.is_finite()) {
             let expected = "a finite number, 0 or more";
             return Err(ContactError::Rule { key: "friction", expected, found: friction }.into());
@@ -105,8 +107,7 @@ impl Dynamics {
         let frames = link_frames(body, motion)?;
         let mass = body.total_mass();
         if mass <= 0.0 {
-            let link = body.links[0].name.clone();
-            return Err(PhysicsError::NoMass { joint: body.name.clone(), link });
+            return Err(DynamicsError::NoMass { body: body.name.clone() });
         }
         let known = contacts.feet[0].frames.len();
         if known != frames.len() {
@@ -188,24 +189,24 @@ impl DynamicsInput<'_> {
 }
 
 /// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
-pub(in crate::physics) struct GroundSupport<'a> {
-    pub(in crate::physics) points: &'a [SupportPoint],
-    pub(in crate::physics) friction: f64,
+pub(crate) struct GroundSupport<'a> {
+    pub(crate) points: &'a [SupportPoint],
+    pub(crate) friction: f64,
     /// Of the body, newtons.
-    pub(in crate::physics) weight: f64,
+    pub(crate) weight: f64,
 }
 
 /// A wrench approximated by ground forces.
-pub(in crate::physics) struct GroundShare {
+pub(crate) struct GroundShare {
     /// One force a point.
-    pub(in crate::physics) forces: Vec<PointForce>,
+    pub(crate) forces: Vec<PointForce>,
     /// The part of the wrench that the ground cannot supply: force, and moment about the centre.
-    pub(in crate::physics) missing: [Vector3<f64>; 2],
+    pub(crate) missing: [Vector3<f64>; 2],
 }
 
 impl GroundSupport<'_> {
     /// The forces that come nearest to a wrench: its force and its moment about `centre`, world, N and N m.
-    pub(in crate::physics) fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
+    pub(crate) fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
         let lever = centre.z.max(LEAST_LEVER);
         let wanted = stacked(&(force / self.weight), &(moment / (self.weight * lever)));
         let columns = self.columns(centre, lever);

@@ -12,15 +12,15 @@ const AROUND: usize = 16;
 
 /// A point on which a body stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::physics) struct SupportPoint {
-    pub(in crate::physics) link: usize,
-    pub(in crate::physics) point: Point3<f64>,
+pub(crate) struct SupportPoint {
+    pub(crate) link: usize,
+    pub(crate) point: Point3<f64>,
 }
 
 /// The support points of links that touch the ground, given with their heights: of the parts that are low enough, the
 /// lowest points of the spheres of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of
 /// a mesh those vertices that lie furthest out in sixteen directions.
-pub(in crate::physics) fn support_points(
+pub(crate) fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
     touching: impl Iterator<Item = (usize, f64)>,

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::camera::{Camera, CameraRig, Distortion, FieldOfView};
 
 /// An ideal 320x240 camera that looks at (0, 0, 1) with the world's Z upwards in the image.
-pub(crate) fn camera_at(name: &str, centre: Point3<f64>) -> Camera {
+pub fn camera_at(name: &str, centre: Point3<f64>) -> Camera {
     let target = Point3::new(0.0, 0.0, 1.0);
     let view = FieldOfView::Vertical(0.9);
     let mut camera = Camera::look_at(name, centre, target, Vector3::z(), view, 320, 240).unwrap();
@@ -14,7 +14,7 @@ pub(crate) fn camera_at(name: &str, centre: Point3<f64>) -> Camera {
 }
 
 /// Three cameras around the person; the one called "side" has a lens that distorts.
-pub(crate) fn rig() -> CameraRig {
+pub fn rig() -> CameraRig {
     let mut side = camera_at("side", Point3::new(0.3, 3.5, 1.4));
     side.distortion = Distortion { k1: -0.12, k2: 0.03, p1: 0.001, p2: -0.002, k3: 0.004 };
     let cameras =

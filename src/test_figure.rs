@@ -3,11 +3,10 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::body::Markers;
-
-use super::{Evaluation, Sequence, evaluate};
+use crate::evaluation::{Evaluation, Sequence, evaluate};
 
 /// Somebody of 1.75 m who faces +X, arms a little forward so that no mirror plane maps the figure to itself.
-pub(crate) fn standing() -> Markers {
+pub fn standing() -> Markers {
     let points = [
         [0.0, 0.0, 1.45],
         [0.0, 0.0, 0.95],
@@ -29,11 +28,11 @@ pub(crate) fn standing() -> Markers {
 }
 
 /// The figure moved by `shift` metres.
-pub(crate) fn translated(markers: &Markers, shift: Vector3<f64>) -> Markers {
+pub fn translated(markers: &Markers, shift: Vector3<f64>) -> Markers {
     markers.map(|marker| marker.map(|p| p + shift))
 }
 
 /// Evaluates marker positions alone, at 60 fps.
-pub(crate) fn evaluate_markers(truth: &[Markers], estimate: &[Markers]) -> Evaluation {
+pub fn evaluate_markers(truth: &[Markers], estimate: &[Markers]) -> Evaluation {
     evaluate(&Sequence::from_markers(60.0, truth, estimate)).unwrap()
 }

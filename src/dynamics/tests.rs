@@ -3,10 +3,10 @@
 use approx::assert_relative_eq;
 use nalgebra::Point2;
 
-use super::super::simulation::tests::standing;
 use super::*;
 use crate::contact::ContactRule;
-use crate::physics::constants::GRAVITY;
+use crate::dynamics::GRAVITY;
+use crate::test_bodies::standing;
 
 #[test]
 fn a_standing_person_needs_nothing_but_the_ground() {
