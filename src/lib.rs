@@ -18,7 +18,8 @@
 //! | [`contact`], [`dynamics`] | contacts of a motion; balance, and the forces that it needs |
 //! | [`physics`] | planted feet, simulation |
 //! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
-//! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
+//! | [`scene`], [`observing`] | [`scene::GroundTruth`], [`observing::observe()`]: exact, corrupted or segmented |
+//! | [`observation`] | [`observation::Observation`]: all that a tracker is given of a frame |
 //! | [`motion_model`] | diffusion, GPDM, GPDM graph: how a pose may move from frame to frame |
 //! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
@@ -128,6 +129,7 @@ pub mod mocap;
 pub mod motion_model;
 pub mod npz;
 pub mod observation;
+pub mod observing;
 mod parallel;
 pub mod physics;
 pub mod raster;

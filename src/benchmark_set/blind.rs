@@ -11,7 +11,8 @@ use super::shard_plan::is_packing;
 use super::start_file::Start;
 use super::{RigMoments, SetError, cameras_file, moments_file, silhouette_png};
 use crate::camera::{CameraRig, RigMoment};
-use crate::observation::{Observation, ObservationFacts};
+use crate::observation::Observation;
+use crate::observing::ObservationFacts;
 use crate::raster::Mask;
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`

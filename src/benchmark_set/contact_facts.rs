@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::body::Humanoid;
 use crate::contact::GroundQuality;
-use crate::physics::{PlantingReport, SimulationReport, SimulationSettings};
 
 /// Treatment of ground contact in the truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,40 +72,8 @@ impl ContactFacts {
         Self::new("measure", quality.to_string(), quality)
     }
 
-    /// Of a motion with planted feet.
-    pub fn fixed(report: &PlantingReport) -> Self {
-        Self {
-            joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
-            raised_mm: (report.raised_mm > 0.0).then_some(report.raised_mm),
-            ..Self::new("fix", report.to_string(), &report.after)
-        }
-    }
-
-    /// Of a motion of `body` that was simulated.
-    pub fn simulated(body: &Humanoid, settings: &SimulationSettings, report: &SimulationReport) -> Self {
-        let name = |link: usize| body.links.get(link).map_or_else(String::new, |link| link.name.clone());
-        let push = |push: &crate::physics::Push| PushFacts {
-            at_s: push.at_s,
-            link: name(push.link),
-            impulse_ns: push.impulse_ns,
-            direction: push.direction.into_inner().into(),
-        };
-        Self {
-            joints_moved_mm: Some([report.moved_mm, report.moved_most_mm]),
-            simulation: Some(SimulationFacts {
-                friction: settings.friction,
-                root_wrench: settings.root_wrench,
-                root_wrench_used: [report.root_wrench_mean, report.root_wrench_most],
-                duration_s: report.duration_s,
-                fell_at_s: report.fell_at_s,
-                fell_at_frame: report.fell_at_frame,
-                pushes: settings.pushes.iter().map(push).collect(),
-            }),
-            ..Self::new("simulate", report.to_string(), &report.quality)
-        }
-    }
-
-    fn new(mode: &str, outcome: String, quality: &GroundQuality) -> Self {
+    /// Of a motion whose treatment moved no joint that is told.
+    pub fn new(mode: &str, outcome: String, quality: &GroundQuality) -> Self {
         Self {
             mode: mode.to_owned(),
             outcome,

@@ -28,7 +28,7 @@ use super::files::SetFiles;
 use super::listing::LAYERS;
 use super::shown_rows::{ShownRow, ends, shown_rows};
 use crate::input::foreign;
-use crate::observation::LayerImages;
+use crate::observing::LayerImages;
 
 /// A truth image that can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]

@@ -6,7 +6,7 @@ use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFa
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
-use crate::observation::Observer;
+use crate::observing::Observer;
 use crate::raster::TaperedCapsule;
 use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;

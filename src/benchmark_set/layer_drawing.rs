@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::set_writer::SetWriter;
 use super::{Layer, SetError, depth_png, exr_layers};
 use crate::camera::{Camera, FilmingRig};
-use crate::observation::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
+use crate::observing::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;

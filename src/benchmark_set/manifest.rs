@@ -8,7 +8,7 @@ use std::path::Path;
 use super::files::SetFiles;
 use super::{ContactFacts, RetargetFacts, SetError};
 use crate::input::{self, excerpt, foreign_about, limits};
-use crate::observation::{ImageSettings, ObservationFacts};
+use crate::observing::{ImageSettings, ObservationFacts};
 use crate::rng::{KeyedSeed, ObservationKey};
 
 pub(super) const PATH: &str = "set.toml";

@@ -58,6 +58,7 @@ mod public_side;
 mod recording_file;
 mod retarget_facts;
 mod rigid;
+mod samples;
 mod set;
 mod set_drawing;
 mod set_writer;

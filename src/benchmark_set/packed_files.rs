@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::SetError;
-use super::export::{TarPlaces, tar_places};
 use super::listing::digests_in;
+use super::samples::{TarPlaces, tar_places};
 use super::shard_plan::{OBSERVED, PACKED, ShardPlan, frame_of, is_shard};
 use crate::input::{self, hex_sha256, limits};
 

@@ -19,7 +19,8 @@ use super::{
 use crate::body::Motion;
 use crate::camera::{CameraRig, FilmingRig, RigMoment};
 use crate::npz::Npz;
-use crate::observation::{Observation, ObservationFacts};
+use crate::observation::Observation;
+use crate::observing::ObservationFacts;
 use crate::parallel;
 use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;

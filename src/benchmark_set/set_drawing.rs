@@ -122,9 +122,9 @@ fn draw_frames(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::export::ShardWriter;
     use crate::benchmark_set::fixture::{set_of, with_parts};
     use crate::benchmark_set::listing::files_below;
+    use crate::benchmark_set::samples::ShardWriter;
     use crate::benchmark_set::shard_plan::frame_of;
     use crate::benchmark_set::{BlindSet, SetPlace, find_leaks, is_set, layer_channels, verify_hashes};
     use crate::test_bodies::walk;

@@ -92,7 +92,7 @@ fn name_in_shard(path: &str) -> Option<(&'static str, usize, String)> {
 mod tests {
     use super::*;
     use crate::benchmark_set::blind::silhouette_path;
-    use crate::benchmark_set::export::sample_key;
+    use crate::benchmark_set::samples;
     use crate::benchmark_set::{depth_png, exr_layers};
 
     #[test]
@@ -114,7 +114,7 @@ mod tests {
     fn images_are_found_by_the_keys_of_samples_and_silhouettes_by_their_paths() {
         let plan = ShardPlan { shards: 3, frames: 7 };
         let place = |path: &str| plan.place_of(path).map(|place| (place.tar, place.name));
-        let key = sample_key(11, 3);
+        let key = samples::key(11, 3);
         let truth = |name: String| Some(("truth/shards/000001.tar".to_owned(), name));
         assert_eq!(place(&exr_layers::path(11, 3)), truth(format!("{key}.layers.exr")));
         assert_eq!(place(&depth_png::path(11, 3)), truth(format!("{key}.depth.png")));

@@ -11,10 +11,10 @@ use std::path::Path;
 
 use super::blind::silhouette_path;
 use super::cameras_file::observations_directory;
-use super::export::{ShardWriter, sample_facts, sample_key};
 use super::file_content::FileContent;
 use super::layer_drawing::layer_paths;
 use super::listing::LAYERS;
+use super::samples::{self, ShardWriter};
 use super::set_writer::SetWriter;
 use super::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
@@ -134,9 +134,9 @@ impl Packing<'_> {
     }
 
     fn add_sample<W: Write>(&self, to: &mut ShardWriter<W>, (camera, frame): ImagePlace) -> io::Result<()> {
-        let key = sample_key(camera, frame);
+        let key = samples::key(camera, frame);
         let truth = &self.parts.ground_truth.frames[frame];
-        let said = sample_facts(&self.parts.rig.cameras[camera], truth, camera, frame).to_string();
+        let said = samples::facts(&self.parts.rig.cameras[camera], truth, camera, frame).to_string();
         to.add(&format!("{key}.json"), said.as_bytes(), said.len() as u64)?;
         self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
         for path in layer_paths(camera, frame, self.layers) {

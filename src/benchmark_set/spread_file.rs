@@ -10,8 +10,7 @@
 //! The two horizontal directions share one value, so the direction of travel is not revealed.
 
 use super::SetError;
-use crate::body::{Humanoid, Motion, ROOT_STEP};
-use crate::motion_model::{MotionModelError, Prediction, ProposalScales};
+use crate::body::{Humanoid, Motion, Prediction, ProposalScales, ROOT_STEP, TooFewFrames};
 use crate::npz::{Array, Npz};
 
 pub(super) const PATH: &str = "start/spread.npz";
@@ -38,8 +37,8 @@ impl StepSpread {
     /// frame. Of a motion of very few frames not even that, but what is usual for a human.
     ///
     /// # Errors
-    /// [`MotionModelError`] where the motion has too few frames.
-    pub fn of_motion(body: &Humanoid, motion: &Motion) -> Result<Self, MotionModelError> {
+    /// [`TooFewFrames`] where the motion has too few frames.
+    pub fn of_motion(body: &Humanoid, motion: &Motion) -> Result<Self, TooFewFrames> {
         let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
             true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
             false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),

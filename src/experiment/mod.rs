@@ -18,6 +18,7 @@ mod calibrating;
 mod check;
 mod clip_file;
 mod comparison;
+mod contact_facts;
 mod cost;
 mod destination;
 mod error;

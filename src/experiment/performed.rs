@@ -1,6 +1,7 @@
 //! From a recording to a motion of a body: the steps that the test and what is learned from share.
 
 use super::ExperimentError;
+use super::contact_facts;
 use super::error::scenario_error;
 use crate::benchmark_set::ContactFacts;
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
@@ -50,7 +51,7 @@ pub(super) fn plant_feet_if_asked(
         ContactMode::Fix | ContactMode::Simulate => {
             let fixed = plant_feet_at_pace(&performed.humanoid, &performed.motion, &rule, pace)?;
             performed.motion = fixed.motion;
-            Some(ContactFacts::fixed(&fixed.report))
+            Some(contact_facts::fixed(&fixed.report))
         }
     })
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Unit, Vector3};
 
+use super::contact_facts;
 use super::error::scenario_error;
 use super::filming::{self, filming, moments};
 use super::mismatch_seed::mismatch_seed;
@@ -23,6 +24,7 @@ use crate::body::{BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
+use crate::motion_model::MotionModelError;
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
@@ -99,7 +101,10 @@ impl Staged {
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
-            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &performed.motion)?), Vec::new()),
+            None if same_robot => (
+                Training::Spread(StepSpread::of_motion(&body, &performed.motion).map_err(MotionModelError::from)?),
+                Vec::new(),
+            ),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let Performance { retargeted: mut own, pace, .. } =
@@ -107,7 +112,10 @@ impl Staged {
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
-                (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
+                (
+                    Training::Spread(StepSpread::of_motion(&body, &own.motion).map_err(MotionModelError::from)?),
+                    Vec::new(),
+                )
             }
         };
         let filming = filming(file, rig(file, &performed.motion)?, &performed.motion)?;
@@ -230,7 +238,7 @@ fn apply_contact(
     };
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
     performed.motion = simulated.motion;
-    Ok(Some(ContactFacts::simulated(&performed.humanoid, &settings, &simulated.report)))
+    Ok(Some(contact_facts::simulated(&performed.humanoid, &settings, &simulated.report)))
 }
 
 fn simulation_settings(

@@ -7,7 +7,7 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
-use crate::motion_model::{Diffusion, MotionModel, Prediction, ProposalScales};
+use crate::motion_model::{Diffusion, MotionModel, MotionModelError, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, TrackerSettings};
 use crate::tracker::{
     AnnealedParticleFilter, BodyCalibration, Frozen, Likelihood, Partition, PlausibleLikelihood, Refinement,
@@ -78,7 +78,9 @@ impl TrackerFactory<'_> {
         Ok(match settings {
             TrackerSettings::AnnealedParticleFilter(s) => {
                 let scales = match (training, s.prediction) {
-                    (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
+                    (Training::Motions(t), prediction) => {
+                        ProposalScales::from_motions(body, &t.motions, prediction).map_err(MotionModelError::from)?
+                    }
                     (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
                     (Training::Spread(t), Prediction::ConstantVelocity) => {
                         ProposalScales::from_root_mean_squares(&t.change_of_change)

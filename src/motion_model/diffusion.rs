@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{Evidence, MotionModel, MotionModelError, NormalEquations, Prediction, ProposalScales};
-use crate::body::{DegreeOfFreedom, Humanoid, Pose, ROOT_STEP};
+use super::{Evidence, MotionModel, MotionModelError, NormalEquations};
+use crate::body::{DegreeOfFreedom, Humanoid, Pose, Prediction, ProposalScales, ROOT_STEP};
 use crate::rng::normal;
 
 /// Settings of [`Diffusion`].

@@ -4,8 +4,8 @@
 //! nudged. [`Diffusion`] carries a pose and lets it wander.
 //!
 //! ```
-//! use skiagraph::body::shipped;
-//! use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+//! use skiagraph::body::{ProposalScales, shipped};
+//! use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel};
 //! use skiagraph::rng::{Purpose, stream};
 //! let body = shipped("tracker25")?;
 //! let scales = ProposalScales::for_human(&body, 60.0);
@@ -24,18 +24,17 @@ pub mod gpdm_graph;
 mod latent;
 mod lbfgs;
 pub mod pose_chart;
-mod proposal;
 
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+pub use crate::body::{Prediction, ProposalScales};
 pub use diffusion::{Diffusion, DiffusionSettings};
 pub use evidence::{Evidence, NormalEquations};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
-pub use proposal::{Prediction, ProposalScales};
 
-use crate::body::{Humanoid, Pose};
+use crate::body::{Humanoid, Pose, TooFewFrames};
 
 /// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
 /// its particles.
@@ -128,11 +127,6 @@ pub enum MotionModelError {
         found: String,
     },
     /// A training motion too short to measure differences between frames.
-    #[error("training motion: expected at least {expected} frames, found {found}")]
-    TooFewFrames {
-        /// Fewest frames that will do.
-        expected: usize,
-        /// Frames of the motion.
-        found: usize,
-    },
+    #[error(transparent)]
+    TooFewFrames(#[from] TooFewFrames),
 }

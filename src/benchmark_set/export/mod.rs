@@ -16,7 +16,6 @@ mod humaneva;
 mod npz;
 mod opencv;
 mod rle;
-mod samples;
 mod trc;
 mod tum;
 mod webdataset;
@@ -24,9 +23,6 @@ mod webdataset;
 use std::path::Path;
 
 use self::folder::Folder;
-pub(super) use self::samples::{
-    ShardWriter, TarPlaces, facts as sample_facts, key as sample_key, tar_end, tar_header, tar_places,
-};
 use super::{BenchmarkSet, SetError};
 
 /// A format that sets are exported to.

@@ -1,7 +1,7 @@
 //! WebDataset: tar shards of samples, one sample a camera and frame.
 
 use super::folder::{Folder, SetSilhouette};
-use super::samples::{ShardWriter, facts, key};
+use crate::benchmark_set::samples::{ShardWriter, facts, key};
 use crate::benchmark_set::{BenchmarkSet, SetError};
 
 /// Samples in a shard.

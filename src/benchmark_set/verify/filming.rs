@@ -8,7 +8,7 @@ use super::parts::ReadParts;
 use crate::benchmark_set::{RigMoments, moments_file};
 use crate::camera::{FilmingRig, RigMoment};
 use crate::input::excerpt;
-use crate::observation::tracker_rig;
+use crate::observing::tracker_rig;
 
 /// How far a time may be off, seconds.
 const TOLERANCE_S: f64 = 1e-9;

@@ -9,7 +9,7 @@ use crate::benchmark_set::exr_layers::{self, LayerImage};
 use crate::benchmark_set::files::SetFiles;
 use crate::body::{DepthImage, Humanoid};
 use crate::camera::Camera;
-use crate::observation::{LayerObserver, WantedLayers};
+use crate::observing::{LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 

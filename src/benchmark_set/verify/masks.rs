@@ -9,7 +9,8 @@ use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::silhouette_png;
 use crate::camera::CameraRig;
-use crate::observation::{Observation, SilhouetteSource};
+use crate::observation::Observation;
+use crate::observing::SilhouetteSource;
 use crate::parallel;
 use crate::raster::{Mask, overlap};
 

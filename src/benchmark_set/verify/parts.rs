@@ -13,7 +13,7 @@ use crate::benchmark_set::{
 use crate::body::Motion;
 use crate::camera::{CameraRig, FilmingRig};
 use crate::npz::{Array, Npz};
-use crate::observation::{ImageSettings, ObservationFacts, SilhouetteSource};
+use crate::observing::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
 

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use super::set_observer::SetObserver;
 use crate::camera::FilmingRig;
-use crate::observation::{ObservationFacts, SilhouetteSource};
+use crate::observing::{ObservationFacts, SilhouetteSource};
 use crate::raster::Mask;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;

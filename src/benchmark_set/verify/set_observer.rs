@@ -1,9 +1,8 @@
 //! Observes a scene again as a set says that it was observed.
 
 use crate::camera::FilmingRig;
-use crate::observation::{
-    CorruptedObserver, Observation, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource,
-};
+use crate::observation::Observation;
+use crate::observing::{CorruptedObserver, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource};
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 

@@ -9,8 +9,8 @@ use serde_json::Value;
 use super::parts::ReadParts;
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::blind::silhouette_path;
-use crate::benchmark_set::export::{TarPlaces, sample_facts, sample_key, tar_end, tar_header, tar_places};
 use crate::benchmark_set::files::SetFiles;
+use crate::benchmark_set::samples::{self, TarPlaces, tar_end, tar_header, tar_places};
 use crate::benchmark_set::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use crate::benchmark_set::{depth_png, exr_layers};
 use crate::camera::CameraRig;
@@ -80,7 +80,7 @@ fn expected_files(
         if kind == OBSERVED {
             return vec![(mask.clone(), Content::FileOf(mask))];
         }
-        let key = sample_key(camera, frame);
+        let key = samples::key(camera, frame);
         let layers = [("layers.exr", exr_layers::path(camera, frame)), ("depth.png", depth_png::path(camera, frame))];
         let layers = layers.into_iter().filter(|(_, path)| files.has(path));
         let layers = layers.map(|(extension, path)| (format!("{key}.{extension}"), Content::FileOf(path)));
@@ -158,7 +158,7 @@ impl Looking<'_> {
             }
             Content::Facts { camera, frame } => {
                 let camera_of_rig = self.rig.cameras.get(*camera)?;
-                let expected = sample_facts(camera_of_rig, &self.truth.frames[*frame], *camera, *frame);
+                let expected = samples::facts(camera_of_rig, &self.truth.frames[*frame], *camera, *frame);
                 let Ok(found) = serde_json::from_slice::<Value>(bytes) else {
                     return Some(format!("{name} is no JSON"));
                 };

@@ -10,7 +10,7 @@ use crate::benchmark_set::{KEY_FILE, StepSpread, Training, cameras_file, spread_
 use crate::body::{Motion, Pose};
 use crate::camera::{Camera, CameraRig};
 use crate::npz::Npz;
-use crate::observation::{Corruption, tracker_rig, tracker_start};
+use crate::observing::{Corruption, tracker_rig, tracker_start};
 use crate::rng::KeyedSeed;
 
 /// How far a number of the start pose may be off, metres and radians.

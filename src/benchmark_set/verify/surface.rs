@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::benchmark_set::exr_layers::LayerImage;
 use crate::camera::Camera;
-use crate::observation::LayerImages;
+use crate::observing::LayerImages;
 
 /// Channels of a layer.
 pub(super) const NORMALS: [&str; 3] = ["normal.X", "normal.Y", "normal.Z"];

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::*;
-use crate::body::{Humanoid, ROOT_STEP};
-use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
+use crate::body::{Humanoid, Prediction, ProposalScales, ROOT_STEP};
+use crate::motion_model::{Diffusion, DiffusionSettings};
 
 /// Energy of a parabola whose bottom moves steadily with the frame: half the squared step in units of `width`.
 struct Parabola {

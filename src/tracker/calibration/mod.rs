@@ -18,9 +18,9 @@ pub(super) use self::importance::OutlineImportance;
 use self::shape::ShapeModel;
 use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::{Likelihood, SettingError, SilhouetteLikelihood, SilhouetteSettings, TrackError};
+use crate::body::ProposalScales;
 use crate::body::{Humanoid, Pose};
 use crate::camera::CameraRig;
-use crate::motion_model::ProposalScales;
 use crate::observation::Observation;
 
 /// How many frames are looked at.

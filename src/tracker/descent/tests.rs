@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::{Link, Pose, Solid, draw_silhouette};
+use crate::body::{Link, Pose, ProposalScales, Solid, draw_silhouette};
 use crate::camera::{CameraRig, Distortion};
-use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel};
 use crate::observation::Observation;
 use crate::raster::{DistanceMap, TaperedCapsule, contour};
 use crate::tracker::fixture;

@@ -1,8 +1,9 @@
 //! Lost limbs found, energies that never rise, and the same bits on any number of threads.
 
 use super::*;
+use crate::body::ProposalScales;
 use crate::camera::CameraRig;
-use crate::motion_model::{Diffusion, DiffusionSettings, NormalEquations, ProposalScales};
+use crate::motion_model::{Diffusion, DiffusionSettings, NormalEquations};
 use crate::observation::Observation;
 use crate::raster::Mask;
 use crate::tracker::fixture::{self, March};

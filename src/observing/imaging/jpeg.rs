@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use image::{DynamicImage, ExtendedColorType};
 
-use crate::observation::Image;
+use crate::observing::Image;
 
 /// The image, encoded at a quality of 1 to 100 without subsampling of colour, and decoded.
 pub(super) fn stored(image: Image, quality: u8) -> Image {

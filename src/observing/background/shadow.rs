@@ -1,7 +1,7 @@
 //! Cast shadows that were taken for foreground.
 
 use super::BackgroundMixture;
-use crate::observation::Image;
+use crate::observing::Image;
 use crate::raster::Mask;
 
 /// When a pixel of the foreground is taken for a cast shadow: it is darker than the background by the same factor in
@@ -62,7 +62,7 @@ impl ShadowRule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::Risk;
+    use crate::observing::Risk;
 
     fn flat(colour: [u8; 3]) -> Image {
         Image::from_planes(40, 40, colour.iter().map(|c| vec![*c; 1600]).collect()).unwrap()

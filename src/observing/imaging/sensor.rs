@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::settings::{ImageSettings, PERIODS};
 use super::texture::mixed;
-use crate::observation::Image;
+use crate::observing::Image;
 use crate::rng::{KeyedSeed, Purpose, normal};
 
 /// Normal deviates that noise is taken from, a power of two.

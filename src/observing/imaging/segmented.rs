@@ -2,7 +2,8 @@
 
 use super::{ImageSettings, SceneCamera};
 use crate::camera::CameraRig;
-use crate::observation::{BackgroundError, BackgroundSettings, Image, Observation, Segmenter};
+use crate::observation::Observation;
+use crate::observing::{BackgroundError, BackgroundSettings, Image, Segmenter};
 use crate::parallel;
 use crate::raster::Mask;
 use crate::rng::KeyedSeed;
@@ -52,7 +53,7 @@ impl<'a> SegmentedObserver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::observe;
+    use crate::observing::observe;
     use crate::raster::overlap;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;

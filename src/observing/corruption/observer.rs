@@ -5,9 +5,10 @@ use rand::RngExt;
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
 use crate::body::Humanoid;
 use crate::camera::{CameraRig, FilmingRig};
-use crate::observation::light::{GroundPixels, Sun};
-use crate::observation::observe::Look;
-use crate::observation::{Observation, Observer};
+use crate::observation::Observation;
+use crate::observing::Observer;
+use crate::observing::light::{GroundPixels, Sun};
+use crate::observing::observe::Look;
 use crate::parallel;
 use crate::raster::Mask;
 use crate::rng::KeyedSeed;
@@ -135,7 +136,7 @@ impl<'a> CorruptedObserver<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::{AXES, observe};
+    use crate::observing::{AXES, observe};
     use crate::raster::overlap;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;

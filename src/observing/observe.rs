@@ -2,10 +2,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::Observation;
 use super::eye::Eye;
 use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
 use crate::camera::{CameraRig, FilmingRig};
+use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::Mask;
 use crate::scene::{Distractor, GroundTruth, SceneClock, SceneFigure};

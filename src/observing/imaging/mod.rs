@@ -21,8 +21,8 @@ use rand::RngExt;
 
 use crate::body::{Humanoid, LinkFrames, SurfacePixel};
 use crate::camera::{Camera, CameraRig};
-use crate::observation::light::{CastShadow, GroundPixels, Sun};
-use crate::observation::{Image, Observer};
+use crate::observing::light::{CastShadow, GroundPixels, Sun};
+use crate::observing::{Image, Observer};
 use crate::parallel;
 use crate::rng::{KeyedSeed, Purpose};
 use crate::scene::{Distractor, GroundTruth, SceneFigure};
@@ -285,7 +285,7 @@ fn grey_of(planes: &[Vec<f32>]) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::observe;
+    use crate::observing::observe;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BackgroundError, BackgroundMixture, Cleaning, Risk, ShadowRule};
-use crate::observation::Image;
+use crate::observing::Image;
 use crate::raster::Mask;
 
 /// How silhouettes are segmented.

@@ -9,20 +9,20 @@ use crate::camera::Camera;
 use crate::scene::TruthFrame;
 
 /// A shard on its way to `to`.
-pub(in crate::benchmark_set) struct ShardWriter<W: Write>(tar::Builder<W>);
+pub(super) struct ShardWriter<W: Write>(tar::Builder<W>);
 
 impl<W: Write> ShardWriter<W> {
-    pub(in crate::benchmark_set) fn new(to: W) -> Self {
+    pub(super) fn new(to: W) -> Self {
         Self(tar::Builder::new(to))
     }
 
     /// Adds a file; its header depends on its name and size alone.
-    pub(in crate::benchmark_set) fn add(&mut self, name: &str, bytes: impl Read, size: u64) -> io::Result<()> {
+    pub(super) fn add(&mut self, name: &str, bytes: impl Read, size: u64) -> io::Result<()> {
         self.0.append_data(&mut header_of_size(size), name, bytes)
     }
 
     /// The end of the shard.
-    pub(in crate::benchmark_set) fn finish(self) -> io::Result<W> {
+    pub(super) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
     }
 }
@@ -40,7 +40,7 @@ fn header_of_size(size: u64) -> tar::Header {
 ///
 /// # Errors
 /// [`io::Error`] for a name that is too long for a header.
-pub(in crate::benchmark_set) fn tar_header(name: &str, size: u64) -> io::Result<Vec<u8>> {
+pub(super) fn tar_header(name: &str, size: u64) -> io::Result<Vec<u8>> {
     let mut header = header_of_size(size);
     header.set_path(name)?;
     header.set_cksum();
@@ -48,12 +48,12 @@ pub(in crate::benchmark_set) fn tar_header(name: &str, size: u64) -> io::Result<
 }
 
 /// What follows the last file of a shard.
-pub(in crate::benchmark_set) fn tar_end() -> Vec<u8> {
+pub(super) fn tar_end() -> Vec<u8> {
     vec![0; 2 * BLOCK as usize]
 }
 
 /// First byte and size of every file of a shard, by its name.
-pub(in crate::benchmark_set) type TarPlaces = BTreeMap<String, (u64, u64)>;
+pub(super) type TarPlaces = BTreeMap<String, (u64, u64)>;
 
 /// Size of a tar's blocks.
 const BLOCK: u64 = 512;
@@ -62,7 +62,7 @@ const BLOCK: u64 = 512;
 ///
 /// # Errors
 /// [`io::ErrorKind::UnexpectedEof`] where it was cut off, [`io::ErrorKind::InvalidData`] where a header is none.
-pub(in crate::benchmark_set) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces> {
+pub(super) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces> {
     let length = shard.seek(SeekFrom::End(0))?;
     let (mut places, mut at) = (TarPlaces::new(), 0_u64);
     loop {
@@ -90,17 +90,12 @@ pub(in crate::benchmark_set) fn tar_places(shard: &mut (impl Read + Seek)) -> io
 }
 
 /// By which the files of a sample are known.
-pub(in crate::benchmark_set) fn key(camera: usize, frame: usize) -> String {
+pub(super) fn key(camera: usize, frame: usize) -> String {
     format!("{frame:06}_cam{camera:02}")
 }
 
 /// What a sample says of a camera and frame: OpenCV's camera, joints and markers in the world and in the image.
-pub(in crate::benchmark_set) fn facts(
-    camera: &Camera,
-    truth: &TruthFrame,
-    camera_index: usize,
-    frame_index: usize,
-) -> Value {
+pub(super) fn facts(camera: &Camera, truth: &TruthFrame, camera_index: usize, frame_index: usize) -> Value {
     let place = |point: &nalgebra::Point3<f64>| json!([point.x, point.y, point.z]);
     let in_view = &truth.in_view[camera_index];
     let pixels: Vec<Value> = truth

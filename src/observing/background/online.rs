@@ -12,7 +12,7 @@
 
 use super::BackgroundError;
 use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
-use crate::observation::Image;
+use crate::observing::Image;
 use crate::raster::Mask;
 use crate::simd::{Dispatched, dispatch};
 

@@ -4,8 +4,7 @@ use nalgebra::DVector;
 
 use serde::{Deserialize, Serialize};
 
-use super::MotionModelError;
-use crate::body::{Humanoid, Motion, ROOT_STEP};
+use super::{Humanoid, Motion, ROOT_STEP};
 
 /// Where a pose is expected in the next frame, before it wanders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -16,6 +15,16 @@ pub enum Prediction {
     None,
     /// As far on as the last two estimates lie apart.
     ConstantVelocity,
+}
+
+/// A motion too short to measure differences between frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("training motion: expected at least {expected} frames, found {found}")]
+pub struct TooFewFrames {
+    /// Fewest frames that will do.
+    pub expected: usize,
+    /// Frames of the motion.
+    pub found: usize,
 }
 
 /// Standard deviations of the change of a pose from one frame to the next: `[Skinned APF]`'s `P_0 = diag(std^2)`,
@@ -45,8 +54,8 @@ impl ProposalScales {
     /// change. The two horizontal directions share one value, since a test may walk another way than the training.
     ///
     /// # Errors
-    /// [`MotionModelError::TooFewFrames`] where no motion has two frames (three with a predicted velocity).
-    pub fn from_motions(body: &Humanoid, motions: &[Motion], prediction: Prediction) -> Result<Self, MotionModelError> {
+    /// [`TooFewFrames`] where no motion has two frames (three with a predicted velocity).
+    pub fn from_motions(body: &Humanoid, motions: &[Motion], prediction: Prediction) -> Result<Self, TooFewFrames> {
         Ok(Self::from_root_mean_squares(&Self::root_mean_squares(body, motions, prediction)?))
     }
 
@@ -59,12 +68,12 @@ impl ProposalScales {
         body: &Humanoid,
         motions: &[Motion],
         prediction: Prediction,
-    ) -> Result<Vec<f64>, MotionModelError> {
+    ) -> Result<Vec<f64>, TooFewFrames> {
         let expected = if prediction == Prediction::None { 2 } else { 3 };
         let steps: Vec<DVector<f64>> = motions.iter().flat_map(|motion| changes(body, motion, prediction)).collect();
         if steps.is_empty() {
             let found = motions.iter().map(|motion| motion.poses.len()).max().unwrap_or(0);
-            return Err(MotionModelError::TooFewFrames { expected, found });
+            return Err(TooFewFrames { expected, found });
         }
         let mut mean_square = DVector::zeros(body.step_len());
         for step in &steps {
