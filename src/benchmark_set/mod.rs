@@ -4,22 +4,6 @@
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
 //! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`,
 //! says which files there are, `formats.txt`, as `FORMATS.txt`, what stands in them.
-//!
-//! ```
-//! use skiagraph::benchmark_set::{BlindSet, TruthSet};
-//! use skiagraph::experiment::{Unwatched, draw};
-//! use skiagraph::scenario::ScenarioFile;
-//! # let folder = std::env::temp_dir().join(format!("skiagraph-set-{}", std::process::id()));
-//! # std::fs::create_dir(&folder)?;
-//! let small = ["motion.loop_to_s=1.0", "rig.ring.size_px=[80, 60]"].map(str::to_owned);
-//! let (set, _notes) = draw(&ScenarioFile::built_in(&small)?, None, &Unwatched)?;
-//! set.write(&folder)?;
-//! let blind = BlindSet::read(&folder)?;
-//! assert_eq!(blind.observation(0)?.silhouettes.len(), blind.rig.cameras.len());
-//! assert_eq!(TruthSet::read(&folder)?.ground_truth.frames.len(), blind.frame_count);
-//! # std::fs::remove_dir_all(&folder)?;
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 mod blind;
 mod body_file;

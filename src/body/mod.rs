@@ -41,6 +41,7 @@ mod shipped;
 mod silhouette;
 mod skin;
 mod solid;
+mod stature;
 mod surface;
 mod tangent;
 mod upright;

@@ -8,7 +8,6 @@
 //! ```
 //! use skiagraph::body::{Motion, shipped};
 //! use skiagraph::contact::{ContactRule, GroundContacts};
-//! use skiagraph::physics::plant_feet;
 //! // a body that stands 3 mm above the ground
 //! let body = shipped("actor")?;
 //! let mut pose = body.zero_pose();
@@ -18,9 +17,6 @@
 //! let standing = Motion { frames_per_second: 60.0, poses: vec![pose; 30] };
 //! let contacts = GroundContacts::from_motion(&body, &standing, &ContactRule::default())?;
 //! assert!(contacts.feet.iter().all(|foot| foot.stances().len() == 1));
-//! // its feet are brought down to the ground
-//! let planted = plant_feet(&body, &standing, &ContactRule::default())?;
-//! assert!(planted.report.moved_mm < 4.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -11,6 +11,24 @@
 //! println!("{:.1} mm", done.record.summary.metrics["humaneva_mm"].mean);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! [`draw`] makes a set of a scenario, which is read as trackers read it, and as those who measure do:
+//!
+//! ```
+//! use skiagraph::benchmark_set::{BlindSet, TruthSet};
+//! use skiagraph::experiment::{Unwatched, draw};
+//! use skiagraph::scenario::ScenarioFile;
+//! # let folder = std::env::temp_dir().join(format!("skiagraph-set-{}", std::process::id()));
+//! # std::fs::create_dir(&folder)?;
+//! let small = ["motion.loop_to_s=1.0", "rig.ring.size_px=[80, 60]"].map(str::to_owned);
+//! let (set, _notes) = draw(&ScenarioFile::built_in(&small)?, None, &Unwatched)?;
+//! set.write(&folder)?;
+//! let blind = BlindSet::read(&folder)?;
+//! assert_eq!(blind.observation(0)?.silhouettes.len(), blind.rig.cameras.len());
+//! assert_eq!(TruthSet::read(&folder)?.ground_truth.frames.len(), blind.frame_count);
+//! # std::fs::remove_dir_all(&folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod baseline;
 mod body_contacts;

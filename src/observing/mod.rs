@@ -7,7 +7,7 @@
 //! use nalgebra::Point3;
 //! use skiagraph::body::{Motion, shipped};
 //! use skiagraph::camera::{CameraRig, RingParameters};
-//! use skiagraph::observation::{CorruptedObserver, Corruption, observe};
+//! use skiagraph::observing::{CorruptedObserver, Corruption, observe};
 //! use skiagraph::scene::GroundTruth;
 //!
 //! let body = shipped("tracker25")?;

@@ -1,7 +1,7 @@
 //! A body with a person's stature, mass, lengths and girths.
 
 use super::{SegmentLengths, fit_shape};
-use crate::body::{BodyShape, Humanoid, Landmark, Person, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment};
+use crate::body::{BodyShape, Humanoid, Person, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment};
 
 /// Rounds in which stature and mass, which each change the other a little, are brought to what is wanted.
 const ROUNDS: usize = 6;
@@ -36,17 +36,6 @@ impl From<&Person> for Physique {
             girths: Some(person.girths),
             lengths_m: [None; 9],
         }
-    }
-}
-
-impl Humanoid {
-    /// From the lowest point of the body to the top of its head, upright at its zero pose, metres; `None` for a body
-    /// without a head or solids.
-    pub fn stature(&self) -> Option<f64> {
-        let frames = self.link_frames(&self.zero_pose());
-        let top = self.markers(&frames)[Landmark::HeadTop as usize]?;
-        let links: Vec<usize> = (0..self.links.len()).collect();
-        Some(top.z - self.lowest_point(&frames, &links)?.z)
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```
 //! use skiagraph::body::{Motion, shipped};
 //! use skiagraph::camera::{CameraRig, RingParameters};
-//! use skiagraph::observation::observe;
+//! use skiagraph::observing::observe;
 //! use skiagraph::scene::GroundTruth;
 //! let body = shipped("tracker25")?;
 //! let mut pose = body.zero_pose();

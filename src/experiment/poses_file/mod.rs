@@ -85,8 +85,8 @@ pub(super) fn read_poses(
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
             if is_numbered && declared.shift.is_none() {
-                points.check_numbers(set.blind.frame_count).map_err(malformed)?;
-                points.extend_to(set.blind.frame_count);
+                check_numbers(&points, set.blind.frame_count).map_err(malformed)?;
+                extend_to(&mut points, set.blind.frame_count);
             }
             points
         }
@@ -99,7 +99,7 @@ pub(super) fn read_poses(
             return Err(malformed(detail));
         }
     };
-    points.into_tracked(path, set, declared, &extension)
+    into_tracked(points, path, set, declared, &extension)
 }
 
 /// What an `.npz` file, and any file that says nothing, is taken for.
@@ -177,104 +177,101 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
     })
 }
 
-impl PointFile {
-    /// Refuses numbers of frames that the set does not have.
-    fn check_numbers(&self, frames: usize) -> Result<(), String> {
-        let found = self.frames.len();
-        if found <= frames {
-            return Ok(());
-        }
-        let first = self.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
-        let hint = match first {
-            0 => String::new(),
-            _ => format!("; its first is {first}: subtract {first} from all, or say --shift -{first}"),
-        };
-        Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
+/// Refuses numbers of frames that the set does not have.
+fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
+    let found = points.frames.len();
+    if found <= frames {
+        return Ok(());
     }
+    let first = points.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
+    let hint = match first {
+        0 => String::new(),
+        _ => format!("; its first is {first}: subtract {first} from all, or say --shift -{first}"),
+    };
+    Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
+}
 
-    /// Frames after the last one of a file that numbers its frames have no estimate, as have those between.
-    fn extend_to(&mut self, frames: usize) {
-        let found = self.frames.len();
-        if (1..frames).contains(&found) {
-            self.frames.resize(frames, vec![None; self.names.len()]);
-            self.notes.push(format!(
-                "the file's last frame is {} (from 0); frames {found} to {} are lost",
-                found - 1,
-                frames - 1
-            ));
-        }
+/// Frames after the last one of a file that numbers its frames have no estimate, as have those between.
+fn extend_to(points: &mut PointFile, frames: usize) {
+    let found = points.frames.len();
+    if (1..frames).contains(&found) {
+        points.frames.resize(frames, vec![None; points.names.len()]);
+        points.notes.push(format!(
+            "the file's last frame is {} (from 0); frames {found} to {} are lost",
+            found - 1,
+            frames - 1
+        ));
     }
+}
 
-    /// What the format says of units and axes.
-    fn usage(&self, extension: &str) -> FormatUsage {
-        let usage = match (self.metres_per_unit, self.up) {
-            (metres, up) if extension != "bvh" => FormatUsage {
-                metres: metres.or(Some(1.0)),
-                units_from: if metres.is_some() { "declared in the file" } else { "assumed" },
-                order: if up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
-                axes_from: match up {
-                    Some(_) if !self.up_is_usual => "declared in the file",
-                    _ => "assumed",
-                },
-                ..ASSUMED
+/// What the format says of units and axes.
+fn usage(points: &PointFile, extension: &str) -> FormatUsage {
+    let usage = match (points.metres_per_unit, points.up) {
+        (metres, up) if extension != "bvh" => FormatUsage {
+            metres: metres.or(Some(1.0)),
+            units_from: if metres.is_some() { "declared in the file" } else { "assumed" },
+            order: if up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
+            axes_from: match up {
+                Some(_) if !points.up_is_usual => "declared in the file",
+                _ => "assumed",
             },
-            _ => FormatUsage {
-                metres: None,
-                units_from: "guessed by the size of the body",
-                order: AxisOrder::BVH,
-                axes_from: "assumed",
-                y_up: AxisOrder::BVH,
-            },
-        };
-        let assumed = match extension {
-            "trc" => "assumed for .trc",
-            "bvh" => "assumed for .bvh",
-            _ => return usage,
-        };
-        FormatUsage { axes_from: assumed, ..usage }
-    }
+            ..ASSUMED
+        },
+        _ => FormatUsage {
+            metres: None,
+            units_from: "guessed by the size of the body",
+            order: AxisOrder::BVH,
+            axes_from: "assumed",
+            y_up: AxisOrder::BVH,
+        },
+    };
+    let assumed = match extension {
+        "trc" => "assumed for .trc",
+        "bvh" => "assumed for .bvh",
+        _ => return usage,
+    };
+    FormatUsage { axes_from: assumed, ..usage }
+}
 
-    fn into_tracked(
-        self,
-        path: &Path,
-        set: &BenchmarkSet,
-        declared: &PosesDeclared,
-        extension: &str,
-    ) -> Result<Tracked, ExperimentError> {
-        let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-        let body = &set.blind.start.body;
-        let mut read_as = ReadAs::new(path, self.usage(extension), declared);
-        let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
-        let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
-        let columns = names::columns(&self.names, map.as_ref(), body, first).map_err(malformed)?;
-        let rate = self.frames_per_second.unwrap_or(set.blind.frames_per_second);
-        let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate])), ("seeds", Array::new(&[1], vec![0_i64]))]);
-        for (array, names_array, kind) in [
-            ("estimate_markers", "marker_names", &columns.markers),
-            ("estimate_joints", "estimate_joint_names", &columns.joints),
-        ] {
-            if kind.is_empty() {
-                continue;
-            }
-            let place = |frame: &Vec<Option<[f64; 3]>>| -> Vec<f64> {
-                kind.iter().flat_map(|(column, _)| frame[*column].unwrap_or([f64::NAN; 3])).collect()
-            };
-            let numbers: Vec<f64> = self.frames.iter().flat_map(place).collect();
-            npz.push(array, Array::new(&[1, self.frames.len(), kind.len(), 3], numbers));
-            npz.push(names_array, Array::names(kind.iter().map(|(_, name)| name.as_str())));
+fn into_tracked(
+    points: PointFile,
+    path: &Path,
+    set: &BenchmarkSet,
+    declared: &PosesDeclared,
+    extension: &str,
+) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let body = &set.blind.start.body;
+    let mut read_as = ReadAs::new(path, usage(&points, extension), declared);
+    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
+    let columns = names::columns(&points.names, map.as_ref(), body, first).map_err(malformed)?;
+    let rate = points.frames_per_second.unwrap_or(set.blind.frames_per_second);
+    let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate])), ("seeds", Array::new(&[1], vec![0_i64]))]);
+    for (array, names_array, kind) in [
+        ("estimate_markers", "marker_names", &columns.markers),
+        ("estimate_joints", "estimate_joint_names", &columns.joints),
+    ] {
+        if kind.is_empty() {
+            continue;
         }
-        read_as.columns = columns.by_marker(&self.names, body);
-        read_as.layout = columns.layout.map(str::to_owned);
-        let file = path.display().to_string();
-        let left_out = columns.note.map(|note| format!("{file} {note}"));
-        let notes = self.notes.into_iter().chain(left_out).collect();
-        // of BVH the reader has applied the unit
-        let in_file =
-            ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
-        let mut tracked = tracked_from(npz, path, set, in_file, notes)?;
-        tracked.read_as = Some(read_as);
-        Ok(tracked)
+        let place = |frame: &Vec<Option<[f64; 3]>>| -> Vec<f64> {
+            kind.iter().flat_map(|(column, _)| frame[*column].unwrap_or([f64::NAN; 3])).collect()
+        };
+        let numbers: Vec<f64> = points.frames.iter().flat_map(place).collect();
+        npz.push(array, Array::new(&[1, points.frames.len(), kind.len(), 3], numbers));
+        npz.push(names_array, Array::names(kind.iter().map(|(_, name)| name.as_str())));
     }
+    read_as.columns = columns.by_marker(&points.names, body);
+    read_as.layout = columns.layout.map(str::to_owned);
+    let file = path.display().to_string();
+    let left_out = columns.note.map(|note| format!("{file} {note}"));
+    let notes = points.notes.into_iter().chain(left_out).collect();
+    // of BVH the reader has applied the unit
+    let in_file = ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
+    let mut tracked = tracked_from(npz, path, set, in_file, notes)?;
+    tracked.read_as = Some(read_as);
+    Ok(tracked)
 }
 
 /// Whether this body's markers are known by this name of a joint.
