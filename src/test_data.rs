@@ -4,20 +4,25 @@
 
 use std::fs::OpenOptions;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `relative` below the test data, or `None` (said as [`skip`] does) where there is none.
 ///
 /// The data is `$SKIAGRAPH_TEST_DATA`, else `../shared/data` beside the checkout. On CI (`CI=true`) it must be there.
 pub(crate) fn path(relative: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SKIAGRAPH_TEST_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    let root = std::env::var_os("SKIAGRAPH_TEST_DATA").map_or_else(beside_the_checkout, PathBuf::from);
     let path = root.join(relative);
     if path.exists() {
         return Some(path);
     }
     skip(&format!("no {} (set SKIAGRAPH_TEST_DATA)", path.display()));
     None
+}
+
+fn beside_the_checkout() -> PathBuf {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let checkout = own.ancestors().find(|folder| folder.join("Cargo.lock").is_file());
+    checkout.unwrap_or(own).join("../shared/data")
 }
 
 /// Says that the test that calls this is skipped, and why. On CI (`CI=true`) that is a failure.

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::evaluate::MetricValue;
-use super::fixture::evaluate_markers;
 use super::{PARTS, PartRotations, Sequence, SilhouetteOutline, Views, evaluate};
 use crate::body::{Landmark, Markers};
 use crate::camera::{Camera, FieldOfView};
 use crate::raster::Mask;
+use crate::test_figure::evaluate_markers;
 
 /// Pelvis at the origin, all others half a metre away: along x, -x, y, -y, z in turn.
 fn star() -> Markers {

@@ -8,8 +8,8 @@ use crate::contact::{ContactRule, ContactTrack, FOOT_NAMES, GroundContact, Groun
 use crate::dynamics::Dynamics;
 
 use super::evaluate::MetricValue;
-use super::fixture::standing;
 use super::{ContactMeasures, ContactPair, Sequence, evaluate};
+use crate::test_figure::standing;
 
 /// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
 pub(crate) type FootFrame = (bool, f64, f64);

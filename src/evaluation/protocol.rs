@@ -29,11 +29,11 @@ fn likelihood(sequence: &Sequence<'_>) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::super::contact_fixture::contacts;
-    use super::super::fixture::standing;
     use super::super::sequence::ContactMeasures;
     use super::super::{ContactPair, METRICS, find_metric};
     use super::*;
     use crate::contact::ContactRule;
+    use crate::test_figure::standing;
 
     fn protocols(rule: ContactRule, names: &[&str]) -> Vec<String> {
         let mut flat = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
