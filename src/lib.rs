@@ -18,8 +18,7 @@
 //! | [`contact`], [`dynamics`] | contacts of a motion; balance, and the forces that it needs |
 //! | [`physics`] | planted feet, simulation |
 //! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
-//! | [`scene`], [`observing`] | [`scene::GroundTruth`], [`observing::observe()`]: exact, corrupted or segmented |
-//! | [`observation`] | [`observation::Observation`]: all that a tracker is given of a frame |
+//! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
 //! | [`motion_model`] | diffusion, GPDM, GPDM graph: how a pose may move from frame to frame |
 //! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
@@ -114,40 +113,45 @@
     )
 )]
 
-pub mod benchmark_set;
-pub mod body;
-pub mod camera;
 #[doc(hidden)]
 pub mod cli;
-pub mod contact;
-pub mod dynamics;
-pub mod editing;
-pub mod evaluation;
 pub mod experiment;
-mod input;
-pub mod mocap;
-pub mod motion_model;
-pub mod npz;
-pub mod observation;
-pub mod observing;
-mod parallel;
-pub mod physics;
-pub mod raster;
 pub mod report;
-pub mod retarget;
-pub mod rng;
 pub mod scenario;
-pub mod scene;
-mod simd;
 #[cfg(test)]
+#[path = "../crates/test_support/bodies.rs"]
 pub mod test_bodies;
 #[cfg(test)]
+#[path = "../crates/test_support/cameras.rs"]
 pub mod test_cameras;
 #[cfg(test)]
-mod test_data;
-#[cfg(test)]
+#[path = "../crates/test_support/figure.rs"]
 pub mod test_figure;
-pub mod tracker;
 
 /// The linear algebra of poses, frames and points in this interface.
 pub use nalgebra;
+pub use skiagraph_core::{body, camera, contact, dynamics, npz, raster, rng};
+pub use skiagraph_eval as evaluation;
+pub use skiagraph_set as benchmark_set;
+pub use skiagraph_track::tracker;
+pub use skiagraph_truth::{editing, mocap, retarget, scene};
+
+use skiagraph_core::{input, parallel};
+
+/// How a pose may move from frame to frame: diffusion, GPDM, GPDM graph (`skiagraph-track`).
+pub mod motion_model {
+    pub use skiagraph_core::body::{Prediction, ProposalScales};
+    pub use skiagraph_track::motion_model::*;
+}
+
+/// What a tracker is given of a frame (`skiagraph-core`), and how it is made of the truth (`skiagraph-truth`).
+pub mod observation {
+    pub use skiagraph_core::observation::Observation;
+    pub use skiagraph_truth::observing::*;
+}
+
+/// Planted feet and simulation (`skiagraph-physics`); balance and forces ([`dynamics`]).
+pub mod physics {
+    pub use skiagraph_core::dynamics::*;
+    pub use skiagraph_physics::*;
+}

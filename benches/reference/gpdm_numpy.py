@@ -1,4 +1,4 @@
-"""The loss of src/motion_model/gpdm/objective.rs with its gradient, and predictions, in NumPy and SciPy: what they are timed against.
+"""The loss of crates/track/src/motion_model/gpdm/objective.rs with its gradient, and predictions, in NumPy and SciPy: what they are timed against.
 
 The workload is that of benches/gpdm.rs, number by number. Run with one thread:
 

@@ -74,7 +74,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
          `cargo run --release --example studies -- hints`. Every run is one of 20 seeds of one setting: two seconds of motion at 60 Hz in images of\n\
          160x120 pixels, with few particles. *Honest* runs are measured as they are; a hint there is a false alarm. Then each estimate is misread on\n\
          purpose, and must be told with the right kind and no other. `docs/estimates.md` has the limits that a hint keeps. They were chosen on a\n\
-         walking figure with constructed errors (`src/evaluation/misreading/tests.rs`), not on these runs.\n\n",
+         walking figure with constructed errors (`crates/eval/src/misreading/tests.rs`), not on these runs.\n\n",
     );
     let mut head = "| runs | HumanEva error, mm | honest: hints |".to_owned();
     PLANTS.iter().for_each(|(name, ..)| write!(head, " {name}: told |").unwrap_or_default());

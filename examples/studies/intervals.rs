@@ -146,7 +146,7 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
          seeds of one clip from a distribution whose mean is known and computes a 95 % interval of that mean: {} trials a \
          cell, so that a share is known to within {:.1} points. In brackets the median width of the intervals, in % of the mean. \
          Differences of two trackers are in [gate.md](gate.md).\n\n\
-         *Now* (`src/evaluation/interval.rs`): below three seeds none; Student's t, for errors above 0 on a logarithmic scale about the \
+         *Now* (`crates/eval/src/interval.rs`): below three seeds none; Student's t, for errors above 0 on a logarithmic scale about the \
          arithmetic mean, with the greater of two standard errors: Student's, and that of the modified Cox interval (Olsson 2005; the \
          variance of the logarithms taken as 1 at most). One rule at any number of seeds. *t*: Student's t whatever the errors, as \
          SciPy has it. *Cox*: the modified Cox interval, in use until now below ten seeds. *BCa*: the bootstrap (Efron 1987), expanded \

@@ -55,7 +55,7 @@ print(len(truth['root']), 'frames', len(markers), 'markers')
 #[test]
 fn the_documents_say_what_stands_in_every_kind_of_file_and_what_verify_cannot_tell() {
     let document = std::fs::read_to_string(shipped(DOCUMENT)).unwrap();
-    let formats = std::fs::read_to_string(shipped("src/benchmark_set/formats.txt")).unwrap();
+    let formats = std::fs::read_to_string(shipped("crates/set/src/formats.txt")).unwrap();
     for word in ["id.part", "depth.Z", "forward.u", "influences", "bind", "olling shutter", "start/start.json", "drive"]
     {
         assert!(document.contains(word) && formats.contains(word), "{word}");

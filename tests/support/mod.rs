@@ -7,7 +7,7 @@ use std::process::Command;
 use skiagraph::body::{Markers, shipped};
 use skiagraph::retarget::{FitOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape};
 
-#[path = "../../src/test_data.rs"]
+#[path = "../../crates/test_support/data.rs"]
 mod data;
 
 pub(crate) use data::{path as test_data, skip};

@@ -1,0 +1,77 @@
+//! The humanoid: links, joints and geometry from URDF, its pose, kinematics and silhouette.
+//!
+//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per degree
+//! of freedom; [`Humanoid::link_frames`] gives the frame of every link.
+//!
+//! ```
+//! use skiagraph_core::body::shipped;
+//! let body = shipped("tracker25")?;
+//! let mut pose = body.zero_pose();
+//! let elbow = body.find_degree_of_freedom("left_elbow_flexion").ok_or("no such joint")?;
+//! pose.joint_angles[elbow] = 0.5;
+//! let frames = body.link_frames(&pose);
+//! let forearm = frames[body.find_link("left_forearm").ok_or("no such link")?].translation;
+//! assert!(forearm.y > 0.0, "left is +Y of a body that faces +X");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bodily_links;
+mod bounds;
+mod drawn;
+mod from_joints;
+mod growth;
+mod humanoid;
+pub(crate) mod inverse_kinematics;
+mod jacobian;
+mod kinematics;
+mod landmark;
+mod limits;
+mod lowest;
+mod marker_positions;
+mod mass;
+mod mismatch;
+mod motion;
+mod population;
+mod pose;
+mod prop;
+mod proposal;
+mod ray;
+mod shape;
+mod shipped;
+mod silhouette;
+mod skin;
+mod solid;
+mod stature;
+mod surface;
+mod tangent;
+mod upright;
+mod urdf;
+
+pub use drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH};
+pub use growth::CHILD_YEARS;
+pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
+pub use kinematics::LinkFrames;
+pub(crate) use kinematics::{rotation_about, rotation_from_vector};
+pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
+pub use limits::LimitViolation;
+pub(crate) use mismatch::without_side;
+pub(crate) use population::girth_segment;
+pub use population::{GIRTH_SPREAD, LENGTH_SPREAD, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
+pub use pose::{Motion, Pose};
+pub use prop::Prop;
+pub use proposal::{Prediction, ProposalScales, TooFewFrames};
+pub use ray::Ray;
+pub use shape::{BodyShape, LinkShape};
+pub use shipped::{SHIPPED_ROBOTS, shipped};
+pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera, draw_silhouette};
+pub(crate) use skin::read_skin_allowing;
+pub use skin::{
+    Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
+};
+pub use solid::Solid;
+pub use tangent::ROOT_STEP;
+pub(crate) use tangent::rotation_vector;
+pub(crate) use upright::from_axes;
+pub use urdf::UrdfError;
+#[doc(hidden)]
+pub use urdf::{MeshParts, mesh_from_bytes};

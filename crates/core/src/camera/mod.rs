@@ -1,0 +1,131 @@
+//! Cameras: a pinhole with OpenCV's lens distortion, placed in the world, and rigs of them.
+//!
+//! Camera axes are OpenCV's: x right, y down, z forward. Pixel (0, 0) is the *outer corner* of the top-left pixel, so
+//! pixel centres lie at +0.5; files that follow OpenCV put (0, 0) at that pixel's centre, and [`Camera::from_opencv`]
+//! and [`Camera::opencv_matrix`] shift the principal point by half a pixel.
+//!
+//! ```
+//! use skiagraph_core::camera::{Camera, FieldOfView};
+//! use nalgebra::{Point3, Vector3};
+//! let eye = Point3::new(4.5, 0.0, 1.0);
+//! let target = Point3::new(0.0, 0.0, 1.0);
+//! let camera = Camera::look_at("front", eye, target, Vector3::z(), FieldOfView::Horizontal(0.8), 640, 480)?;
+//! let pixel = camera.project(&target).ok_or("behind")?;
+//! assert!((pixel - nalgebra::Point2::new(320.0, 240.0)).norm() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod distortion;
+mod error;
+mod files;
+mod filming;
+mod look_at;
+mod opencv;
+mod path;
+mod pinhole;
+mod rig;
+
+pub use distortion::Distortion;
+pub use error::CameraError;
+pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
+pub use filming::{CameraTiming, FilmingRig, RigMoment};
+pub use look_at::FieldOfView;
+pub use path::{CameraKeyframe, CameraPath};
+pub use pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE, Pinhole};
+pub use rig::{CameraRig, RingParameters};
+
+use nalgebra::{Isometry3, Point2, Point3, Unit, Vector3};
+
+/// One camera of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Unique in its rig, for people and file names.
+    pub name: String,
+    /// The ideal projection.
+    pub pinhole: Pinhole,
+    /// The lens.
+    pub distortion: Distortion,
+    /// World to camera frame; metres.
+    pub camera_from_world: Isometry3<f64>,
+}
+
+impl Camera {
+    /// Pixel of a world point, lens included; `None` before the near plane. The pixel may lie outside the image.
+    pub fn project(&self, point_in_world: &Point3<f64>) -> Option<Point2<f64>> {
+        let p = self.camera_from_world * point_in_world;
+        if p.z < self.pinhole.near {
+            return None;
+        }
+        let (x, y) = self.distortion.apply(p.x / p.z, p.y / p.z);
+        Some(self.pinhole.pixel(x, y))
+    }
+
+    /// Whether the camera sees this world point: before it, beyond the near plane and inside the image.
+    pub fn sees(&self, point_in_world: &Point3<f64>) -> bool {
+        self.project(point_in_world).is_some_and(|pixel| self.pinhole.contains(&pixel))
+    }
+
+    /// The centre of projection in the world, metres.
+    pub fn centre(&self) -> Point3<f64> {
+        self.camera_from_world.inverse_transform_point(&Point3::origin())
+    }
+
+    /// The direction in the world of the ray from [`Self::centre`] that is seen at `pixel`; `None` where the lens model
+    /// has no inverse.
+    pub fn ray_through(&self, pixel: &Point2<f64>) -> Option<Unit<Vector3<f64>>> {
+        let (x, y) = self.pinhole.normalised(pixel);
+        let (x, y) = self.distortion.undistort(x, y)?;
+        Some(Unit::new_normalize(self.camera_from_world.inverse_transform_vector(&Vector3::new(x, y, 1.0))))
+    }
+
+    /// Checks every number of the camera.
+    ///
+    /// # Errors
+    /// [`CameraError`] naming the first number that is not finite or out of range.
+    pub fn validate(&self) -> Result<(), CameraError> {
+        self.pinhole.validate(&self.name)?;
+        let placement = self.camera_from_world.to_homogeneous();
+        let numbers = placement.iter().chain(&self.distortion.coefficients()).copied().collect::<Vec<_>>();
+        error::all_finite(&self.name, "placement or distortion", &numbers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wide_camera() -> Camera {
+        let distortion = Distortion { k1: -0.2, k2: 0.05, p1: 0.002, p2: -0.001, k3: 0.003 };
+        let eye = Point3::new(3.0, -2.0, 1.5);
+        let target = Point3::new(0.1, 0.2, 0.9);
+        let camera = Camera::look_at("c", eye, target, Vector3::z(), FieldOfView::Vertical(0.9), 640, 480);
+        Camera { distortion, ..camera.unwrap() }
+    }
+
+    #[test]
+    fn the_ray_through_a_pixel_meets_the_point_that_projects_there() {
+        let camera = wide_camera();
+        for pixel in [Point2::new(0.5, 0.5), Point2::new(320.0, 240.0), Point2::new(639.5, 13.25)] {
+            let direction = camera.ray_through(&pixel).unwrap();
+            let point = camera.centre() + direction.into_inner() * 3.7;
+            assert!((camera.project(&point).unwrap() - pixel).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn nothing_before_the_near_plane_is_projected() {
+        let camera = wide_camera();
+        let forward = camera.ray_through(&Point2::new(320.0, 240.0)).unwrap().into_inner();
+        assert_eq!(camera.project(&(camera.centre() + forward * 0.01)), None);
+        assert_eq!(camera.project(&(camera.centre() - forward)), None);
+        assert!(camera.sees(&(camera.centre() + forward)));
+    }
+
+    #[test]
+    fn a_camera_with_a_number_that_is_not_finite_is_refused() {
+        let mut camera = wide_camera();
+        assert!(camera.validate().is_ok());
+        camera.distortion.k3 = f64::NAN;
+        assert!(camera.validate().unwrap_err().to_string().contains("distortion"));
+    }
+}

@@ -1,0 +1,49 @@
+//! Contact of a body with the ground, with props and with itself.
+//!
+//! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds parts
+//! of a body that penetrate each other. Everything is computed from the solids of the body and is exact up to rounding;
+//! nothing is guessed from joint speeds. Another surface, such as a skin, can replace the solids by implementing
+//! [`Surface`].
+//!
+//! ```
+//! use skiagraph_core::body::{Motion, shipped};
+//! use skiagraph_core::contact::{ContactRule, GroundContacts};
+//! // a body that stands 3 mm above the ground
+//! let body = shipped("actor")?;
+//! let mut pose = body.zero_pose();
+//! let links: Vec<usize> = (0..body.links.len()).collect();
+//! let sole = body.lowest_point(&body.link_frames(&pose), &links).ok_or("no solids")?;
+//! pose.world_from_root.translation.vector.z = 0.003 - sole.z;
+//! let standing = Motion { frames_per_second: 60.0, poses: vec![pose; 30] };
+//! let contacts = GroundContacts::from_motion(&body, &standing, &ContactRule::default())?;
+//! assert!(contacts.feet.iter().all(|foot| foot.stances().len() == 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bounds;
+mod capsule_distance;
+mod error;
+mod ground_contacts;
+mod ground_quality;
+mod interpenetration;
+mod pace;
+mod prop_contacts;
+mod rule;
+mod self_collision;
+mod solid_distance;
+mod stance;
+mod surface;
+
+pub use capsule_distance::tapered_capsule_distance;
+pub use error::ContactError;
+pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_feet};
+pub(crate) use ground_contacts::{GroundTrackInput, link_frames};
+pub use ground_quality::GroundQuality;
+pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
+pub use pace::Pace;
+pub use prop_contacts::{PropContact, PropContacts, PropTrack};
+pub use rule::ContactRule;
+pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
+pub use solid_distance::solid_distance;
+pub use stance::{FOOT_NAMES, Stance, stances};
+pub use surface::{Surface, SurfacePoint};

@@ -1,0 +1,37 @@
+//! What a tracker is given of a frame: an [`Observation`], one silhouette per camera.
+
+use std::borrow::Cow;
+
+use crate::camera::{CameraRig, RigMoment};
+use crate::raster::Mask;
+
+/// The images of all cameras of a rig at one time. A tracker gets only these, the cameras, a body and a start pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Frame number, from 0.
+    pub frame: usize,
+    /// Seconds from frame 0.
+    pub time_s: f64,
+    /// One silhouette per camera, in the rig's order, in the camera's own (distorted) pixels; empty for a camera
+    /// without a new image.
+    pub silhouettes: Vec<Mask>,
+    /// Where the cameras were and when they took their images; `None` where all stand still and took an image at this
+    /// time.
+    pub moment: Option<RigMoment>,
+}
+
+impl Observation {
+    /// Whether a camera took an image for this frame.
+    pub fn has_image(&self, camera: usize) -> bool {
+        let exposed = self.moment.as_ref().and_then(|moment| moment.exposed_s.get(camera));
+        exposed.is_none_or(Option::is_some)
+    }
+
+    /// The cameras of `rig` as they were.
+    pub fn rig<'r>(&self, rig: &'r CameraRig) -> Cow<'r, CameraRig> {
+        match &self.moment {
+            None => Cow::Borrowed(rig),
+            Some(moment) => Cow::Owned(rig.at(moment)),
+        }
+    }
+}

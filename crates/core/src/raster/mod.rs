@@ -1,0 +1,62 @@
+//! Bit-packed silhouettes and what is measured on them.
+//!
+//! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
+//! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
+//! [`paint_triangles`] fill everything else, [`MeshTopology`] fine meshes by their outline. Everything is in the ideal
+//! (undistorted) pixels of a pinhole.
+//!
+//! ```
+//! use nalgebra::Point3;
+//! use skiagraph_core::camera::Pinhole;
+//! use skiagraph_core::raster::{CapsulePainter, Mask, TaperedCapsule, overlap};
+//! let pinhole = Pinhole { focal: [100.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 };
+//! let arm = |x: f64| TaperedCapsule {
+//!     a: Point3::new(x, -0.3, 2.0),
+//!     b: Point3::new(x, 0.3, 2.0),
+//!     radius_a: 0.05,
+//!     radius_b: 0.04,
+//! };
+//! let [here, beside] = [0.0, 0.02].map(|x| {
+//!     let mut mask = Mask::new(160, 120);
+//!     CapsulePainter::new(&pinhole).paint(&[arm(x)], &mut mask);
+//!     mask
+//! });
+//! assert!(overlap(&here, &beside).iou() < 1.0);
+//! ```
+
+mod bounds;
+mod capsules;
+mod comparer;
+mod contour;
+mod contour_distance;
+mod distance;
+mod mask;
+mod mesh_silhouette;
+mod mesh_topology;
+mod morphology;
+mod outline;
+mod overlap;
+mod polygon;
+mod ray_strip;
+mod signed_distance;
+mod specks;
+mod strips;
+mod tapered_capsule;
+mod triangles;
+
+pub use bounds::PixelBounds;
+pub use capsules::{CapsulePainter, SilhouetteScratch};
+pub use comparer::{MaskComparison, SilhouetteComparer};
+pub use contour::contour;
+pub use distance::DistanceMap;
+pub use mask::Mask;
+pub use mesh_silhouette::{MeshScratch, MeshVertices};
+pub use mesh_topology::MeshTopology;
+pub use morphology::{closed, grown_by_disc, opened};
+pub use overlap::{Overlap, overlap};
+pub use polygon::paint_polygon;
+pub(crate) use ray_strip::{RayStrip, STRIP_RAYS, entries_of_rays, rays_that_meet};
+pub use signed_distance::{DistanceSample, SignedDistance};
+pub use specks::without_specks;
+pub use tapered_capsule::TaperedCapsule;
+pub use triangles::paint_triangles;

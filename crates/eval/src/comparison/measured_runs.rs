@@ -1,0 +1,369 @@
+//! The measured runs of one tracker: values per clip, draw of the observation's noise, and seed, with what makes them
+//! comparable.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::changed_settings::changed_settings;
+use crate::{Summary, Unit};
+
+/// The runs of one side, by clip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredRuns {
+    /// By the clip's (the set's) name.
+    pub clips: BTreeMap<String, MeasuredClip>,
+    /// Further draws of the observation's noise: the same clips on sets that differ in nothing else.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub draws: BTreeMap<String, Vec<MeasuredClip>>,
+}
+
+/// All seeds of one set: of one draw of the noise of one clip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredClip {
+    /// Hash of the set's files.
+    pub set_hash: String,
+    /// Hash of all that a set shares with other draws of its noise; absent in runs of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_hash: Option<String>,
+    /// Frames of the set.
+    pub frames: usize,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// The tracker's name.
+    pub tracker: String,
+    /// All its settings, where they are known.
+    pub settings: Option<Value>,
+    /// Version of the program that measured.
+    pub version: String,
+    /// The seeds, in the order of all `per_seed`.
+    pub seeds: Vec<u64>,
+    /// By [`crate::Metric::name`].
+    pub metrics: BTreeMap<String, MeasuredMetric>,
+    /// Mean error of every marker, millimetres, seed by seed.
+    pub joints: BTreeMap<String, Vec<Option<f64>>>,
+}
+
+/// One metric of all seeds of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredMetric {
+    /// Unit of all values.
+    pub unit: Unit,
+    /// Joint set, alignment, mask rule, frames and rate, without what is particular to the runs.
+    pub protocol: String,
+    /// Mean of every seed; `None` where it could not be measured.
+    pub per_seed: Vec<Option<f64>>,
+}
+
+/// Why the runs of two folders are not one side.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MergeError {
+    /// A seed of a clip is there twice.
+    #[error("seed {seed} of `{clip}` is there twice; give one of the two folders")]
+    Twice {
+        /// The clip.
+        clip: String,
+        /// The seed.
+        seed: u64,
+    },
+    /// Two runs of a clip are on sets that differ in more than the draw of the noise.
+    #[error(
+        "two runs of `{clip}` are on sets that differ in more than the observation's noise (hashes {one} and {other}), \
+         or were measured by a version that did not compare that; measure both again with skiagraph evaluate, or give \
+         them as two sides"
+    )]
+    Sets {
+        /// The clip.
+        clip: String,
+        /// Hash of the first set.
+        one: String,
+        /// Hash of the second.
+        other: String,
+    },
+    /// Two runs of a clip have trackers with other settings.
+    #[error("two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides")]
+    Settings {
+        /// The clip.
+        clip: String,
+        /// The keys that differ, with both values.
+        changed: String,
+    },
+    /// Two runs of a clip differ in something other than the seed.
+    #[error("two runs of `{clip}` differ in their {what} ({one} and {other}); give them as two sides")]
+    Differ {
+        /// The clip.
+        clip: String,
+        /// In what.
+        what: &'static str,
+        /// That of the first.
+        one: String,
+        /// That of the second.
+        other: String,
+    },
+}
+
+impl MeasuredClip {
+    /// The seeds of a summary that are of this clip. `facts` are the clip's, without seeds, metrics and joints.
+    pub fn with_values(mut self, summary: &Summary) -> Self {
+        self.seeds = summary.runs.iter().map(|run| run.seed).collect();
+        let metric = |metric: &crate::MetricSummary| MeasuredMetric {
+            unit: metric.unit,
+            protocol: definition(&metric.protocol).to_owned(),
+            per_seed: metric.per_run.clone(),
+        };
+        self.metrics = summary.metrics.iter().map(|(name, found)| (name.clone(), metric(found))).collect();
+        self.joints = summary.per_joint.iter().map(|joint| (joint.joint.clone(), joint.per_run.clone())).collect();
+        self
+    }
+
+    /// Seeds and values of a metric, of the seeds that have one.
+    pub fn values(&self, metric: &str) -> Vec<(u64, f64)> {
+        self.metrics.get(metric).map(|metric| present(&self.seeds, &metric.per_seed)).unwrap_or_default()
+    }
+
+    /// Seeds and mean errors of a marker.
+    pub fn joint(&self, joint: &str) -> Vec<(u64, f64)> {
+        self.joints.get(joint).map(|values| present(&self.seeds, values)).unwrap_or_default()
+    }
+
+    /// Whether all runs, two or more, have the same values to the last bit: those of a tracker that draws no random
+    /// numbers. They are one observation.
+    pub fn are_copies(&self) -> bool {
+        let mut lists = self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
+        self.seeds.len() > 1 && lists.all(|values| values.windows(2).all(|pair| pair[0] == pair[1]))
+    }
+
+    /// Seeds whose runs have the same values to the last bit as that of an earlier seed, where not all are copies.
+    pub(crate) fn repeated_seeds(&self) -> Vec<u64> {
+        if self.are_copies() {
+            return Vec::new();
+        }
+        let lists = || self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
+        let same = |one: usize, other: usize| lists().all(|values| values.get(one) == values.get(other));
+        let repeats = |at: &usize| (0..*at).any(|earlier| same(earlier, *at));
+        (0..self.seeds.len()).filter(repeats).map(|at| self.seeds[at]).collect()
+    }
+
+    /// Whether two sets differ in the draw of their noise and nothing else.
+    pub(crate) fn is_draw_of(&self, other: &Self) -> bool {
+        self.scene_hash.is_some() && self.scene_hash == other.scene_hash
+    }
+
+    /// Refuses runs of two trackers.
+    fn check_tracker(&self, clip: &str, other: &Self) -> Result<(), MergeError> {
+        let differ = |what, one: &dyn ToString, other: &dyn ToString| {
+            Err(MergeError::Differ { clip: clip.to_owned(), what, one: one.to_string(), other: other.to_string() })
+        };
+        if self.tracker != other.tracker {
+            return differ("tracker", &self.tracker, &other.tracker);
+        }
+        if self.settings != other.settings {
+            let changed = changed_settings(self.settings.as_ref(), other.settings.as_ref());
+            return Err(MergeError::Settings { clip: clip.to_owned(), changed });
+        }
+        if self.version != other.version {
+            return differ("version of skiagraph", &self.version, &other.version);
+        }
+        Ok(())
+    }
+
+    /// Takes over the seeds of another run on the same set.
+    fn append(&mut self, clip: &str, other: Self) -> Result<(), MergeError> {
+        self.check_tracker(clip, &other)?;
+        if let Some(seed) = other.seeds.iter().find(|seed| self.seeds.contains(seed)) {
+            return Err(MergeError::Twice { clip: clip.to_owned(), seed: *seed });
+        }
+        let (mine, theirs) = (self.seeds.len(), other.seeds.len());
+        self.seeds.extend(&other.seeds);
+        for (name, metric) in other.metrics {
+            let MeasuredMetric { unit, protocol, .. } = &metric;
+            let empty = || MeasuredMetric { unit: *unit, protocol: protocol.clone(), per_seed: vec![None; mine] };
+            self.metrics.entry(name).or_insert_with(empty).per_seed.extend(metric.per_seed);
+        }
+        for (name, values) in other.joints {
+            self.joints.entry(name).or_insert_with(|| vec![None; mine]).extend(values);
+        }
+        let all = mine + theirs;
+        self.metrics.values_mut().for_each(|metric| metric.per_seed.resize(all, None));
+        self.joints.values_mut().for_each(|values| values.resize(all, None));
+        Ok(())
+    }
+}
+
+fn present(seeds: &[u64], values: &[Option<f64>]) -> Vec<(u64, f64)> {
+    seeds.iter().zip(values).filter_map(|(seed, value)| Some((*seed, (*value)?))).collect()
+}
+
+/// A protocol without the count of frames that have no estimate, which is of the runs, not of the definition.
+fn definition(protocol: &str) -> &str {
+    let Some(at) = protocol.rfind("; ") else { return protocol };
+    if protocol[at..].ends_with("frames of all runs have no estimate") { &protocol[..at] } else { protocol }
+}
+
+impl MeasuredRuns {
+    /// Adds a run of a clip: a new clip, a further draw of the noise of one, or more seeds of a set.
+    ///
+    /// # Errors
+    /// [`MergeError`] where a seed is there twice or the runs differ in more than the seed and the draw.
+    pub fn add(&mut self, name: &str, clip: MeasuredClip) -> Result<(), MergeError> {
+        let Some(first) = self.clips.get_mut(name) else {
+            self.clips.insert(name.to_owned(), clip);
+            return Ok(());
+        };
+        if first.set_hash == clip.set_hash {
+            return first.append(name, clip);
+        }
+        if !clip.is_draw_of(first) {
+            let (one, other) = (first.set_hash.clone(), clip.set_hash);
+            return Err(MergeError::Sets { clip: name.to_owned(), one, other });
+        }
+        first.check_tracker(name, &clip)?;
+        let draws = self.draws.entry(name.to_owned()).or_default();
+        match draws.iter_mut().find(|draw| draw.set_hash == clip.set_hash) {
+            Some(draw) => draw.append(name, clip),
+            None => {
+                draws.push(clip);
+                Ok(())
+            }
+        }
+    }
+
+    /// All sets of a clip: draws of its noise. None where there is no such clip.
+    pub fn sets_of(&self, name: &str) -> Vec<&MeasuredClip> {
+        self.clips.get(name).into_iter().chain(self.draws.get(name).into_iter().flatten()).collect()
+    }
+
+    /// All sets with the names of their clips.
+    pub fn sets(&self) -> impl Iterator<Item = (&String, &MeasuredClip)> {
+        self.clips.keys().flat_map(|name| self.sets_of(name).into_iter().map(move |set| (name, set)))
+    }
+
+    /// Number of runs, clip x draw x seed.
+    pub fn runs(&self) -> usize {
+        self.sets().map(|(_, set)| set.seeds.len()).sum()
+    }
+}
+
+/// `0 to 9`, or the seeds one by one where they are not consecutive.
+pub fn seeds_in_words(seeds: &[u64]) -> String {
+    let mut sorted = seeds.to_vec();
+    sorted.sort_unstable();
+    match sorted.as_slice() {
+        [] => "none".to_owned(),
+        [one] => one.to_string(),
+        [first, .., last] if last - first + 1 == sorted.len() as u64 => format!("{first} to {last}"),
+        several => {
+            let shown: Vec<String> = several.iter().take(20).map(u64::to_string).collect();
+            format!("{}{}", shown.join(", "), if several.len() > 20 { ", ..." } else { "" })
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod fixture {
+    use super::*;
+
+    /// One clip with values of HumanEva's error and of lost tracks, seeds from `first` on.
+    pub(crate) fn clip(set_hash: &str, first: u64, errors: &[f64]) -> MeasuredClip {
+        let metric = |unit, per_seed| MeasuredMetric { unit, protocol: "as ever".to_owned(), per_seed };
+        let all = |value| errors.iter().map(|_| Some(value)).collect();
+        MeasuredClip {
+            set_hash: set_hash.to_owned(),
+            scene_hash: None,
+            frames: 100,
+            frames_per_second: 60.0,
+            tracker: "annealed_particle_filter".to_owned(),
+            settings: None,
+            version: "0.1.0".to_owned(),
+            seeds: (first..first + errors.len() as u64).collect(),
+            metrics: BTreeMap::from([
+                (
+                    "humaneva_mm".to_owned(),
+                    metric(Unit::Millimetre, errors.iter().map(|e| Some(*e).filter(|e| e.is_finite())).collect()),
+                ),
+                ("track_loss".to_owned(), metric(Unit::Fraction, all(0.0))),
+                ("coverage".to_owned(), metric(Unit::Fraction, all(1.0))),
+            ]),
+            joints: BTreeMap::from([("pelvis".to_owned(), errors.iter().map(|e| Some(0.5 * e)).collect())]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_of_a_clip_from_two_folders_are_one_side() {
+        let mut runs = MeasuredRuns::default();
+        runs.add("walk", fixture::clip("a", 0, &[1.0, 2.0])).unwrap();
+        let mut more = fixture::clip("a", 5, &[3.0]);
+        more.metrics.remove("track_loss");
+        runs.add("walk", more).unwrap();
+        let walk = &runs.clips["walk"];
+        assert_eq!(walk.values("humaneva_mm"), [(0, 1.0), (1, 2.0), (5, 3.0)]);
+        assert_eq!(walk.metrics["track_loss"].per_seed, [Some(0.0), Some(0.0), None]);
+        assert_eq!((walk.joint("pelvis").len(), runs.runs()), (3, 3));
+        let twice = runs.add("walk", fixture::clip("a", 5, &[3.0])).unwrap_err();
+        assert_eq!(twice.to_string(), "seed 5 of `walk` is there twice; give one of the two folders");
+        let other = runs.add("walk", fixture::clip("b", 9, &[3.0])).unwrap_err();
+        assert!(other.to_string().contains("differ in more than the observation's noise (hashes a and b)"), "{other}");
+        let with = |particles: u32| {
+            let settings = serde_json::json!({"particles": particles, "layers": 5});
+            MeasuredClip { settings: Some(settings), ..fixture::clip("a", u64::from(particles), &[1.0]) }
+        };
+        let mut runs = MeasuredRuns::default();
+        runs.add("walk", with(12)).unwrap();
+        let other = runs.add("walk", with(20)).unwrap_err().to_string();
+        assert!(other.contains("settings (particles 12 → 20);"), "{other}");
+    }
+
+    #[test]
+    fn sets_of_one_scene_are_draws_of_its_noise_and_each_has_its_seeds() {
+        let draw = |hash: &str, first, scene: &str| MeasuredClip {
+            scene_hash: Some(scene.to_owned()),
+            ..fixture::clip(hash, first, &[1.0, 2.0])
+        };
+        let mut runs = MeasuredRuns::default();
+        for clip in [draw("a", 0, "s"), draw("b", 0, "s"), draw("b", 2, "s")] {
+            runs.add("walk", clip).unwrap();
+        }
+        assert_eq!((runs.sets_of("walk").len(), runs.sets().count(), runs.runs()), (2, 2, 6));
+        assert_eq!(runs.draws["walk"][0].seeds, [0, 1, 2, 3]);
+        let twice = runs.add("walk", draw("b", 3, "s")).unwrap_err();
+        assert!(twice.to_string().contains("seed 3 of `walk` is there twice"), "{twice}");
+        let other = runs.add("walk", draw("c", 0, "another")).unwrap_err();
+        assert!(other.to_string().contains("more than the observation's noise"), "{other}");
+        let text = serde_json::to_string(&runs).unwrap();
+        assert_eq!(serde_json::from_str::<MeasuredRuns>(&text).unwrap(), runs);
+        let mut faster = draw("d", 0, "s");
+        faster.tracker = "frozen".to_owned();
+        assert!(runs.add("walk", faster).unwrap_err().to_string().contains("differ in their tracker"));
+    }
+
+    #[test]
+    fn runs_with_the_same_values_to_the_bit_are_copies_and_one_run_is_not() {
+        let copies = |errors: &[f64]| fixture::clip("a", 0, errors).are_copies();
+        assert!(copies(&[3.0; 5]) && !copies(&[3.0]) && !copies(&[3.0, 3.0, 3.000_000_000_000_001]));
+        assert_eq!(fixture::clip("a", 0, &[3.0, 4.0, 3.0, 5.0]).repeated_seeds(), [2]);
+        assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "all of them are said in another way");
+    }
+
+    #[test]
+    fn the_count_of_lost_frames_is_not_part_of_a_definition() {
+        assert_eq!(
+            definition("markers; frames 1 to 9; 3 of 4 frames of all runs have no estimate"),
+            "markers; frames 1 to 9"
+        );
+        assert_eq!(definition("markers; frames 1 to 9"), "markers; frames 1 to 9");
+    }
+
+    #[test]
+    fn seeds_are_told_as_a_range_where_they_are_one() {
+        assert_eq!(
+            [seeds_in_words(&[2, 0, 1]), seeds_in_words(&[4]), seeds_in_words(&[0, 5])],
+            ["0 to 2", "4", "0, 5"]
+        );
+    }
+}

@@ -1,0 +1,186 @@
+//! What intervals run over, and what they cannot speak of, in words.
+
+use super::interval_unit::IntervalUnit;
+use super::matched_runs::MatchedRuns;
+use super::measured_runs::{MeasuredClip, seeds_in_words};
+use crate::interval::FEWEST_RUNS;
+use crate::interval_words::WITHOUT_SEEDS;
+
+/// Clips that a sentence names.
+const NAMED: usize = 6;
+
+impl MatchedRuns<'_> {
+    /// What the intervals run over and what they cannot speak of; `asked` is the unit that was asked for.
+    pub(crate) fn scope(&self, asked: Option<IntervalUnit>) -> String {
+        format!("{}{}", in_words(self, asked), repeated(self))
+    }
+}
+
+fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
+    let clips = clips_in_words(matched);
+    let refused = asked.filter(|asked| *asked != matched.unit).map(|asked| refused(matched, asked)).unwrap_or_default();
+    if matched.unit == IntervalUnit::Seeds && matched.are_copies() {
+        return format!(
+            "{refused}all runs of a set are the same to the bit on both sides: the trackers draw no random numbers, and \
+             copies are one observation. No interval; {WITHOUT_SEEDS}"
+        );
+    }
+    let of = |unit: &str, without: &str| {
+        let runs = match matched.clips().len() {
+            1 => "one clip".to_owned(),
+            several => format!("each of {several} clips"),
+        };
+        format!("{refused}intervals run over {unit} of {runs} ({clips}): they say nothing about {without}")
+    };
+    match matched.unit {
+        IntervalUnit::Seeds => {
+            let seeds =
+                range(matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other)).map(|r| r.seeds.len()));
+            let few = if matched.sets.len() > 1 { 2 } else { FEWEST_RUNS };
+            if seeds.0 < few {
+                return format!(
+                    "{refused}too few seeds for an interval ({} of {clips}): run {FEWEST_RUNS} or more; if the tracker draws no \
+                     random numbers, {WITHOUT_SEEDS}",
+                    counted(seeds, "seed")
+                );
+            }
+            of(&counted(seeds, "seed"), "other motions or other draws of the observation's noise")
+        }
+        IntervalUnit::Draws => {
+            let draws = range(matched.clips().iter().map(|clip| draws(matched, clip)));
+            of(&counted(draws, IntervalUnit::Draws.singular()), "other motions")
+        }
+        IntervalUnit::Clips => format!(
+            "{refused}intervals run over {} clips ({clips}), each the mean of its draws and seeds: they speak of motions \
+             of which these are a fair sample",
+            matched.clips().len()
+        ),
+    }
+}
+
+fn refused(matched: &MatchedRuns<'_>, asked: IntervalUnit) -> String {
+    let found = match asked {
+        IntervalUnit::Clips => matched.clips().len(),
+        IntervalUnit::Draws => matched.clips().iter().map(|clip| draws(matched, clip)).min().unwrap_or(0),
+        IntervalUnit::Seeds => FEWEST_RUNS,
+    };
+    match found < FEWEST_RUNS {
+        true => {
+            let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
+            format!(
+                "{found} {}{plural} {is} too few for an interval over {asked} ({FEWEST_RUNS} or more); ",
+                asked.to_string().trim_end_matches('s')
+            )
+        }
+        false => "draws of the noise change nothing here; ".to_owned(),
+    }
+}
+
+/// Runs that are copies of others, where not all are; nothing where there are none.
+fn repeated(matched: &MatchedRuns<'_>) -> String {
+    let runs = matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other).map(|run| (set.clip, *run)));
+    let found = runs.map(|(clip, run)| (clip, run.repeated_seeds())).find(|(_, seeds)| !seeds.is_empty());
+    let Some((clip, seeds)) = found else { return String::new() };
+    format!(
+        "; seed {} of `{clip}` has the values of an earlier seed to the bit: if it is a copy, intervals are too narrow",
+        seeds_in_words(&seeds)
+    )
+}
+
+/// Sets of a clip.
+fn draws(matched: &MatchedRuns<'_>, clip: &str) -> usize {
+    let sets = matched.sets.iter().filter(|set| set.clip == clip);
+    sets.map(|set| set.base.len().min(set.other.len())).sum()
+}
+
+fn range(counts: impl Iterator<Item = usize>) -> (usize, usize) {
+    counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)))
+}
+
+/// `20 seeds`, `5 to 10 seeds`
+fn counted((least, most): (usize, usize), what: &str) -> String {
+    let plural = |what: &str| match what.split_once(' ') {
+        Some((first, rest)) => format!("{first}s {rest}"),
+        None => format!("{what}s"),
+    };
+    match (least, most) {
+        (1, 1) => format!("1 {what}"),
+        (least, most) if least == most => format!("{most} {}", plural(what)),
+        (least, most) => format!("{least} to {most} {}", plural(what)),
+    }
+}
+
+/// `walk, 5.0 s; jump, 2.0 s`
+fn clips_in_words(matched: &MatchedRuns<'_>) -> String {
+    let names = matched.clips();
+    let seconds = |name: &str| {
+        let set = matched.sets.iter().find(|set| set.clip == name).and_then(|set| set.base.first().copied());
+        set.map(length).unwrap_or_default()
+    };
+    let shown: Vec<String> = names.iter().take(NAMED).map(|name| format!("{name}{}", seconds(name))).collect();
+    let more = match names.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    format!("{}{more}", shown.join("; "))
+}
+
+fn length(set: &MeasuredClip) -> String {
+    match set.frames_per_second > 0.0 {
+        true => format!(", {:.1} s", set.frames as f64 / set.frames_per_second),
+        false => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measured_runs::{MeasuredRuns, fixture};
+    use super::*;
+
+    #[test]
+    fn seeds_of_one_clip_say_nothing_about_other_motions() {
+        let mut runs = MeasuredRuns::default();
+        runs.add("walk", fixture::clip("a", 0, &(0..20).map(f64::from).collect::<Vec<_>>())).unwrap();
+        let matched = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None);
+        assert_eq!(
+            matched.scope(None),
+            "intervals run over 20 seeds of one clip (walk, 1.7 s): they say nothing about other motions or other draws \
+             of the observation's noise"
+        );
+    }
+
+    #[test]
+    fn one_run_a_side_says_what_to_do_and_a_copied_seed_is_named() {
+        let scope = |errors: &[f64]| {
+            let mut runs = MeasuredRuns::default();
+            runs.add("walk", fixture::clip("a", 0, errors)).unwrap();
+            MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None)
+        };
+        let one = scope(&[3.0]);
+        assert!(one.starts_with("too few seeds for an interval (1 seed of walk, 1.7 s): run 3 or more"), "{one}");
+        assert!(one.contains("observation.seed=2"), "{one}");
+        let copied = scope(&[3.0, 4.0, 3.0, 5.0]);
+        assert!(
+            copied.ends_with(
+                "; seed 2 of `walk` has the values of an earlier seed to the bit: if it is a copy, \
+            intervals are too narrow"
+            ),
+            "{copied}"
+        );
+    }
+
+    #[test]
+    fn many_clips_are_counted_and_some_are_named() {
+        let mut runs = MeasuredRuns::default();
+        for name in 'a'..='h' {
+            runs.add(&name.to_string(), fixture::clip(&name.to_string(), 0, &[1.0, 2.0])).unwrap();
+        }
+        let words = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None);
+        assert!(
+            words.starts_with("intervals run over 8 clips (a, 1.7 s; ") && words.contains("; and 2 more)"),
+            "{words}"
+        );
+        let seeds = MatchedRuns::on_same_sets(&runs, &runs).with_unit(Some(IntervalUnit::Seeds)).scope(None);
+        assert!(seeds.contains("2 seeds of each of 8 clips") || seeds.contains("clips"), "{seeds}");
+    }
+}

@@ -1,0 +1,116 @@
+//! What a gate holds against each other, and what it refuses.
+
+use std::collections::BTreeSet;
+
+use super::{FEWEST_SEEDS, GateRefusal, GateRules};
+use crate::comparison::{
+    IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, seeds_in_words, set_difference,
+};
+
+/// A run and a baseline, matched set by set.
+pub(super) struct Sides<'a> {
+    pub(super) baseline: &'a MeasuredRuns,
+    pub(super) run: &'a MeasuredRuns,
+    pub(super) rules: &'a GateRules,
+    pub(super) matched: MatchedRuns<'a>,
+}
+
+impl<'a> Sides<'a> {
+    /// Sets of the baseline with those of the run, and their clips.
+    pub(super) fn sets(&self) -> impl Iterator<Item = (&'a str, &'a MeasuredClip, &'a MeasuredClip)> {
+        self.matched.sets.iter().filter_map(|set| Some((set.clip, *set.base.first()?, *set.other.first()?)))
+    }
+
+    /// Refuses a run that lacks a set of the baseline.
+    pub(super) fn check_sets(&self) -> Result<(), GateRefusal> {
+        let names = |runs: &MeasuredRuns| runs.clips.keys().cloned().collect::<Vec<_>>().join(", ");
+        let is_there = |clip: &&String| self.run.clips.contains_key(*clip);
+        if self.baseline.clips.is_empty() || !self.baseline.clips.keys().all(|clip| is_there(&clip)) {
+            return Err(GateRefusal::Clips { baseline: names(self.baseline), run: names(self.run) });
+        }
+        let is_matched = |set: &MeasuredClip| self.sets().any(|(_, base, _)| std::ptr::eq(base, set));
+        let Some((clip, set)) = self.baseline.sets().find(|(_, set)| !is_matched(set)) else { return Ok(()) };
+        let theirs = self.run.sets_of(clip);
+        let what = theirs.first().and_then(|their| set_difference(set, their));
+        Err(GateRefusal::Set {
+            clip: clip.clone(),
+            what: match (what, theirs.len().max(self.baseline.sets_of(clip).len())) {
+                (Some(what), 0 | 1) => what,
+                _ => format!("of its draws the run lacks that with the hash {:.12}", set.set_hash),
+            },
+        })
+    }
+
+    /// What the intervals run over: the first of which there are enough.
+    pub(super) fn unit(&self) -> Result<IntervalUnit, GateRefusal> {
+        let needed = self.rules.seeds.max(FEWEST_SEEDS);
+        let wanted = |unit: &IntervalUnit| self.rules.unit.is_none_or(|asked| asked == *unit);
+        let enough = |unit: &IntervalUnit| self.matched.has_at_least(needed, *unit);
+        if let Some(unit) = IntervalUnit::ALL.into_iter().filter(wanted).find(enough) {
+            return Ok(unit);
+        }
+        let unit = self.rules.unit.unwrap_or_default();
+        if unit == IntervalUnit::Seeds && self.matched.are_copies() {
+            return Err(GateRefusal::Copies { needed });
+        }
+        if unit == IntervalUnit::Seeds {
+            for (clip, base, run) in self.sets() {
+                for (which, side) in [("the baseline", base), ("the run", run)] {
+                    let found = side.seeds.len();
+                    if found < needed {
+                        return Err(GateRefusal::Seeds { which, clip: clip.to_owned(), found, needed });
+                    }
+                }
+            }
+        }
+        Err(GateRefusal::Units { unit, needed })
+    }
+
+    /// Refuses, unasked, other seeds.
+    pub(super) fn check_seeds(&self) -> Result<Vec<String>, GateRefusal> {
+        let mut notes = Vec::new();
+        for (clip, base, run) in self.sets().filter(|_| self.matched.unit == IntervalUnit::Seeds) {
+            let [known, new] = [base, run].map(|side| side.seeds.iter().collect::<BTreeSet<_>>());
+            if !self.rules.other_seeds && !new.is_superset(&known) {
+                let [baseline, run] = [base, run].map(|side| seeds_in_words(&side.seeds));
+                return Err(GateRefusal::SeedPolicy { clip: clip.to_owned(), baseline, run });
+            }
+            if known != new {
+                let how = if self.matched.paired() { "those in common are paired" } else { "not paired" };
+                notes.push(format!(
+                    "`{clip}`: seeds {} against the baseline's {}: {how}",
+                    seeds_in_words(&run.seeds),
+                    seeds_in_words(&base.seeds)
+                ));
+            }
+        }
+        Ok(notes)
+    }
+
+    /// What a user should know of versions, settings and clips.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (clip, base, run) in self.sets() {
+            if base.version != run.version {
+                notes.push(format!(
+                    "`{clip}`: the baseline was measured by version {}, the run by {}",
+                    base.version, run.version
+                ));
+            }
+            if base.settings != run.settings || base.tracker != run.tracker {
+                notes.push(format!("`{clip}`: the tracker's settings are not the baseline's: {}", changed(base, run)));
+            }
+        }
+        let more = self.run.clips.keys().filter(|clip| !self.baseline.clips.contains_key(*clip));
+        notes.extend(more.map(|clip| format!("`{clip}` is not in the baseline and was not checked")));
+        notes
+    }
+}
+
+/// How the trackers differ, in words.
+fn changed(base: &MeasuredClip, run: &MeasuredClip) -> String {
+    match base.tracker == run.tracker {
+        true => changed_settings(base.settings.as_ref(), run.settings.as_ref()),
+        false => format!("{} instead of {}", run.tracker, base.tracker),
+    }
+}

@@ -1,0 +1,132 @@
+//! Truth and estimate side by side, read in one way or another.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Correction, GivenPositions, MisreadingCase};
+use crate::body::Markers;
+use crate::{mean, quantile};
+
+/// Frames that a search looks at, at most.
+const MOST_SAMPLES: usize = 150;
+/// Fewer common markers in a frame say nothing of axes and sizes.
+const FEWEST_MARKERS: usize = 3;
+/// Frames at the beginning of the clip that are all looked at, from frame 1: the pose of frame 0 is given.
+const FIRST_FRAMES: usize = 3;
+
+/// A frame of one repetition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sample {
+    pub(super) seed: usize,
+    pub(super) frame: usize,
+}
+
+/// The frames that are looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PairedFrames<'a> {
+    pub(super) case: &'a MisreadingCase<'a>,
+    pub(super) samples: &'a [Sample],
+}
+
+/// Frames of all repetitions that have an estimate, spread evenly, with the first ones of the clip.
+pub(super) fn samples(case: &MisreadingCase<'_>) -> Vec<Sample> {
+    let all: Vec<Sample> = (1..case.truth.len())
+        .flat_map(|frame| (0..case.given.len()).map(move |seed| Sample { seed, frame }))
+        .filter(|sample| {
+            let estimate = case.given[sample.seed].markers.get(sample.frame);
+            estimate.is_some_and(|estimate| common(&case.truth[sample.frame], estimate).count() >= FEWEST_MARKERS)
+        })
+        .collect();
+    let step = all.len().div_ceil(MOST_SAMPLES).max(1);
+    let first = all.iter().take_while(|sample| sample.frame <= FIRST_FRAMES).count();
+    all.iter()
+        .enumerate()
+        .filter(|(index, _)| *index < first.min(MOST_SAMPLES) || index % step == 0)
+        .map(|(_, s)| *s)
+        .collect()
+}
+
+/// Pairs of truth and estimate of the markers that both have.
+pub(super) fn common<'a>(
+    truth: &'a Markers,
+    estimate: &'a Markers,
+) -> impl Iterator<Item = (usize, Point3<f64>, Point3<f64>)> + 'a {
+    truth
+        .iter()
+        .zip(estimate)
+        .enumerate()
+        .filter_map(|(marker, (truth, estimate))| Some((marker, (*truth)?, (*estimate)?)))
+}
+
+fn centroid(points: impl Iterator<Item = Point3<f64>>) -> Option<Point3<f64>> {
+    let (sum, count) = points.fold((Vector3::zeros(), 0), |(sum, count), point| (sum + point.coords, count + 1));
+    (count > 0).then(|| Point3::from(sum / f64::from(count)))
+}
+
+impl<'a> PairedFrames<'a> {
+    pub(super) fn given(&self, sample: Sample) -> &GivenPositions<'a> {
+        &self.case.given[sample.seed]
+    }
+
+    /// Truth and estimate of a sample that is read so; `None` where there is no estimate.
+    pub(super) fn read(&self, sample: Sample, correction: &Correction) -> Option<(&'a Markers, Markers)> {
+        Some((self.case.truth.get(sample.frame)?, correction.markers(self.given(sample), sample.frame)?))
+    }
+
+    /// Mean distance of the markers in a sample, metres.
+    pub(super) fn error(&self, sample: Sample, correction: &Correction) -> Option<f64> {
+        let (truth, estimate) = self.read(sample, correction)?;
+        let (sum, count) =
+            common(truth, &estimate).fold((0.0, 0), |(sum, count), (_, a, b)| (sum + (a - b).norm(), count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
+    /// Mean distance over all samples, metres; infinite where nothing can be compared.
+    pub(super) fn mean_error(&self, correction: &Correction) -> f64 {
+        let errors: Vec<f64> = self.samples.iter().filter_map(|sample| self.error(*sample, correction)).collect();
+        mean(&errors).unwrap_or(f64::INFINITY)
+    }
+
+    /// Errors of the samples that have one when they are read in either way.
+    pub(super) fn both(&self, one: &Correction, other: &Correction) -> Vec<(Sample, f64, f64)> {
+        let pair = |sample: &Sample| Some((*sample, self.error(*sample, one)?, self.error(*sample, other)?));
+        self.samples.iter().filter_map(pair).collect()
+    }
+
+    /// Centroids of the markers that truth and estimate have in each sample.
+    pub(super) fn centroids(&self, correction: &Correction) -> Vec<(Point3<f64>, Point3<f64>)> {
+        let of = |sample: &Sample| {
+            let (truth, estimate) = self.read(*sample, correction)?;
+            let pairs = || common(truth, &estimate);
+            Some((centroid(pairs().map(|(_, a, _)| a))?, centroid(pairs().map(|(_, _, b)| b))?))
+        };
+        self.samples.iter().filter_map(of).collect()
+    }
+
+    /// The offset that brings the estimate nearest to the truth: the median of each coordinate.
+    pub(super) fn offset(&self, correction: &Correction) -> Vector3<f64> {
+        let apart: Vec<Vector3<f64>> = self.centroids(correction).iter().map(|(truth, found)| truth - found).collect();
+        let median = |axis: usize| {
+            let mut values: Vec<f64> = apart.iter().map(|apart| apart[axis]).collect();
+            values.sort_by(f64::total_cmp);
+            quantile(&values, 0.5).unwrap_or(0.0)
+        };
+        correction.offset + Vector3::new(median(0), median(1), median(2))
+    }
+
+    /// How many times as large the true body is as the estimated one; `None` where either is a point.
+    pub(super) fn size_ratio(&self) -> Option<f64> {
+        let spread = |points: &[Point3<f64>]| {
+            let middle = centroid(points.iter().copied())?;
+            Some(points.iter().map(|point| (point - middle).norm_squared()).sum::<f64>().sqrt())
+        };
+        let ratio = |sample: &Sample| {
+            let (truth, estimate) = self.read(*sample, &Correction::none())?;
+            let (a, b): (Vec<_>, Vec<_>) = common(truth, &estimate).map(|(_, a, b)| (a, b)).unzip();
+            let ratio = spread(&a)? / spread(&b)?;
+            (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+        };
+        let mut ratios: Vec<f64> = self.samples.iter().filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        quantile(&ratios, 0.5)
+    }
+}

@@ -1,0 +1,147 @@
+//! Share of markers within a threshold, and the curve over thresholds.
+
+use serde::{Deserialize, Serialize};
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+/// The threshold of PCK, millimetres.
+pub const PCK_THRESHOLD_MM: f64 = 150.0;
+
+/// Percentage of correct keypoints, as a fraction.
+pub(super) const PCK: Metric = Metric {
+    name: "pck150",
+    title: "Markers within 150 mm (PCK)",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    needs: "markers of the truth",
+    protocol: "share of the 15 virtual markers at most 150 mm from the truth in the world, no alignment; a marker missing \
+               in the estimate counts as wrong; mean of frame means",
+    measure: at_threshold,
+};
+
+/// Area under the curve of it.
+pub(super) const AUC: Metric = Metric {
+    name: "auc150",
+    title: "Area under the PCK curve",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    needs: "markers of the truth",
+    protocol: "mean of PCK at the 31 thresholds 0, 5, ... 150 mm (as for MPI-INF-3DHP, but in the world, no alignment); a \
+               marker missing in the estimate counts as wrong; mean of frame means",
+    measure: area,
+};
+
+/// One point of the PCK curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Threshold, millimetres.
+    pub threshold_mm: f64,
+    /// Share of markers at most that far off.
+    pub fraction: f64,
+}
+
+fn thresholds() -> impl Iterator<Item = f64> {
+    (0..=30).map(|step| 5.0 * f64::from(step))
+}
+
+/// Share of the truth's markers at `frame` that the estimate meets within `threshold_mm`; `None` if the truth has none.
+fn correct(sequence: &Sequence<'_>, frame: usize, threshold_mm: f64) -> Option<f64> {
+    MarkerDistances::new(sequence, frame).correct(threshold_mm)
+}
+
+/// Distances of one frame, measured once for all thresholds.
+struct MarkerDistances {
+    /// Markers of the truth.
+    asked: usize,
+    /// Of every common marker, millimetres.
+    distances_mm: Vec<f64>,
+}
+
+impl MarkerDistances {
+    fn new(sequence: &Sequence<'_>, frame: usize) -> Self {
+        Self { asked: sequence.truth_markers.count(frame), distances_mm: sequence.distances_mm(frame).collect() }
+    }
+
+    /// Share of the truth's markers at most so far away; `None` where the truth has none.
+    fn correct(&self, threshold_mm: f64) -> Option<f64> {
+        let met = self.distances_mm.iter().filter(|distance| **distance <= threshold_mm).count();
+        (self.asked > 0).then(|| met as f64 / self.asked as f64)
+    }
+}
+
+fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| correct(sequence, frame, PCK_THRESHOLD_MM))))
+}
+
+fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| {
+        let distances = MarkerDistances::new(sequence, frame);
+        mean_of(thresholds().filter_map(|threshold| distances.correct(threshold)))
+    })))
+}
+
+/// The curve whose area [`AUC`] is: mean over scored frames at every threshold.
+pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
+    let mut sums: Vec<(f64, f64)> = thresholds().map(|threshold| (threshold, 0.0)).collect();
+    let mut frames = 0_usize;
+    for frame in sequence.scored() {
+        let distances = MarkerDistances::new(sequence, frame);
+        frames += usize::from(distances.asked > 0);
+        for (threshold, sum) in &mut sums {
+            *sum += distances.correct(*threshold).unwrap_or(0.0);
+        }
+    }
+    let point = |(threshold_mm, sum)| CurvePoint { threshold_mm, fraction: sum / frames as f64 };
+    if frames == 0 { vec![] } else { sums.into_iter().map(point).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::Markers;
+    use crate::test_figure::{evaluate_markers, standing};
+    use crate::{Evaluation, mean};
+    use nalgebra::Vector3;
+
+    /// Marker 0 is right, marker `k` is `10 k - 2.5` mm off, but the last, which is lost.
+    fn ramp() -> Evaluation {
+        let truth = vec![standing(); 3];
+        let mut estimate: Markers = standing();
+        for (k, marker) in estimate.iter_mut().enumerate().skip(1) {
+            *marker = marker.map(|p| p + Vector3::new(0.0, 0.010 * k as f64 - 0.0025, 0.0));
+        }
+        estimate[14] = estimate[14].map(|p| p + Vector3::new(0.0, 1.0, 0.0));
+        evaluate_markers(&truth, &vec![estimate; 3])
+    }
+
+    #[test]
+    fn fourteen_of_fifteen_markers_are_within_150_mm() {
+        assert!((ramp().metrics["pck150"].mean - 14.0 / 15.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_area_is_the_mean_of_the_curve() {
+        let evaluation = ramp();
+        let fractions: Vec<f64> = evaluation.pck_curve.iter().map(|point| point.fraction).collect();
+        assert_eq!(fractions.len(), 31);
+        assert!((mean(&fractions).unwrap() - evaluation.metrics["auc150"].mean).abs() < 1e-12);
+        assert!(fractions.is_sorted());
+    }
+
+    #[test]
+    fn the_area_of_a_ramp_is_worked_by_hand() {
+        // One marker counts at 0 and 5 mm, two at 10 and 15 mm, ... fourteen from 130 mm on.
+        let by_hand: usize = (0..=30).map(|step: usize| (step / 2 + 1).min(14)).sum();
+        let area = ramp().metrics["auc150"].mean;
+        assert!((area - by_hand as f64 / (15.0 * 31.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_marker_that_the_estimate_leaves_out_is_wrong() {
+        let truth = vec![standing(); 3];
+        let mut estimate = truth.clone();
+        estimate.iter_mut().for_each(|frame| frame[3] = None);
+        assert!((evaluate_markers(&truth, &estimate).metrics["pck150"].mean - 14.0 / 15.0).abs() < 1e-12);
+    }
+}

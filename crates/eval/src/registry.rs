@@ -1,0 +1,184 @@
+//! The list of all metrics.
+
+use super::metric::Metric;
+use super::{
+    balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
+    ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation,
+    pck, pck_3dpw, procrustes, prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
+};
+
+/// Metrics that short tables show.
+pub(crate) const MAIN_METRICS: [&str; 13] = [
+    "humaneva_mm",
+    "lost_limb",
+    "mpjpe_mm",
+    "mpjpe_root_mm",
+    "pa_mpjpe_mm",
+    "body_orientation_deg",
+    "silhouette_iou",
+    "pck150",
+    "track_loss",
+    "coverage",
+    "lost_frames",
+    "limbs_exchanged",
+    "energy_gap",
+];
+/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
+/// docs.
+pub const METRICS: &[Metric] = &[
+    humaneva::ABSOLUTE,
+    lost_limb::SHARE,
+    humaneva::RELATIVE,
+    humaneva_official::ABSOLUTE,
+    humaneva_official::RELATIVE,
+    mpjpe::ABSOLUTE,
+    mpjpe::ROOT_RELATIVE,
+    scaled_mpjpe::NORMALISED,
+    procrustes::ALIGNED,
+    global_mpjpe::FIRST_FRAMES,
+    global_mpjpe::WHOLE,
+    orientation::BODY,
+    orientation::HEADING,
+    mpjae::ABSOLUTE,
+    mpjae::ALIGNED,
+    reprojection::ERROR,
+    silhouette::ALL_VIEWS,
+    silhouette::WORST_VIEW,
+    silhouette::EXACT,
+    boundary::F,
+    pck::PCK,
+    pck::AUC,
+    pck_3dpw::PCK,
+    pck_3dpw::AUC,
+    track_loss::FRACTION,
+    track_loss::TIME_TO_LOSS,
+    track_loss::RECOVERY,
+    coverage::COVERAGE,
+    coverage::LOST_FRAMES,
+    energy_gap::GAP,
+    ellipsoids::HALF,
+    ellipsoids::NINE_TENTHS,
+    crps::CRPS,
+    derivatives::VELOCITY,
+    derivatives::ACCELERATION,
+    derivatives::JITTER,
+    lag::LAG,
+    lag::LAG_CORRECTED,
+    limbs_exchanged::SHARE,
+    limb_swaps::SHARE,
+    contact_f1::F1,
+    foot_skate::SKATE,
+    foot_skate::TRUE_SKATE,
+    foot_skate::SLIP,
+    foot_skate::TRUE_SLIP,
+    foot_skate::PER_FRAME,
+    foot_skate::RATIO,
+    ground_gap::PENETRATION,
+    ground_gap::TRUE_PENETRATION,
+    ground_gap::FLOAT,
+    ground_gap::TRUE_FLOAT,
+    prop_penetration::DEPTH,
+    prop_penetration::TRUE_DEPTH,
+    self_penetration::DEPTH,
+    self_penetration::TRUE_DEPTH,
+    balance::UNBALANCED,
+    balance::TRUE_UNBALANCED,
+    balance::RESIDUAL,
+    balance::TRUE_RESIDUAL,
+    balance::VIOLATIONS,
+    balance::TRUE_VIOLATIONS,
+];
+
+/// Metrics of how the estimate moves and touches, for which the truth's own motion does not matter. A body that stands
+/// still neither skates nor shakes, so a tracker that never moves is no floor of these.
+const OF_ESTIMATE_ALONE: [&str; 12] = [
+    "jitter_m_per_s3",
+    "foot_skate_mm_per_s",
+    "slip_per_stance_mm",
+    "foot_skate_per_frame_mm",
+    "skating_ratio",
+    "ground_penetration_mm",
+    "foot_float_mm",
+    "prop_penetration_mm",
+    "self_penetration_mm",
+    "zmp_outside",
+    "residual_wrench_body_weights",
+    "joint_violations",
+];
+
+impl Metric {
+    /// Whether a tracker that never moves is a floor that every tracker should pass: not for metrics of the estimate's
+    /// own motion, since what stands still neither skates nor shakes.
+    pub fn has_frozen_floor(&self) -> bool {
+        !OF_ESTIMATE_ALONE.contains(&self.name)
+    }
+}
+
+/// The metric of that name.
+pub fn find_metric(name: &str) -> Option<&'static Metric> {
+    METRICS.iter().find(|metric| metric.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_readme_has_every_metric() {
+        let readme = include_str!("../../../README.md");
+        for name in super::METRICS.iter().map(|metric| metric.name) {
+            // what is said of the actor is said once for all
+            let told = name.strip_prefix("truth_").unwrap_or(name);
+            assert!(readme.contains(&format!("`{told}`")), "README.md has no row for {name}");
+        }
+    }
+
+    use super::super::Unit;
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_tracker_that_never_moves_is_no_floor_of_metrics_of_the_estimate_alone() {
+        assert!(OF_ESTIMATE_ALONE.iter().all(|name| find_metric(name).is_some_and(|m| !m.has_frozen_floor())));
+        // what the actor has a value of its own for is measured without the other's motion
+        for metric in METRICS.iter().filter(|metric| find_metric(&format!("truth_{}", metric.name)).is_some()) {
+            assert!(!metric.has_frozen_floor(), "{}", metric.name);
+        }
+        let compared = ["humaneva_mm", "velocity_error_mm_per_s", "acceleration_error_m_per_s2", "contact_f1"];
+        assert!(compared.iter().all(|name| find_metric(name).is_some_and(Metric::has_frozen_floor)));
+    }
+
+    #[test]
+    fn every_metric_says_what_it_needs() {
+        for Metric { name, needs, .. } in METRICS {
+            assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
+        }
+    }
+
+    #[test]
+    fn worse_is_higher_for_an_error_lower_for_a_score_and_never_for_a_diagnosis() {
+        let is_worse = |name: &str, value: f64, other: f64| find_metric(name).unwrap().is_worse(value, other);
+        assert!(is_worse("humaneva_mm", 2.0, 1.0) && !is_worse("humaneva_mm", 1.0, 1.0));
+        assert!(is_worse("pck150", 0.5, 0.6) && !is_worse("pck150", 0.6, 0.5));
+        assert!(!is_worse("lag_ms", 9.0, 0.0) && !is_worse("lag_ms", -9.0, 0.0));
+    }
+
+    #[test]
+    fn names_are_unique_and_carry_their_unit() {
+        let names: BTreeSet<&str> = METRICS.iter().map(|m| m.name).collect();
+        assert_eq!(names.len(), METRICS.len());
+        for metric in METRICS {
+            let suffix = match metric.unit {
+                Unit::Millimetre => "_mm",
+                Unit::Pixel => "_px",
+                Unit::Degree => "_deg",
+                Unit::MillimetrePerSecond => "_mm_per_s",
+                Unit::MetrePerSecondSquared => "_m_per_s2",
+                Unit::MetrePerSecondCubed => "_m_per_s3",
+                Unit::Second => "_s",
+                Unit::Millisecond => "_ms",
+                Unit::BodyWeight => "_body_weights",
+                Unit::Fraction | Unit::Energy => "",
+            };
+            assert!(metric.name.ends_with(suffix), "{} should end in {suffix}", metric.name);
+        }
+    }
+}

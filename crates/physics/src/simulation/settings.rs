@@ -1,0 +1,71 @@
+//! Settings of simulations.
+
+use nalgebra::{Unit, Vector3};
+
+use crate::PhysicsError;
+use crate::body::{Humanoid, Prop};
+use crate::contact::ContactError;
+
+/// Settings of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationSettings {
+    /// Coulomb's coefficient of friction, of the ground and of the body against itself.
+    pub friction: f64,
+    /// Greatest residual wrench at the root that helps the body to follow the motion, in body weights (see
+    /// [`super::SimulationReport::root_wrench_mean`]); 0 for none.
+    pub root_wrench: f64,
+    /// Pushes on the body.
+    pub pushes: Vec<Push>,
+    /// The props.
+    pub props: Vec<Prop>,
+    /// How many times as fast as recorded each frame of the motion is ([`crate::contact::Pace`]); empty for as fast.
+    pub pace: Vec<f64>,
+}
+
+/// A push: a constant force for [`Push::DURATION_S`] at a link's centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// When it begins, seconds from the first frame.
+    pub at_s: f64,
+    /// Index of the link.
+    pub link: usize,
+    /// Force times time, newton seconds, >= 0.
+    pub impulse_ns: f64,
+    /// Where to, world.
+    pub direction: Unit<Vector3<f64>>,
+}
+
+impl Push {
+    /// How long a push lasts, seconds: that of a shove with the hands rather than of a bullet.
+    pub const DURATION_S: f64 = 0.1;
+}
+
+impl Default for SimulationSettings {
+    fn default() -> Self {
+        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new(), props: Vec::new(), pace: Vec::new() }
+    }
+}
+
+impl SimulationSettings {
+    /// Checks the values for this body and a motion of this duration.
+    pub(super) fn check(&self, body: &Humanoid, duration_s: f64) -> Result<(), PhysicsError> {
+        let sound = |value: f64| value.is_finite() && value >= 0.0;
+        let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
+        let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
+        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !sound(*value)) {
+            return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found }.into());
+        }
+        if let Some(late) = self.pushes.iter().find(|push| push.at_s >= duration_s) {
+            return Err(ContactError::Rule {
+                key: "push.at",
+                expected: "a time, in seconds, before the motion's end",
+                found: late.at_s,
+            }
+            .into());
+        }
+        match self.pushes.iter().find(|push| push.link >= body.links.len()) {
+            Some(push) => Err(PhysicsError::NoLink { link: push.link, body: body.name.clone() }),
+            None => Ok(()),
+        }
+    }
+}

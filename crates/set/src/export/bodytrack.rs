@@ -1,0 +1,57 @@
+//! The folders of PARSEC's bodytrack: images and silhouettes as 8-bit BMP, calibration as `.cal`.
+
+use super::folder::Folder;
+use super::humaneva;
+use crate::raster::Mask;
+use crate::{BenchmarkSet, SetError};
+
+const README: &str = "\
+CAMn/imageNNNN.bmp    8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, for the set has no photographs
+FGn/imageNNNN.bmp     silhouettes, 255 body, 0 background
+CALIB/CameraN.cal     25 numbers as HumanEva has them, millimetres
+
+BodyShapeParameters.txt, PoseParameters.txt and InitialPose.txt describe bodytrack's own body of ten tapered cylinders and 31
+angles. They are not written: another body has no exact counterpart of them, and a guessed one would be a fault of the truth.";
+
+/// Frames that four digits can number.
+const MOST_FRAMES: usize = 10_000;
+
+pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    let frames = set.blind.frame_count;
+    if frames > MOST_FRAMES {
+        let detail = format!("{frames} frames; bodytrack's file names hold {MOST_FRAMES} at most");
+        return Err(SetError::malformed("bodytrack", detail));
+    }
+    folder.readme(set, "The folders of PARSEC bodytrack", README)?;
+    for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+        folder.write(&format!("CALIB/Camera{}.cal", index + 1), humaneva::text(camera).as_bytes())?;
+    }
+    folder.for_each_picture(set, |picture| {
+        let bytes = bmp(&picture.mask);
+        let (camera, frame) = (picture.camera + 1, picture.frame);
+        ["CAM", "FG"].iter().try_for_each(|kind| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), &bytes))
+    })
+}
+
+/// A Windows bitmap of 8 bits with a grey palette, rows from the bottom.
+fn bmp(mask: &Mask) -> Vec<u8> {
+    const HEADER: u32 = 14 + 40 + 4 * 256;
+    let (width, height) = (mask.width(), mask.height());
+    let stride = width.div_ceil(4) * 4;
+    let size = stride * height;
+    let mut bytes = Vec::with_capacity((HEADER + size) as usize);
+    bytes.extend(b"BM");
+    for word in [HEADER + size, 0, HEADER, 40, width, height] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend([1, 0, 8, 0]);
+    // no compression, size, 72 dots an inch, 256 colours
+    for word in [0, size, 2835, 2835, 256, 0] {
+        bytes.extend(u32::to_le_bytes(word));
+    }
+    bytes.extend((0..=255_u8).flat_map(|grey| [grey, grey, grey, 0]));
+    for y in (0..height).rev() {
+        bytes.extend((0..stride).map(|x| if mask.get(x, y) { 255 } else { 0 }));
+    }
+    bytes
+}

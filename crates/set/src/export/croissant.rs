@@ -1,0 +1,129 @@
+//! Croissant 1.0: a JSON-LD description of the images and a table of them.
+
+use serde_json::{Value, json};
+
+use super::folder::Folder;
+use crate::input::{hex_sha256, table_cell};
+use crate::{BenchmarkSet, SetError};
+
+const README: &str = "\
+croissant.json   Croissant 1.0: mlcroissant.Dataset(\"croissant.json\").records(\"frames\")
+frames.csv       a row a camera and frame: image, camera, frame, time_s, area_px, markers_visible
+masks/           the silhouettes that the table names";
+
+/// Columns of the table with their types.
+const COLUMNS: [(&str, &str, &str); 6] = [
+    ("image", "sc:Text", "path of the silhouette: 8-bit grey PNG, 255 where the body is"),
+    ("camera", "sc:Text", "the camera's name"),
+    ("frame", "sc:Integer", "number of the frame, from 0"),
+    ("time_s", "sc:Float", "when the image was exposed, seconds from the first frame"),
+    ("area_px", "sc:Integer", "pixels of the silhouette"),
+    ("markers_visible", "sc:Integer", "how many of HumanEva's 15 markers the camera sees"),
+];
+
+pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, "A Croissant description", README)?;
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let malformed = |e: &dyn std::fmt::Display| SetError::malformed("frames.csv", e.to_string());
+    table.write_record(COLUMNS.map(|(name, ..)| name)).map_err(|e| malformed(&e))?;
+    folder.for_each_picture(set, |picture| {
+        let image = format!("masks/cam{:02}_{:06}.png", picture.camera, picture.frame);
+        folder.write(&image, &picture.png)?;
+        let frame = &set.truth.ground_truth.frames[picture.frame];
+        let moment = set.blind.moment(picture.frame);
+        let exposed_s = moment.and_then(|moment| moment.exposed_s[picture.camera]);
+        let visible = frame.visible[picture.camera].iter().filter(|visible| **visible).count();
+        let row = [
+            image,
+            table_cell(&set.blind.rig.cameras[picture.camera].name),
+            picture.frame.to_string(),
+            exposed_s.unwrap_or(frame.time_s).to_string(),
+            picture.mask.count().to_string(),
+            visible.to_string(),
+        ];
+        table.write_record(row).map_err(|e| malformed(&e))
+    })?;
+    let table = table.into_inner().map_err(|e| malformed(&e))?;
+    folder.write("frames.csv", &table)?;
+    let text = serde_json::to_vec_pretty(&description(set, &table)).map_err(|e| malformed(&e))?;
+    folder.write("croissant.json", &text)
+}
+
+fn description(set: &BenchmarkSet, table: &[u8]) -> Value {
+    let field = |(name, kind, words): (&str, &str, &str)| {
+        json!({
+            "@type": "cr:Field", "@id": format!("frames/{name}"), "name": name, "description": words, "dataType": kind,
+            "source": { "fileObject": { "@id": "frames.csv" }, "extract": { "column": name } },
+        })
+    };
+    let motion = &set.truth.facts.motion;
+    json!({
+        "@context": context(),
+        "@type": "sc:Dataset",
+        "conformsTo": "http://mlcommons.org/croissant/1.0",
+        "name": set.blind.name,
+        "description": format!(
+            "Silhouettes of an animated humanoid from {} cameras, {} frames at {} frames a second, with exact ground truth. \
+            Motion: {motion}",
+            set.blind.rig.cameras.len(), set.blind.frame_count, set.blind.frames_per_second
+        ),
+        "version": "1.0.0",
+        "identifier": set.blind.set_hash,
+        "isLiveDataset": false,
+        "distribution": [{
+            "@type": "cr:FileObject", "@id": "frames.csv", "name": "frames.csv", "contentUrl": "frames.csv",
+            "encodingFormat": "text/csv", "sha256": hex_sha256(table),
+            "description": "a row a camera and frame",
+        }],
+        "recordSet": [{
+            "@type": "cr:RecordSet", "@id": "frames", "name": "frames",
+            "description": "every image of every camera",
+            "field": COLUMNS.map(field),
+        }],
+    })
+}
+
+/// The context of Croissant 1.0, as its specification prints it.
+fn context() -> Value {
+    let mut context = json!({
+        "@language": "en",
+        "@vocab": "https://schema.org/",
+        "cr": "http://mlcommons.org/croissant/",
+        "rai": "http://mlcommons.org/croissant/RAI/",
+        "dct": "http://purl.org/dc/terms/",
+        "sc": "https://schema.org/",
+        "conformsTo": "dct:conformsTo",
+        "data": { "@id": "cr:data", "@type": "@json" },
+        "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
+        "examples": { "@id": "cr:examples", "@type": "@json" },
+    });
+    for word in [
+        "citeAs",
+        "column",
+        "extract",
+        "field",
+        "fileProperty",
+        "fileObject",
+        "fileSet",
+        "format",
+        "includes",
+        "isLiveDataset",
+        "jsonPath",
+        "key",
+        "md5",
+        "parentField",
+        "path",
+        "recordSet",
+        "references",
+        "regex",
+        "repeated",
+        "replace",
+        "separator",
+        "source",
+        "subField",
+        "transform",
+    ] {
+        context[word] = format!("cr:{word}").into();
+    }
+    context
+}

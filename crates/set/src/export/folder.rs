@@ -1,0 +1,106 @@
+//! Where an export goes.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::ExportWatch;
+use crate::SetError;
+use crate::blind::silhouette_path;
+use crate::raster::Mask;
+use crate::{BenchmarkSet, silhouette_png};
+
+/// A folder that files are written into.
+pub(super) struct Folder<'a> {
+    root: PathBuf,
+    watch: ExportWatch<'a>,
+}
+
+/// A silhouette of the set.
+pub(super) struct SetSilhouette {
+    pub(super) camera: usize,
+    pub(super) frame: usize,
+    pub(super) png: Vec<u8>,
+    pub(super) mask: Mask,
+}
+
+impl<'a> Folder<'a> {
+    pub(super) fn new(root: &Path, watch: ExportWatch<'a>) -> Self {
+        Self { root: root.to_owned(), watch }
+    }
+
+    /// Writes a file that must not be there yet.
+    pub(super) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SetError> {
+        self.create(name, |file| file.write_all(bytes))
+    }
+
+    /// Writes a file piece by piece.
+    pub(super) fn create(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    ) -> Result<(), SetError> {
+        let path = self.root.join(name);
+        let parent = path.parent().unwrap_or(&self.root);
+        fs::create_dir_all(parent).map_err(SetError::io(parent, "create the directory"))?;
+        let written = File::create_new(&path).and_then(|file| {
+            let mut file = BufWriter::new(file);
+            write(&mut file)?;
+            file.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
+        });
+        written.map_err(SetError::io(&path, "write"))
+    }
+
+    /// Writes `README.txt`: a title, and what the reader of the format has to know.
+    pub(super) fn readme(&self, set: &BenchmarkSet, title: &str, words: &str) -> Result<(), SetError> {
+        let (name, hash) = (&set.blind.name, &set.blind.set_hash);
+        let text = format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {hash}.\n\n{words}\n");
+        self.write("README.txt", text.as_bytes())
+    }
+
+    /// Every silhouette that a camera took, in order of frames, then cameras; one is in memory at a time.
+    pub(super) fn for_each_picture(
+        &self,
+        set: &BenchmarkSet,
+        mut take: impl FnMut(&SetSilhouette) -> Result<(), SetError>,
+    ) -> Result<(), SetError> {
+        for frame in 0..set.blind.frame_count {
+            for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
+                if (self.watch.stop)() {
+                    return Err(SetError::Stopped);
+                }
+                if !set.blind.has_image(camera, frame) {
+                    continue;
+                }
+                let path = silhouette_path(camera, frame);
+                let png = set.blind.files().read(&path).map_err(|e| set.blind.files().locate(e))?.into_owned();
+                let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
+                take(&SetSilhouette { camera, frame, png, mask })?;
+            }
+            (self.watch.tick)();
+        }
+        Ok(())
+    }
+}
+
+/// A camera's name as a file's: letters, digits, `-`, `_` and `.`; anything else is `_`.
+pub(super) fn file_name(name: &str) -> String {
+    let harmless = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    let name: String = name.chars().map(harmless).collect();
+    name.trim_start_matches('.').to_owned()
+}
+
+/// File names of all cameras, no two alike.
+pub(super) fn camera_files(set: &BenchmarkSet) -> Vec<String> {
+    let names: Vec<String> = set.blind.rig.cameras.iter().map(|camera| file_name(&camera.name)).collect();
+    let unique = |(index, name): (usize, &String)| match names[..index].contains(name) || name.is_empty() {
+        true => format!("{name}_cam{index:02}"),
+        false => name.clone(),
+    };
+    names.iter().enumerate().map(unique).collect()
+}
+
+/// Metres to millimetres, rounded to a ten-thousandth of one.
+pub(super) fn millimetres(metres: f64) -> f64 {
+    (metres * 1e7).round() / 1e4
+}

@@ -1,0 +1,420 @@
+//! The files of a set, in memory or in a directory, each known by its SHA-256.
+//!
+//! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
+//! written last: a directory without it is not a set. Every read is checked against it. In sets with shards,
+//! silhouettes and truth images are read from there, by the same paths.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::SetError;
+use super::complete_listing::complete_lines;
+use super::identity::identity_lines;
+use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_below, listing_line, unless};
+use super::packed_files::PackedFiles;
+use super::set_writer::SetWriter;
+use super::shard_plan::{is_packing, is_shard};
+use crate::input::{self, hex_sha256, hex_sha256_of, limits};
+use crate::parallel;
+
+/// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
+const PYTHON_CACHE: &str = "__pycache__/";
+
+/// Named bytes and their digests.
+#[derive(Clone, Debug)]
+pub(super) struct SetFiles {
+    /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`. Of files of their own.
+    digests: BTreeMap<String, String>,
+    /// The files in shards, if the set has any.
+    packed: Option<Arc<PackedFiles>>,
+    /// The lines that the complete set is known by, in a set without its truth.
+    complete: Option<String>,
+    /// SHA-256 of the list of files, as it is or would be on the disk.
+    listing_hash: String,
+    place: FileStore,
+}
+
+#[derive(Clone, Debug)]
+enum FileStore {
+    Memory(BTreeMap<String, Vec<u8>>),
+    Directory(PathBuf),
+}
+
+impl SetFiles {
+    pub(super) fn in_memory(files: BTreeMap<String, Vec<u8>>, stop: Stop<'_>) -> Result<Self, SetError> {
+        let digest = |(path, bytes): (&String, &Vec<u8>)| {
+            unless(stop)?;
+            Ok((path.clone(), hex_sha256(bytes)))
+        };
+        let digests = files.par_iter().map(digest).collect::<Result<BTreeMap<_, _>, SetError>>()?;
+        let listing_hash = hex_sha256(digests.iter().map(listing_line).collect::<String>().as_bytes());
+        Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
+    }
+
+    /// The files of a set on disk; their contents are read and checked when they are asked for.
+    pub(super) fn open(directory: &Path) -> Result<Self, SetError> {
+        let not_a_set = |detail: String| SetError::NotASet { path: directory.to_path_buf(), detail };
+        let listing = match input::read_to_string(&directory.join(LISTING), limits::LISTING) {
+            Ok(listing) => listing,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && directory.is_dir() => {
+                return Err(not_a_set(format!("it has no {LISTING}")));
+            }
+            Err(e) => return Err(SetError::io(&directory.join(LISTING), "read")(e)),
+        };
+        let digests = digests_in(directory, LISTING, &listing)?;
+        let packed = PackedFiles::open(directory, &digests)?.map(Arc::new);
+        let place = FileStore::Directory(directory.to_path_buf());
+        let listing_hash = hex_sha256(listing.as_bytes());
+        let mut files = Self { digests, packed, complete: None, listing_hash, place };
+        let listed = files.digests.iter().chain(files.packed_digests()).collect();
+        files.complete = complete_lines(directory, files.digests.get(COMPLETE), &listed)?;
+        Ok(files)
+    }
+
+    /// Whether the set has this file.
+    pub(super) fn has(&self, path: &str) -> bool {
+        self.digests.contains_key(path)
+            || self.packed.as_ref().is_some_and(|packed| packed.digests().contains_key(path))
+    }
+
+    /// SHA-256 by path of the files in shards.
+    pub(super) fn packed_digests(&self) -> impl Iterator<Item = (&String, &String)> {
+        self.packed.iter().flat_map(|packed| packed.digests())
+    }
+
+    /// SHA-256 of a file in a shard.
+    pub(super) fn packed_digest(&self, path: &str) -> Option<&str> {
+        self.packed.as_ref()?.digests().get(path).map(String::as_str)
+    }
+
+    /// The paths of the shards of a kind, in order.
+    pub(super) fn shards<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a str> {
+        self.digests.keys().map(String::as_str).filter(move |path| is_shard(path) && path.starts_with(kind))
+    }
+
+    /// The folder of a set on disk.
+    pub(super) fn folder(&self) -> Option<&Path> {
+        match &self.place {
+            FileStore::Memory(_) => None,
+            FileStore::Directory(directory) => Some(directory),
+        }
+    }
+
+    /// The verified bytes of a file.
+    pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
+        let has = |packed: &&Arc<PackedFiles>| !self.is_loose(path) && packed.digests().contains_key(path);
+        if let Some(packed) = self.packed.as_ref().filter(has) {
+            return Ok(packed.read(path, limit_of(path))?.into());
+        }
+        let missing = || match &self.place {
+            FileStore::Memory(_) => SetError::malformed(path, "the set has no such file"),
+            FileStore::Directory(directory) => {
+                SetError::NotASet { path: directory.clone(), detail: format!("{LISTING} lists no {path}") }
+            }
+        };
+        let listed = self.digests.get(path).ok_or_else(missing)?;
+        let bytes = match &self.place {
+            FileStore::Memory(files) => return files.get(path).map(|b| b.as_slice().into()).ok_or_else(missing),
+            FileStore::Directory(directory) => {
+                let full = directory.join(path);
+                input::read(&full, limit_of(path)).map_err(SetError::io(&full, "read"))?
+            }
+        };
+        let found = hex_sha256(&bytes);
+        if found == *listed {
+            Ok(bytes.into())
+        } else {
+            Err(SetError::Tampered { file: path.to_string(), listed: listed.clone(), found })
+        }
+    }
+
+    /// Whether this is a file of its own, or one of the shards and their list.
+    pub(super) fn is_loose(&self, path: &str) -> bool {
+        self.digests.contains_key(path)
+    }
+
+    /// Puts copies of the files that are `wanted` into a folder. No links: whoever writes into the copy must not change
+    /// the set.
+    pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
+        for path in self.paths().filter(|path| wanted(path)) {
+            let target = folder.join(path);
+            if let Some(parent) = target.parent() {
+                fs::create_dir_all(parent).map_err(SetError::io(parent, "create"))?;
+            }
+            fs::write(&target, &*self.read(path)?).map_err(SetError::io(&target, "write"))?;
+        }
+        Ok(())
+    }
+
+    /// SHA-256 by path of the files of their own that are `wanted`.
+    pub(super) fn digests_where(&self, wanted: impl Fn(&str) -> bool) -> BTreeMap<String, String> {
+        let digests = self.digests.iter().filter(|(path, _)| wanted(path));
+        digests.map(|(path, digest)| (path.clone(), digest.clone())).collect()
+    }
+
+    /// An error for a set on disk whose truth is kept apart.
+    pub(super) fn refuse_without_truth(&self) -> Result<(), SetError> {
+        let FileStore::Directory(directory) = &self.place else { return Ok(()) };
+        // sets of older versions list a truth that they do not hold
+        let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
+        match is_gone || self.complete.is_some() {
+            true => Err(SetError::NoTruth { set: directory.clone() }),
+            false => Ok(()),
+        }
+    }
+
+    /// The same error with the file's path on disk.
+    pub(super) fn locate(&self, error: SetError) -> SetError {
+        match &self.place {
+            FileStore::Memory(_) => error,
+            FileStore::Directory(directory) => error.below(directory),
+        }
+    }
+
+    /// Size of the files that are in memory.
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes_below("")
+    }
+
+    /// The same of those whose paths begin like this.
+    pub(super) fn bytes_below(&self, prefix: &str) -> usize {
+        match &self.place {
+            FileStore::Memory(files) => {
+                files.iter().filter(|(path, _)| path.starts_with(prefix)).map(|(_, bytes)| bytes.len()).sum()
+            }
+            FileStore::Directory(_) => 0,
+        }
+    }
+
+    /// SHA-256 of [`Self::identity`].
+    pub(super) fn set_hash(&self) -> String {
+        hex_sha256(self.identity().as_bytes())
+    }
+
+    /// SHA-256 of `files.sha256`: every file that is there, with layers and shards.
+    pub(super) fn full_hash(&self) -> &str {
+        &self.listing_hash
+    }
+
+    /// The lines that the complete set is known by.
+    pub(super) fn identity(&self) -> String {
+        let own = || identity_lines(&self.digests.iter().chain(self.packed_digests()).collect());
+        self.complete.clone().unwrap_or_else(own)
+    }
+
+    /// Whether nobody can confirm a guess of the truth by [`Self::identity`].
+    pub(super) fn is_sealed(&self) -> bool {
+        self.complete.is_some() || self.digests.contains_key(KEY_FILE)
+    }
+
+    /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the
+    /// listing.
+    pub(super) fn write(
+        &self,
+        folder: &Path,
+        stop: Stop<'_>,
+        more: impl FnOnce(&SetWriter<'_>) -> Result<(), SetError>,
+    ) -> Result<(), SetError> {
+        let writer = SetWriter::new(folder, stop);
+        let paths: Vec<&str> = self.paths().filter(|path| !is_packing(path)).collect();
+        paths.par_iter().try_for_each(|path| writer.put(path, &self.read(path)?))?;
+        more(&writer)?;
+        writer.finish()
+    }
+
+    /// Paths of the files of their own, then of those in shards, both in alphabetical order.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
+        self.digests.keys().chain(self.packed_digests().map(|(path, _)| path)).map(String::as_str)
+    }
+
+    /// Number of files of their own.
+    pub(super) fn count(&self) -> usize {
+        self.digests.len()
+    }
+
+    /// Reads every listed file, and looks for files that are not listed: the first fault is the error.
+    pub(super) fn verify(&self) -> Result<(), SetError> {
+        self.faults()?.into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Whether a listed file is as it was written. Shards are larger than memory may be, and read piece by piece.
+    pub(super) fn check(&self, path: &str) -> Result<(), SetError> {
+        let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
+        if !is_shard(path) {
+            return self.read(path).map(|_| ());
+        }
+        let full = directory.join(path);
+        let found = match File::open(&full).and_then(hex_sha256_of) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                let (kind, _) = path.rsplit_once('/').unwrap_or_default();
+                let shards = self.digests.keys().filter(|path| is_shard(path) && path.starts_with(kind)).count();
+                return Err(SetError::MissingShard { file: path.to_owned(), shards });
+            }
+            found => found.map_err(SetError::io(&full, "read"))?,
+        };
+        let listed = &self.digests[path];
+        match found == *listed {
+            true => Ok(()),
+            false => Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found }),
+        }
+    }
+
+    /// Every listed file that is missing or changed, in alphabetical order, then every file that is not listed.
+    pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
+        let paths: Vec<&String> = self.digests.keys().collect();
+        let faults = parallel::map(paths.len(), |path| self.check(paths[path]).err());
+        let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
+        if let FileStore::Directory(directory) = &self.place {
+            let unlisted =
+                |path: &String| !self.digests.contains_key(path) && path != LISTING && !path.starts_with(PYTHON_CACHE);
+            let files = files_below(directory, "")?.into_iter().filter(unlisted);
+            faults.extend(files.map(|file| SetError::Unlisted { file }));
+        }
+        Ok(faults)
+    }
+}
+
+/// Whether `directory` holds the files that its listing names and no others.
+pub(super) fn holds_only_listed(directory: &Path) -> bool {
+    let Ok(files) = SetFiles::open(directory) else { return false };
+    let listed = |path: &String| path == LISTING || files.is_loose(path);
+    files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
+}
+
+/// The greatest size of a file of a set.
+fn limit_of(path: &str) -> u64 {
+    match path.rsplit('.').next() {
+        Some("toml" | "txt") => limits::SETTINGS,
+        Some("json") => limits::JSON,
+        Some("png") => limits::PICTURE,
+        Some("exr") => limits::LAYER,
+        Some("sha256") => limits::LISTING,
+        _ => limits::ARRAYS,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::listing::{FORMATS, LAYERS};
+    use std::io::Write;
+
+    fn sample() -> SetFiles {
+        let files = [("a.txt", "one"), ("deep/er/b.bin", "two"), ("empty", "")];
+        let files = files.map(|(path, text)| (path.to_string(), text.as_bytes().to_vec()));
+        SetFiles::in_memory(files.into(), &|| false).unwrap()
+    }
+
+    fn write(files: &SetFiles, folder: &Path) -> Result<(), SetError> {
+        files.write(folder, &|| false, |_| Ok(()))
+    }
+
+    fn written() -> tempfile::TempDir {
+        let directory = tempfile::tempdir().unwrap();
+        write(&sample(), directory.path()).unwrap();
+        directory
+    }
+
+    #[test]
+    fn the_listing_is_what_sha256sum_writes() {
+        let directory = written();
+        let listing = fs::read_to_string(directory.path().join(LISTING)).unwrap();
+        // printf one | sha256sum
+        let one = "7692c3ad3540bb803c020b3aee66cd8887123234ea0c6e7143c0add73ff431ed";
+        assert_eq!(listing.lines().next(), Some(format!("{one}  a.txt").as_str()));
+        assert_eq!(hex_sha256(listing.as_bytes()), sample().set_hash());
+        assert_eq!(SetFiles::open(directory.path()).unwrap().set_hash(), sample().set_hash());
+    }
+
+    #[test]
+    fn one_flipped_bit_is_found_and_named_when_read_and_when_verified() {
+        let directory = written();
+        let files = SetFiles::open(directory.path()).unwrap();
+        files.verify().unwrap();
+        assert_eq!(&*files.read("deep/er/b.bin").unwrap(), b"two");
+        fs::write(directory.path().join("deep/er/b.bin"), "twn").unwrap();
+        for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
+            assert!(error.to_string().starts_with("deep/er/b.bin was changed or truncated"), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_too_few_and_files_too_many_are_found() {
+        let directory = written();
+        fs::create_dir(directory.path().join("__pycache__")).unwrap();
+        fs::write(directory.path().join("__pycache__/read_truth.cpython-312.pyc"), "x").unwrap();
+        SetFiles::open(directory.path()).unwrap().verify().unwrap();
+        fs::write(directory.path().join("deep/extra"), "x").unwrap();
+        let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
+        assert!(matches!(error, SetError::Unlisted { file } if file == "deep/extra"));
+        fs::remove_file(directory.path().join("a.txt")).unwrap();
+        let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
+        assert!(error.to_string().contains("a.txt: cannot read"), "{error}");
+    }
+
+    #[test]
+    fn a_listing_cannot_lead_out_of_the_set() {
+        let directory = tempfile::tempdir().unwrap();
+        for path in ["../secret", "/etc/passwd", "a//b", "a/./b", "a\\b"] {
+            fs::write(directory.path().join(LISTING), format!("{}  {path}\n", "0".repeat(64))).unwrap();
+            let error = SetFiles::open(directory.path()).unwrap_err();
+            assert!(error.to_string().contains("files.sha256:1"), "{error}");
+        }
+    }
+
+    #[test]
+    fn layers_and_what_is_said_of_formats_do_not_change_what_identifies_a_set() {
+        let directory = tempfile::tempdir().unwrap();
+        let layer = format!("{LAYERS}cam00/000000.exr");
+        let put = |writer: &SetWriter<'_>| writer.put(&layer, b"layer").and_then(|()| writer.put(FORMATS, b"said"));
+        sample().write(directory.path(), &|| false, put).unwrap();
+        let files = SetFiles::open(directory.path()).unwrap();
+        files.verify().unwrap();
+        assert_eq!(&*files.read(&layer).unwrap(), b"layer");
+        assert_eq!(files.set_hash(), sample().set_hash());
+    }
+
+    #[test]
+    fn a_set_is_never_written_over_another_nor_where_nothing_can_be_written() {
+        let directory = written();
+        let again = write(&sample(), directory.path()).unwrap_err();
+        assert!(again.to_string().contains("cannot write"), "{again}");
+        let below_a_file = directory.path().join("a.txt/set");
+        let error = write(&sample(), &below_a_file).unwrap_err();
+        assert!(error.to_string().contains("a.txt/set: cannot create the directory"), "{error}");
+    }
+
+    #[test]
+    fn whoever_is_told_to_stop_neither_hashes_nor_writes_another_file() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let directory = tempfile::tempdir().unwrap();
+        let asked = AtomicUsize::new(0);
+        let after_one = || asked.fetch_add(1, Ordering::SeqCst) >= 1;
+        let stopped = sample().write(directory.path(), &after_one, |_| Ok(())).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+        assert_eq!(files_below(directory.path(), "").unwrap().len(), 1);
+        let stopped = SetFiles::in_memory([("a".to_owned(), Vec::new())].into(), &|| true).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+    }
+
+    #[test]
+    fn a_directory_with_anything_else_than_what_is_listed_is_no_set_alone() {
+        let directory = written();
+        assert!(holds_only_listed(directory.path()));
+        fs::write(directory.path().join("deep/thesis.tex"), "years of work").unwrap();
+        assert!(!holds_only_listed(directory.path()));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_that_names_the_file() {
+        let full = File::options().write(true).open("/dev/full").and_then(|mut file| file.write_all(b"x"));
+        let error = full.map_err(SetError::io(Path::new("set/a.txt"), "write")).unwrap_err();
+        assert!(error.to_string().starts_with("set/a.txt: cannot write: No space left"), "{error}");
+    }
+}

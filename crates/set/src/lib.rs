@@ -1,0 +1,109 @@
+//! A benchmark set: cameras, observations and a start for trackers; ground truth for their evaluation.
+//!
+//! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
+//! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
+//! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`,
+//! says which files there are, `formats.txt`, as `FORMATS.txt`, what stands in them.
+
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::dbg_macro,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+
+mod blind;
+mod body_file;
+mod cameras_file;
+mod complete_listing;
+mod contact_facts;
+mod contact_file;
+mod depth_png;
+mod distractors_file;
+mod error;
+mod estimates;
+mod estimates_reader;
+mod export;
+mod exr_layers;
+mod file_content;
+mod files;
+mod filming_file;
+#[cfg(test)]
+mod fixture;
+#[doc(hidden)]
+pub mod fuzzing;
+mod grey_png;
+mod identity;
+mod journal;
+mod json;
+mod key_file;
+mod layer_drawing;
+mod layer_files;
+mod leaks;
+mod listing;
+mod manifest;
+mod moments_file;
+mod packed_files;
+mod props_file;
+mod public_side;
+mod recording_file;
+mod retarget_facts;
+mod rigid;
+mod samples;
+mod set;
+mod set_drawing;
+mod set_writer;
+mod shard_plan;
+mod shards;
+mod shown_rows;
+mod silhouette_png;
+mod spread_file;
+mod start_file;
+#[cfg(test)]
+#[path = "../../test_support/bodies.rs"]
+pub mod test_bodies;
+#[cfg(test)]
+#[path = "../../test_support/cameras.rs"]
+pub mod test_cameras;
+mod training_file;
+mod truth_file;
+mod verify;
+mod views_file;
+
+pub use blind::BlindSet;
+pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json};
+pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
+pub use error::SetError;
+pub use estimates::{Articulation, EstimatedSequence, Estimates, FARTHEST_M};
+pub(crate) use estimates_reader::with_seed_axis;
+pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
+pub use exr_layers::{Layer, layer_channels};
+pub use identity::{FULL_HASH_COVERS, SET_HASH_COVERS};
+pub use layer_drawing::LAYERS_MEMORY_BYTES;
+pub use layer_files::{LayerFiles, LayerValues};
+pub use leaks::{Leak, find_leaks};
+pub use listing::KEY_FILE;
+pub use manifest::{AGAINST_ROBOT, TruthFacts};
+pub use moments_file::RigMoments;
+pub use public_side::{SetPlace, is_public};
+pub use recording_file::{
+    SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
+};
+pub use retarget_facts::RetargetFacts;
+pub use set::{BenchmarkSet, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes};
+pub use set_drawing::SetDrawing;
+pub use silhouette_png::to_png as silhouette_to_png;
+pub use spread_file::StepSpread;
+pub use start_file::Start;
+pub use training_file::{Training, TrainingMotions};
+pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify, verify_place};
+
+use skiagraph_core::{body, camera, contact, dynamics, input, npz, observation, parallel, raster, rng};
+use skiagraph_truth::{observing, retarget, scene};

@@ -1,0 +1,325 @@
+//! A set drawn straight to disk, frame by frame, and gone on with after an interruption.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::Path;
+
+use super::blind::silhouette_path;
+use super::layer_drawing::LayerDrawing;
+use super::set::silhouette_files;
+use super::set_writer::SetWriter;
+use super::shards::Packing;
+use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
+use crate::camera::FilmingRig;
+use crate::observation::Observation;
+use crate::parallel;
+
+/// How a set is drawn to disk.
+#[derive(Clone, Copy)]
+pub struct SetDrawing<'a> {
+    /// Truth images to draw besides the silhouettes.
+    pub layers: &'a [Layer],
+    /// In how many tar shards silhouettes and truth images lie, in place of files of their own.
+    pub shards: Option<usize>,
+    /// A file outside the set's folder that remembers what is whole. With it a drawing goes on where the same one was
+    /// interrupted, however that ended.
+    pub journal: Option<&'a Path>,
+    /// No frame and no file is begun once this answers `true`.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Told of every frame whose silhouettes are written, and of every camera and frame whose layers are; of those that
+    /// were there too. Silhouettes come before the layers of the same shard.
+    pub tick: &'a (dyn Fn() + Sync),
+}
+
+impl Default for SetDrawing<'_> {
+    fn default() -> Self {
+        Self { layers: &[], shards: None, journal: None, stop: &|| false, tick: &|| {} }
+    }
+}
+
+impl BenchmarkSet {
+    /// Draws a set straight into `folder`: a frame is observed, written and forgotten, so that memory does not grow
+    /// with the images. The same bytes as those of [`Self::write_unless`] after [`Self::assemble`]. Without a journal
+    /// none of the files may be there yet; with one, whole files stay and all others in `folder` are removed first.
+    /// Returns how many frames were observed before.
+    ///
+    /// # Errors
+    /// As [`Self::assemble_unless`] and [`Self::write`]; [`SetError::Differs`] where a journal is that of other parts.
+    pub fn draw_into(
+        folder: &Path,
+        parts: &SetParts<'_>,
+        drawing: &SetDrawing<'_>,
+        observe: impl Fn(usize) -> Observation + Sync,
+    ) -> Result<usize, SetError> {
+        parts.check()?;
+        if drawing.shards.is_some() && parts.observed.filming.is_some() {
+            let detail = "--shards: expected cameras that stand still and take every frame at its own time, found rig.motion or \
+                          rig.timing; leave out --shards";
+            return Err(SetError::inconsistent(detail.to_owned()));
+        }
+        let frames = parts.ground_truth.frames.len();
+        let plan = shards::plan(drawing.shards, frames)?;
+        let writer = match drawing.journal {
+            Some(journal) => SetWriter::resuming(folder, drawing.stop, journal, plan)?,
+            None => SetWriter::new(folder, drawing.stop),
+        };
+        parts.each_file_beside_observations(&mut |path, content| writer.put_same(path, &content))?;
+        let mut there = 0;
+        if let Some(plan) = plan {
+            shards::write_readmes(&writer)?;
+            let packing = Packing { writer: &writer, folder, parts, layers: drawing.layers, plan };
+            for shard in 0..plan.shards {
+                there += draw_frames(&writer, parts, drawing, &observe, plan.frames_of(shard))?;
+                packing.pack(shard)?;
+            }
+            packing.remove_empty_folders();
+        } else {
+            there = draw_frames(&writer, parts, drawing, &observe, 0..frames)?;
+        }
+        writer.finish()?;
+        Ok(there)
+    }
+}
+
+/// Draws some frames and their layers; how many frames were there.
+fn draw_frames(
+    writer: &SetWriter<'_>,
+    parts: &SetParts<'_>,
+    drawing: &SetDrawing<'_>,
+    observe: &(impl Fn(usize) -> Observation + Sync),
+    frames: Range<usize>,
+) -> Result<usize, SetError> {
+    let cameras = parts.rig.cameras.len();
+    let of_frame = |index: usize| {
+        let frame = frames.start + index;
+        writer.unless_stopped()?;
+        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.has_image(*camera, frame)).collect();
+        let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
+        let whole = !taken.is_empty() && taken.iter().all(has);
+        if !whole {
+            for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
+                if !writer.has(&path) {
+                    writer.put(&path, &bytes)?;
+                }
+            }
+        }
+        (drawing.tick)();
+        Ok(usize::from(whole))
+    };
+    let there: Vec<usize> = parallel::map(frames.len(), of_frame).into_iter().collect::<Result<_, SetError>>()?;
+    if !drawing.layers.is_empty() {
+        let layers = LayerDrawing {
+            truth: parts.ground_truth,
+            filming: parts.observed.filming.map_or_else(|| Cow::Owned(FilmingRig::from(parts.rig)), Cow::Borrowed),
+            scene: parts.facts.scene(parts.observed.facts, parts.observed.key),
+            layers: drawing.layers,
+        };
+        layers.write(writer, frames, drawing.tick)?;
+    }
+    Ok(there.iter().sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::{set_of, with_parts};
+    use crate::listing::files_below;
+    use crate::samples::ShardWriter;
+    use crate::shard_plan::frame_of;
+    use crate::test_bodies::walk;
+    use crate::{BlindSet, SetPlace, find_leaks, is_set, layer_channels, verify_hashes};
+    use std::fs;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    const FRAMES: usize = 7;
+
+    /// The listing of a drawing that is stopped, or runs into something else, after so many ticks, and how it ended.
+    fn draw(root: &Path, layers: &[Layer], stop_after: usize) -> Result<usize, SetError> {
+        let (folder, journal) = (root.join("set"), root.join("finished.sha256"));
+        fs::create_dir_all(&folder).unwrap();
+        let ticks = AtomicUsize::new(0);
+        with_parts(&walk(FRAMES), |parts, observer| {
+            let drawing = SetDrawing {
+                layers,
+                shards: Some(3),
+                journal: Some(&journal),
+                stop: &|| ticks.load(Ordering::SeqCst) >= stop_after,
+                tick: &|| {
+                    ticks.fetch_add(1, Ordering::SeqCst);
+                },
+            };
+            BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame))
+        })
+    }
+
+    fn listing(root: &Path) -> String {
+        fs::read_to_string(root.join("set/files.sha256")).unwrap()
+    }
+
+    #[test]
+    fn a_drawing_that_is_stopped_anywhere_goes_on_and_ends_with_the_bytes_of_an_undisturbed_one() {
+        let layers = [Layer::Depth];
+        let whole = tempfile::tempdir().unwrap();
+        assert_eq!(draw(whole.path(), &layers, usize::MAX).unwrap(), 0);
+        let root = tempfile::tempdir().unwrap();
+        for stop_after in [1, 2, 3, 5, 8, 12, 17, 22] {
+            // what was there counts too: every try gets farther, the last one beyond all silhouettes
+            assert!(matches!(draw(root.path(), &layers, stop_after), Err(SetError::Stopped)), "{stop_after}");
+            assert!(!is_set(&root.path().join("set")));
+        }
+        assert_eq!(draw(root.path(), &layers, usize::MAX).unwrap(), FRAMES);
+        assert_eq!(listing(root.path()), listing(whole.path()));
+        verify_hashes(&root.path().join("set")).unwrap();
+        for kind in ["observations", "truth"] {
+            let shard = root.path().join(format!("set/{kind}/shards/000001.tar"));
+            let whole = fs::read(&shard).unwrap();
+            fs::remove_file(&shard).unwrap();
+            let missing = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
+            assert!(missing.contains("000001.tar: this shard is missing, of 3 that the set lists"), "{missing}");
+            fs::write(&shard, &whole[..whole.len() / 2]).unwrap();
+            let changed = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
+            assert!(changed.contains(&format!("{kind}/shards/000001.tar was changed or truncated")), "{changed}");
+            fs::write(&shard, whole).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_set_with_shards_has_no_image_of_its_own_and_is_read_as_one_without() {
+        let (layers, root) = ([Layer::Depth, Layer::Parts], tempfile::tempdir().unwrap());
+        draw(root.path(), &layers, usize::MAX).unwrap();
+        let place = root.path().join("set");
+        let loose = files_below(&place, "").unwrap();
+        assert!(loose.iter().all(|path| frame_of(path).is_none()), "{loose:?}");
+        assert!(!place.join("observations/cam00").exists() && !place.join("truth/layers").exists());
+        let (packed, own) = (BenchmarkSet::read(&place).unwrap(), set_of(&walk(FRAMES)).unwrap());
+        assert_eq!(packed.blind.set_hash, own.blind.set_hash);
+        assert_eq!(packed.truth, own.truth);
+        let seen = |set: &BenchmarkSet| set.blind.observations().collect::<Result<Vec<_>, _>>().unwrap();
+        assert_eq!(seen(&packed), seen(&own));
+        assert_eq!(layer_channels(&place).unwrap(), ["depth.Z", "id.part"]);
+        // from there, files of their own again
+        let (written, plain) = (root.path().join("written"), root.path().join("plain"));
+        packed.write(&written).unwrap();
+        own.write_with_layers(&plain, &layers).unwrap();
+        let listing = |folder: &Path| fs::read_to_string(folder.join("files.sha256")).unwrap();
+        assert!(listing(&written) == listing(&plain));
+        let (handed, of_own) = (root.path().join("handed"), root.path().join("of own"));
+        packed.blind.hand_out(&handed).unwrap();
+        own.blind.hand_out(&of_own).unwrap();
+        assert_eq!(files_below(&handed, "").unwrap(), files_below(&of_own, "").unwrap());
+        // without the truth the shards stay
+        let public = root.path().join("public");
+        packed.blind.write_without_truth(&public).unwrap();
+        let public_set = BlindSet::read(&public).unwrap();
+        assert_eq!(public_set.set_hash, own.blind.set_hash);
+        assert_eq!(public_set.observation(4).unwrap(), own.blind.observation(4).unwrap());
+        assert!(public.join("observations/shards/000002.tar").exists() && !public.join("truth").exists());
+        let both = SetPlace { folder: &public, truth: Some(&place) };
+        assert_eq!(both.read().unwrap().truth, own.truth);
+        assert!(find_leaks(&place).unwrap().is_empty());
+    }
+
+    #[test]
+    fn shards_that_are_missing_cut_or_changed_are_named_and_all_others_are_read() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], usize::MAX).unwrap();
+        let shard = root.path().join("set/observations/shards/000001.tar");
+        let whole = fs::read(&shard).unwrap();
+        // seven frames in three shards: two, two, three
+        let read = || {
+            let set = BlindSet::read(&root.path().join("set")).unwrap();
+            assert!([0, 1, 4, 5, 6].iter().all(|frame| set.observation(*frame).is_ok()));
+            set.observation(2).unwrap_err().to_string()
+        };
+        let mut changed = whole.clone();
+        let at = whole.windows(4).position(|bytes| bytes == b"IDAT").unwrap();
+        changed[at + 9] ^= 1;
+        for (bytes, words) in [
+            (
+                &whole[..whole.len() / 2],
+                "observations/shards/000001.tar: this shard is damaged: it was cut off; get it again",
+            ),
+            (&[][..], "this shard is damaged: it was cut off"),
+            (&[7; 4096][..], "at byte 0 is no header of a file"),
+            (&changed, "observations/cam00/silhouette/000002.png in it was changed"),
+        ] {
+            fs::write(&shard, bytes).unwrap();
+            assert!(read().contains(words), "{words}: {}", read());
+        }
+        fs::write(&shard, fs::read(root.path().join("set/observations/shards/000000.tar")).unwrap()).unwrap();
+        assert!(read().contains("it has no observations/cam00/silhouette/000002.png"), "{}", read());
+        fs::remove_file(&shard).unwrap();
+        assert!(read().contains("000001.tar: this shard is missing, of 3 that the set lists"), "{}", read());
+        fs::write(&shard, &whole).unwrap();
+        let list = root.path().join("set/packed.sha256");
+        let lines = fs::read_to_string(&list).unwrap();
+        fs::write(&list, lines.replacen(&lines[..8], "01234567", 1)).unwrap();
+        let set = BlindSet::read(&root.path().join("set")).unwrap();
+        let refused = set.observation(0).unwrap_err().to_string();
+        assert!(refused.contains("packed.sha256 was changed or truncated"), "{refused}");
+    }
+
+    #[test]
+    fn a_pose_that_is_hidden_in_a_shard_of_silhouettes_is_found() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], usize::MAX).unwrap();
+        let shard = root.path().join("set/observations/shards/000000.tar");
+        let mut more = ShardWriter::new(Vec::new());
+        more.add("pose.json", &b"[1, 2, 3]"[..], 9).unwrap();
+        let mut bytes = more.finish().unwrap();
+        bytes.truncate(1024);
+        bytes.extend(fs::read(&shard).unwrap());
+        fs::write(&shard, bytes).unwrap();
+        let leaks = find_leaks(&root.path().join("set")).unwrap();
+        assert_eq!((leaks.len(), leaks[0].place.as_str()), (1, "pose.json"), "{leaks:?}");
+    }
+
+    #[test]
+    fn shards_leave_the_hash_of_a_set_alone_and_do_not_depend_on_threads() {
+        let drawn = |threads: usize, shards| {
+            let root = tempfile::tempdir().unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                with_parts(&walk(FRAMES), |parts, observer| {
+                    let drawing = SetDrawing { shards, ..SetDrawing::default() };
+                    BenchmarkSet::draw_into(root.path(), parts, &drawing, |frame| observer.observe(frame)).unwrap();
+                });
+            });
+            let hash = crate::BlindSet::read(root.path()).unwrap().set_hash;
+            (fs::read_to_string(root.path().join("files.sha256")).unwrap(), hash)
+        };
+        let ((one, hash), (three, _), (without, same)) = (drawn(1, Some(2)), drawn(3, Some(2)), drawn(2, None));
+        assert_eq!(one, three);
+        assert!(hash == same && one != without);
+    }
+
+    #[test]
+    fn a_file_that_was_cut_or_changed_meanwhile_is_drawn_again() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], usize::MAX).unwrap();
+        let whole = listing(root.path());
+        let file = |name: &str| root.path().join("set").join(name);
+        let cut = file("observations/shards/000001.tar");
+        let bytes = fs::read(&cut).unwrap();
+        fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+        fs::write(file("truth/truth.npz"), "").unwrap();
+        fs::create_dir_all(file("observations/cam01/silhouette")).unwrap();
+        fs::write(file("observations/cam01/silhouette/000099.png"), "half").unwrap();
+        // two of seven frames were in that shard
+        assert_eq!(draw(root.path(), &[], usize::MAX).unwrap(), FRAMES - 2);
+        assert_eq!(listing(root.path()), whole);
+        verify_hashes(&root.path().join("set")).unwrap();
+    }
+
+    #[test]
+    fn a_journal_of_another_motion_is_refused_by_the_file_that_differs() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], 2).unwrap_err();
+        let (folder, journal) = (root.path().join("set"), root.path().join("finished.sha256"));
+        let refused = with_parts(&walk(FRAMES + 1), |parts, observer| {
+            let drawing = SetDrawing { journal: Some(&journal), ..SetDrawing::default() };
+            BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).unwrap_err()
+        });
+        assert!(matches!(&refused, SetError::Differs { file } if file == "set.toml"), "{refused}");
+    }
+}

@@ -1,0 +1,127 @@
+//! Which files of a set lie in which of its tar shards, and under what name.
+
+use std::ops::Range;
+
+use super::listing::LAYERS;
+
+/// Tar shards of silhouettes, which trackers may read.
+pub(super) const OBSERVED: &str = "observations/shards/";
+
+/// Tar shards of samples with their truth.
+pub(super) const WITH_TRUTH: &str = "truth/shards/";
+
+/// The list of the files that lie in shards, by the paths that they have in a set without shards.
+pub(super) const PACKED: &str = "packed.sha256";
+
+/// How frames are divided among shards: as many in each as can be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShardPlan {
+    pub(super) shards: usize,
+    pub(super) frames: usize,
+}
+
+/// Where a file lies.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct ShardPlace {
+    /// The tar, by its path in the set.
+    pub(super) tar: String,
+    /// What the file is called in it.
+    pub(super) name: String,
+}
+
+/// Where a shard of that kind lies.
+pub(super) fn tar_path(kind: &str, shard: usize) -> String {
+    format!("{kind}{shard:06}.tar")
+}
+
+/// Whether a path is that of a tar shard.
+pub(super) fn is_shard(path: &str) -> bool {
+    path.ends_with(".tar") && (path.starts_with(OBSERVED) || path.starts_with(WITH_TRUTH))
+}
+
+/// Whether a file is there only because the set has shards: it holds what the set has without them, too.
+pub(super) fn is_packing(path: &str) -> bool {
+    path == PACKED || path.starts_with(OBSERVED) || path.starts_with(WITH_TRUTH)
+}
+
+impl ShardPlan {
+    /// The frames of a shard.
+    pub(super) fn frames_of(&self, shard: usize) -> Range<usize> {
+        shard * self.frames / self.shards..(shard + 1) * self.frames / self.shards
+    }
+
+    /// The shard of a frame.
+    fn shard_of(&self, frame: usize) -> Option<usize> {
+        (frame < self.frames && self.shards > 0).then(|| ((frame + 1) * self.shards - 1) / self.frames)
+    }
+
+    /// Where a silhouette or a truth image lies; `None` for any other file.
+    pub(super) fn place_of(&self, path: &str) -> Option<ShardPlace> {
+        let (kind, frame, name) = name_in_shard(path)?;
+        Some(ShardPlace { tar: tar_path(kind, self.shard_of(frame)?), name })
+    }
+
+    /// The shards without which a silhouette or a truth image is needed as a file of its own.
+    pub(super) fn tars_of(&self, path: &str) -> Option<[String; 2]> {
+        let (_, frame, _) = name_in_shard(path)?;
+        let shard = self.shard_of(frame)?;
+        Some([OBSERVED, WITH_TRUTH].map(|kind| tar_path(kind, shard)))
+    }
+}
+
+/// Frame of a silhouette or a truth image; `None` for any other file.
+pub(super) fn frame_of(path: &str) -> Option<usize> {
+    name_in_shard(path).map(|(_, frame, _)| frame)
+}
+
+/// Kind of shard, frame, and name in the shard. Silhouettes keep their paths, so that `tar` can unpack them to where a
+/// set without shards has them; truth images belong to samples.
+fn name_in_shard(path: &str) -> Option<(&'static str, usize, String)> {
+    if let Some((camera, file)) = path.strip_prefix(LAYERS).and_then(|rest| rest.split_once('/')) {
+        let (frame, extension) = match file.strip_suffix(".exr") {
+            Some(frame) => (frame, "layers.exr"),
+            None => (file.strip_suffix("-depth.png")?, "depth.png"),
+        };
+        return Some((WITH_TRUTH, frame.parse().ok()?, format!("{frame}_{camera}.{extension}")));
+    }
+    let (_, file) = path.strip_prefix("observations/cam")?.split_once("/silhouette/")?;
+    Some((OBSERVED, file.strip_suffix(".png")?.parse().ok()?, path.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blind::silhouette_path;
+    use crate::samples;
+    use crate::{depth_png, exr_layers};
+
+    #[test]
+    fn every_frame_is_in_one_shard_and_no_shard_is_empty() {
+        for (frames, shards) in [(1, 1), (7, 3), (529, 8), (9, 9), (10_000, 7)] {
+            let plan = ShardPlan { shards, frames };
+            let ranges: Vec<Range<usize>> = (0..shards).map(|shard| plan.frames_of(shard)).collect();
+            assert_eq!(ranges.iter().cloned().flatten().collect::<Vec<_>>(), (0..frames).collect::<Vec<_>>());
+            let sizes = || ranges.iter().map(ExactSizeIterator::len);
+            assert!(sizes().max() <= sizes().min().map(|least| least + 1) && sizes().min() > Some(0));
+            for (shard, range) in ranges.into_iter().enumerate() {
+                assert!(range.into_iter().all(|frame| plan.shard_of(frame) == Some(shard)));
+            }
+            assert_eq!(plan.shard_of(frames), None);
+        }
+    }
+
+    #[test]
+    fn images_are_found_by_the_keys_of_samples_and_silhouettes_by_their_paths() {
+        let plan = ShardPlan { shards: 3, frames: 7 };
+        let place = |path: &str| plan.place_of(path).map(|place| (place.tar, place.name));
+        let key = samples::key(11, 3);
+        let truth = |name: String| Some(("truth/shards/000001.tar".to_owned(), name));
+        assert_eq!(place(&exr_layers::path(11, 3)), truth(format!("{key}.layers.exr")));
+        assert_eq!(place(&depth_png::path(11, 3)), truth(format!("{key}.depth.png")));
+        let mask = silhouette_path(2, 6);
+        assert_eq!(place(&mask), Some(("observations/shards/000002.tar".to_owned(), mask.clone())));
+        for other in ["set.toml", "observations/shards/000000.tar", "truth/layers/README", "truth/truth.npz"] {
+            assert_eq!((place(other), frame_of(other)), (None, None), "{other}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! `cameras.json`, by its numbers alone.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use serde_json::Value;
+
+use super::parts::ReadParts;
+use super::{Fault, Outcome, filming};
+use crate::cameras_file::{self, AXES, PIXEL_CENTRES};
+use crate::files::SetFiles;
+use crate::input::excerpt;
+
+/// How far a rotation's `R^T R` may be from the identity.
+const TOLERANCE: f64 = 1e-9;
+
+/// A camera's numbers as any reader of JSON finds them.
+pub(super) struct ListedCamera {
+    pub(super) name: String,
+    pub(super) size: [f64; 2],
+    pub(super) k: Matrix3<f64>,
+    pub(super) r: Matrix3<f64>,
+    pub(super) t: Vector3<f64>,
+    /// k1 k2 p1 p2 k3.
+    pub(super) distortion: [f64; 5],
+    pub(super) near: f64,
+    observations: String,
+}
+
+impl ListedCamera {
+    fn from_json(value: &Value) -> Option<Self> {
+        let k = numbers::<9>(&value["K"])?;
+        let r = numbers::<9>(&value["R"])?;
+        Some(Self {
+            name: value["name"].as_str()?.to_owned(),
+            size: [value["width"].as_f64()?, value["height"].as_f64()?],
+            k: Matrix3::from_row_slice(&k),
+            r: Matrix3::from_row_slice(&r),
+            t: Vector3::from(numbers::<3>(&value["t"])?),
+            distortion: numbers(&value["distortion"])?,
+            near: value["near"].as_f64()?,
+            observations: value["observations"].as_str()?.to_owned(),
+        })
+    }
+
+    /// OpenCV's `projectPoints`, from its documentation: the pixel, whose centre is at integers, and the depth along z.
+    pub(super) fn project(&self, point: &Vector3<f64>) -> ([f64; 2], f64) {
+        let p = self.r * point + self.t;
+        let (x, y) = (p.x / p.z, p.y / p.z);
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let r2 = x * x + y * y;
+        let radial = 1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3);
+        let bent_x = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+        let bent_y = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
+        ([self.k[(0, 0)] * bent_x + self.k[(0, 2)], self.k[(1, 1)] * bent_y + self.k[(1, 2)]], p.z)
+    }
+
+    /// The same camera elsewhere.
+    pub(super) fn placed(&self, camera_from_world: &Isometry3<f64>) -> Self {
+        let r = camera_from_world.rotation.to_rotation_matrix().into_inner();
+        Self {
+            r,
+            t: camera_from_world.translation.vector,
+            name: self.name.clone(),
+            observations: String::new(),
+            ..*self
+        }
+    }
+
+    fn faults(&self, index: usize) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut say = |detail: String| faults.push(format!("camera {:?}: {detail}", excerpt(&self.name)));
+        let off = (self.r.transpose() * self.r - Matrix3::identity()).amax();
+        if off.is_nan() || off > TOLERANCE {
+            say(format!("R is no rotation: R^T R is off the identity by {off:.1e}"));
+        } else if self.r.determinant() < 0.0 {
+            say("R has determinant -1: its axes are left-handed, so what it shows is mirrored".to_owned());
+        }
+        let (fx, fy) = (self.k[(0, 0)], self.k[(1, 1)]);
+        if fx.is_nan() || fy.is_nan() || fx <= 0.0 || fy <= 0.0 {
+            say(format!("the focal lengths are {fx} and {fy} pixels; both must be greater than 0"));
+        }
+        let [width, height] = self.size;
+        if width < 1.0 || height < 1.0 {
+            say(format!("the image is {width} x {height} pixels"));
+        }
+        if self.near.is_nan() || self.near <= 0.0 {
+            say(format!("the near plane is at {} m; it must be greater than 0", self.near));
+        }
+        let expected = cameras_file::observations_directory(index);
+        if self.observations != expected {
+            say(format!(
+                "its observations are said to be in {:?}, those of camera {index} are in {expected:?}",
+                excerpt(&self.observations)
+            ));
+        }
+        faults
+    }
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let flat: Vec<f64> = match value.as_array()?.iter().all(Value::is_array) {
+        true => value
+            .as_array()?
+            .iter()
+            .flat_map(|row| row.as_array().into_iter().flatten())
+            .filter_map(Value::as_f64)
+            .collect(),
+        false => value.as_array()?.iter().filter_map(Value::as_f64).collect(),
+    };
+    flat.try_into().ok()
+}
+
+/// The cameras of the file, read without this program's own reader.
+pub(super) fn plain(files: &SetFiles) -> Result<Vec<ListedCamera>, String> {
+    let (_, cameras) = read(files)?;
+    cameras.into_iter().collect::<Option<_>>().ok_or_else(|| "not checked: cameras.json cannot be read".to_owned())
+}
+
+fn read(files: &SetFiles) -> Result<(Value, Vec<Option<ListedCamera>>), String> {
+    let unreadable = || "not checked: cameras.json cannot be read".to_owned();
+    let bytes = files.read(cameras_file::PATH).map_err(|_| unreadable())?;
+    let value: Value = serde_json::from_slice(&bytes).map_err(|_| unreadable())?;
+    let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(ListedCamera::from_json).collect();
+    Ok((value, cameras))
+}
+
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+    let (value, cameras) = read(files)?;
+    let mut faults = Vec::new();
+    for (key, expected) in [("axes", AXES), ("pixel_centres", PIXEL_CENTRES)] {
+        if value[key].as_str() != Some(expected) {
+            let found = excerpt(value[key].as_str().unwrap_or("nothing"));
+            faults.push(format!("{key}: expected {expected:?}, found {found:?}"));
+        }
+    }
+    for (index, camera) in cameras.iter().enumerate() {
+        match camera {
+            Some(camera) => faults.extend(camera.faults(index)),
+            None => faults.push(format!(
+                "camera {index}: expected name, width, height, K, R, t, distortion, near and observations"
+            )),
+        }
+    }
+    let mut faults: Vec<Fault> = faults.into_iter().map(|detail| Fault::new(cameras_file::PATH, detail)).collect();
+    faults.extend(filming::faults(parts));
+    let over = parts.moments.as_ref().map(|moments| format!(" over {} frames", moments.frames.len()));
+    Ok((format!("{} cameras{}", cameras.len(), over.unwrap_or_default()), faults))
+}

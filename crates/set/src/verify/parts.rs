@@ -1,0 +1,297 @@
+//! The parts of a set, as far as they can be read.
+
+use super::Fault;
+use super::arrays::{wrong_names, wrong_numbers};
+use crate::blind::silhouette_path;
+use crate::body::Motion;
+use crate::camera::{CameraRig, FilmingRig};
+use crate::files::SetFiles;
+use crate::manifest::{self, BlindManifest};
+use crate::npz::{Array, Npz};
+use crate::observing::{ImageSettings, ObservationFacts, SilhouetteSource};
+use crate::rng::{KeyedSeed, ObservationKey};
+use crate::scene::GroundTruth;
+use crate::start_file::{self, Start};
+use crate::{
+    RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
+    filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
+};
+
+/// What a set consists of; `None` for a part that cannot be read.
+pub(super) struct ReadParts {
+    pub(super) manifest: Option<BlindManifest>,
+    /// The cameras that a tracker is given.
+    pub(super) rig: Option<CameraRig>,
+    /// The cameras that saw the actor, where trackers are given others.
+    pub(super) true_rig: Option<CameraRig>,
+    /// How the cameras that saw the actor move and take their images, where they do not stand still.
+    filming: Option<FilmingRig>,
+    /// What a tracker is told of that.
+    pub(super) moments: Option<RigMoments>,
+    pub(super) start: Option<Start>,
+    pub(super) truth: Option<GroundTruth>,
+    pub(super) refitted: Option<Motion>,
+    /// What is known beyond the numbers.
+    pub(super) facts: Option<TruthFacts>,
+    /// The secret that everything drawn for the observations depends on.
+    key: Option<ObservationKey>,
+}
+
+impl ReadParts {
+    /// Reads everything and names what cannot be read and what does not agree. What was changed is left to the check of
+    /// the hashes, and is not read.
+    pub(super) fn read(files: &SetFiles) -> (Self, Vec<Fault>) {
+        let mut faults = Vec::new();
+        let mut keep = |error: SetError| match error {
+            SetError::Tampered { .. } | SetError::Io { .. } => {}
+            other => faults.push(Fault::from(other)),
+        };
+        let manifest = files.read(manifest::PATH).and_then(|b| BlindManifest::from_toml(&b)).map_err(&mut keep).ok();
+        let rig = files.read(cameras_file::PATH).and_then(|b| cameras_file::from_json(&b)).map_err(&mut keep).ok();
+        let start = Start::from_files(files).map_err(&mut keep).ok();
+        let facts = manifest::truth_facts(files).map_err(&mut keep).ok();
+        let key = key_file::read(files).map_err(&mut keep).ok();
+        if files.has(recording_file::PATH) {
+            files
+                .read(recording_file::PATH)
+                .and_then(|b| recording_file::from_npz(recording_file::PATH, &b))
+                .map_err(&mut keep)
+                .ok();
+        }
+        let cameras = rig.as_ref().map(|rig| rig.cameras.len());
+        let truth = cameras.and_then(|cameras| read_truth(files, cameras).map_err(&mut keep).ok());
+        let (truth, refitted) = truth.unzip();
+        let true_rig = files.has(cameras_file::TRUTH_PATH).then(|| {
+            let bytes = files.read(cameras_file::TRUTH_PATH)?;
+            cameras_file::from_file(cameras_file::TRUTH_PATH, &bytes)
+        });
+        let true_rig = true_rig.and_then(|rig| rig.map_err(&mut keep).ok());
+        let is_filmed = manifest.as_ref().is_some_and(BlindManifest::is_filmed);
+        let told = manifest.as_ref().zip(rig.as_ref());
+        let moments = told.and_then(|(manifest, rig)| moments_file::read(files, manifest, rig).map_err(&mut keep).ok());
+        let moments = moments.flatten();
+        let filming = true_rig.as_ref().or(rig.as_ref()).filter(|_| is_filmed).and_then(|rig| {
+            let filming = files.read(filming_file::PATH).and_then(|bytes| filming_file::from_json(&bytes, rig));
+            filming.map_err(&mut keep).ok()
+        });
+        let refitted = refitted.flatten();
+        let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts, key };
+        faults.extend(parts.disagreements());
+        faults.extend(parts.names(files));
+        faults.extend(parts.missing(files));
+        faults.extend(parts.rates(files));
+        (parts, faults)
+    }
+
+    /// Counts, in words.
+    pub(super) fn in_words(&self) -> String {
+        let count = |n: Option<usize>, what: &str| n.map_or(format!("no readable {what}"), |n| format!("{n} {what}"));
+        let frames = self.truth.as_ref().map(|truth| truth.frames.len());
+        format!("{}, {}", count(frames, "frames"), count(self.rig.as_ref().map(|rig| rig.cameras.len()), "cameras"))
+    }
+
+    /// Truth and cameras, or why they are not there.
+    pub(super) fn scene(&self) -> Result<(&GroundTruth, &CameraRig), String> {
+        let truth = self.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
+        let rig = self.rig.as_ref().ok_or("not checked: cameras.json cannot be read")?;
+        let count = rig.cameras.len();
+        match self.true_rig.as_ref().unwrap_or(rig) {
+            rig if rig.cameras.len() == count => Ok((truth, rig)),
+            _ => Err("not checked: truth/cameras.json and cameras.json have different numbers of cameras".to_owned()),
+        }
+    }
+
+    /// Whether cameras move or take images at times of their own.
+    pub(super) fn is_filmed(&self) -> bool {
+        self.manifest.as_ref().is_some_and(BlindManifest::is_filmed)
+    }
+
+    /// How the true cameras film.
+    pub(super) fn filming(&self) -> Result<FilmingRig, String> {
+        let (_, rig) = self.scene()?;
+        match (self.is_filmed(), &self.filming) {
+            (false, _) => Ok(FilmingRig::from(rig)),
+            (true, Some(filming)) => Ok(filming.clone()),
+            (true, None) => Err("not checked: truth/filming.json cannot be read".to_owned()),
+        }
+    }
+
+    /// Whether a camera took an image for a frame, as far as that is known.
+    pub(super) fn has_image(&self, camera: usize, frame: usize) -> bool {
+        let moment = self.moments.as_ref().and_then(|moments| moments.frames.get(frame));
+        moment.and_then(|moment| moment.exposed_s.get(camera)).is_none_or(Option::is_some)
+    }
+
+    /// How the set says that its observations were made, and the seed of what was drawn for them; `None` where the key
+    /// cannot be read.
+    pub(super) fn observed(&self) -> (ObservationFacts, Option<KeyedSeed>) {
+        let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.clone());
+        let seed = self.key.map(|key| self.facts.clone().unwrap_or_default().keyed_seed(key));
+        (facts.unwrap_or_default(), seed)
+    }
+
+    /// How images of the scene look, and the seed of what is random in them; `None` where the key cannot be read.
+    pub(super) fn images(&self) -> Option<(ImageSettings, KeyedSeed)> {
+        let observation = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
+        Some(self.facts.clone().unwrap_or_default().scene(observation, self.key?))
+    }
+
+    /// Why silhouettes and the given cameras need not fit the truth, where the set says so.
+    pub(super) fn spoiled(&self) -> Option<String> {
+        let facts = self.manifest.as_ref()?.observation.as_ref()?;
+        let spoiled = facts.silhouette != SilhouetteSource::Exact || facts.corruption.changes_cameras();
+        spoiled.then(|| format!("not compared: the observations are {}", facts.in_words()))
+    }
+
+    /// Counts, rates and directions of `set.toml` that the other parts contradict.
+    fn disagreements(&self) -> Vec<Fault> {
+        let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
+        let mut faults = Vec::new();
+        let mut say = |detail: String| faults.push(Fault::new(manifest::PATH, detail));
+        if let Some(rig) = self.rig.as_ref().filter(|rig| rig.cameras.len() != sequence.cameras) {
+            say(format!("sequence.cameras is {}, cameras.json has {}", sequence.cameras, rig.cameras.len()));
+        }
+        if let Some(truth) = &self.truth {
+            if truth.frames.len() != sequence.frames {
+                say(format!("sequence.frames is {}, truth.npz has {}", sequence.frames, truth.frames.len()));
+            }
+            let (said, known) = (sequence.frames_per_second, truth.frames_per_second);
+            if said != known {
+                say(format!(
+                    "sequence.frames_per_second is {said}, truth.npz has fps {known}: the times of all frames differ"
+                ));
+            }
+        }
+        if let (Some(refitted), Some(truth)) = (&self.refitted, &self.truth)
+            && refitted.poses.len() != truth.frames.len()
+        {
+            let detail = format!("refitted_root has {} rows for {} frames", refitted.poses.len(), truth.frames.len());
+            faults.push(Fault::new(truth_file::PATH, detail));
+        }
+        faults.extend(self.forward_fault());
+        faults
+    }
+
+    /// `sequence.forward` against the start pose.
+    fn forward_fault(&self) -> Option<Fault> {
+        let said = self.manifest.as_ref()?.sequence.forward?;
+        let known = self.start.as_ref()?.pose.forward()?;
+        let off = said.iter().zip(known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let detail = format!("sequence.forward is {said:?}, the start pose faces {known:?}");
+        (off > 1e-6).then(|| Fault::new(manifest::PATH, detail))
+    }
+
+    /// Names of cameras: unique, and the same in `cameras.json` and `truth.npz`.
+    fn names(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(rig) = &self.rig else { return Vec::new() };
+        let mut faults = Vec::new();
+        let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        let twice = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name));
+        if let Some((_, name)) = twice {
+            faults.push(Fault::new(cameras_file::PATH, format!("two cameras are named {name:?}")));
+        }
+        let npz = files.read(truth_file::PATH).ok().and_then(|bytes| Npz::from_bytes(truth_file::PATH, &bytes).ok());
+        let truth = npz.as_ref().and_then(|npz| truth_file::names(npz, "camera_names"));
+        if let Some(truth) = truth.filter(|truth| !truth.iter().eq(&names)) {
+            let detail = format!("camera_names are {truth:?}, cameras.json has {names:?}");
+            faults.push(Fault::new(truth_file::PATH, detail));
+        }
+        let actor = npz.as_ref().zip(self.truth.as_ref());
+        faults.extend(
+            actor
+                .and_then(|(npz, truth)| truth_file::wrong_names(npz, &truth.actor))
+                .map(|detail| Fault::new(truth_file::PATH, detail)),
+        );
+        faults.extend(npz.iter().flat_map(|npz| self.other_names(npz)).map(|d| Fault::new(truth_file::PATH, d)));
+        faults
+    }
+
+    /// Arrays of `truth.npz` that follow from the bodies and are not read.
+    fn other_names(&self, npz: &Npz) -> Vec<String> {
+        let parents = self.truth.as_ref().and_then(|truth| {
+            let actor = &truth.actor;
+            let parent = |link| actor.parent(link).map_or(-1, |parent| parent as i64);
+            wrong_numbers(npz, "parents", &(0..actor.links.len()).map(parent).collect::<Vec<_>>())
+        });
+        let refitted = self.start.as_ref().filter(|_| self.refitted.is_some()).map(|start| {
+            let names = start.body.degrees_of_freedom.iter().map(|degree| degree.name.as_str());
+            wrong_names(npz, &Npz::from_iter([("refitted_angle_names", Array::names(names))]))
+        });
+        parents.into_iter().chain(refitted.into_iter().flatten()).collect()
+    }
+
+    /// Silhouettes and images that the counts ask for and the list of files does not have, and those beyond them.
+    fn missing(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
+        let every = |path: fn(usize, usize) -> String| {
+            let of_camera = move |camera| {
+                (0..sequence.frames).map(move |frame| (camera, frame)).filter(|(c, f)| self.has_image(*c, *f))
+            };
+            (0..sequence.cameras).flat_map(of_camera).map(move |(camera, frame)| path(camera, frame))
+        };
+        let lacks = |path: &String| !files.has(path);
+        let detail = "is missing: the set needs one of every camera and frame";
+        let mut faults: Vec<Fault> =
+            every(silhouette_path).filter(lacks).map(|path| Fault::new(&path, detail)).collect();
+        if files.paths().any(exr_layers::is_layer) {
+            faults.extend(every(exr_layers::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+        }
+        if files.paths().any(depth_png::is_depth) {
+            faults.extend(every(depth_png::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+        }
+        let beyond = files.paths().filter(|path| {
+            let pictures = (path.starts_with("observations/") && path.contains("/silhouette/"))
+                || exr_layers::is_layer(path)
+                || depth_png::is_depth(path);
+            pictures
+                && !place_of(path)
+                    .is_some_and(|(c, f)| c < sequence.cameras && f < sequence.frames && self.has_image(c, f))
+        });
+        let (cameras, frames) = (sequence.cameras, sequence.frames);
+        let detail = |path: &str| match place_of(path).filter(|(c, f)| *c < cameras && *f < frames) {
+            Some((camera, frame)) => format!("cameras.npz says that camera {camera} took no image for frame {frame}"),
+            None => format!("belongs to none of the {cameras} cameras and {frames} frames"),
+        };
+        faults.extend(beyond.map(|path| Fault::new(path, detail(path))));
+        faults
+    }
+
+    /// Frame rates of the other arrays.
+    fn rates(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(truth) = &self.truth else { return Vec::new() };
+        let rate = |path: &'static str| {
+            let npz = Npz::from_bytes(path, &files.read(path).ok()?).ok()?;
+            let fps = npz.f64s(path, "fps", &[]).ok()?.first().copied()?;
+            let detail = format!("fps is {fps}, truth.npz has {}", truth.frames_per_second);
+            (fps != truth.frames_per_second).then(|| Fault::new(path, detail))
+        };
+        [contact_file::PATH, training_file::PATH, spread_file::PATH]
+            .into_iter()
+            .filter(|path| files.has(path))
+            .filter_map(rate)
+            .collect()
+    }
+}
+
+/// Camera and frame in the name of a picture.
+fn place_of(path: &str) -> Option<(usize, usize)> {
+    let camera = path.split('/').find_map(|part| part.strip_prefix("cam")).and_then(|digits| digits.parse().ok());
+    let name = path.rsplit('/').next();
+    let frame = name.and_then(|name| name.split(['.', '-']).next()).and_then(|digits| digits.parse().ok());
+    camera.zip(frame)
+}
+
+fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
+    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
+    let props = match files.has(props_file::PATH) {
+        true => props_file::from_json(&files.read(props_file::PATH)?)?,
+        false => Vec::new(),
+    };
+    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    truth.distractors = distractors_file::read(files)?;
+    match files.has(start_file::PATH) && !truth.frames.is_empty() {
+        true => Ok((truth, refitted)),
+        false => Err(SetError::malformed(truth_file::PATH, "has no frame")),
+    }
+}

@@ -1,0 +1,263 @@
+//! What follows from the poses: link frames, joints, markers, and what cameras see of the markers.
+
+use nalgebra::Point3;
+
+use super::arrays::wrong_names;
+use super::explanation::{Frame, explain};
+use super::parts::ReadParts;
+use super::{Fault, Outcome, start};
+use crate::body::{LANDMARKS, LinkFrames, Markers};
+use crate::camera::{CameraRig, FilmingRig};
+use crate::files::SetFiles;
+use crate::npz::{Npz, Values};
+use crate::parallel;
+use crate::scene::{GroundTruth, TruthFrame};
+use crate::truth_file::PATH;
+use crate::views_file;
+
+/// How far a coordinate may be from what the poses give, metres.
+const TOLERANCE_M: f64 = 1e-9;
+
+/// Faster than any part of a human moves, m/s: twice the hand of a javelin thrower.
+const FASTEST_M_PER_S: f64 = 60.0;
+
+/// Distance from the image's border at which rounding may decide whether a marker is in view, pixels.
+const BORDER_PX: f64 = 1e-6;
+
+pub(super) fn check(parts: &ReadParts) -> Outcome {
+    let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
+    let actor = &truth.actor;
+    let known: Vec<(LinkFrames, Markers)> = parallel::map(truth.frames.len(), |frame| {
+        let frames = actor.link_frames(&truth.frames[frame].pose);
+        let markers = actor.markers(&frames);
+        (frames, markers)
+    });
+    let origins = |frames: &LinkFrames| -> Frame {
+        frames.0.iter().map(|frame| Some(Point3::from(frame.translation.vector))).collect()
+    };
+    let links: Vec<String> = actor.links.iter().map(|link| link.name.clone()).collect();
+    let joints: Vec<String> = actor.joints.iter().map(|joint| joint.name.clone()).collect();
+    let landmarks = LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
+    let of = |array, names: &[String], expected: &dyn Fn(usize) -> Frame, found: &dyn Fn(usize) -> Frame| {
+        Points {
+            array,
+            names,
+            expected: (0..known.len()).map(expected).collect(),
+            found: (0..known.len()).map(found).collect(),
+        }
+        .fault()
+    };
+    let mut faults = Vec::new();
+    faults.extend(of("link_frames", &links, &|f| origins(&known[f].0), &|f| origins(&truth.frames[f].link_frames)));
+    faults.extend(turned_links(truth, &known, &links));
+    faults.extend(of("joints", &joints, &|f| origins(&known[f].0)[1..].to_vec(), &|f| {
+        truth.frames[f].joint_positions.iter().copied().map(Some).collect()
+    }));
+    faults.extend(of("markers", &landmarks, &|f| known[f].1.to_vec(), &|f| truth.frames[f].markers.to_vec()));
+    faults.extend(jump(truth, &known));
+    let angles = actor.degrees_of_freedom.len();
+    let looked_at = format!("{} frames of {} links, {angles} angles", truth.frames.len(), links.len());
+    let mut faults: Vec<Fault> = faults.into_iter().map(|detail| Fault::new(PATH, detail)).collect();
+    faults.extend(start::refitted_faults(parts));
+    Ok((looked_at, faults))
+}
+
+/// An array of points, as it is and as it should be.
+struct Points<'a> {
+    array: &'a str,
+    names: &'a [String],
+    expected: Vec<Frame>,
+    found: Vec<Frame>,
+}
+
+impl Points<'_> {
+    fn fault(&self) -> Option<String> {
+        let mut worst: Option<(f64, usize, usize)> = None;
+        let mut frames = 0;
+        for (frame, (expected, found)) in self.expected.iter().zip(&self.found).enumerate() {
+            let off = expected.iter().zip(found).map(|(expected, found)| match (expected, found) {
+                (Some(a), Some(b)) => Some((a - b).norm()).filter(|off| !off.is_nan()).unwrap_or(f64::INFINITY),
+                (None, None) => 0.0,
+                _ => f64::INFINITY,
+            });
+            let (index, off) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            frames += usize::from(off > TOLERANCE_M);
+            if off > TOLERANCE_M && worst.is_none_or(|(worst, ..)| off > worst) {
+                worst = Some((off, frame, index));
+            }
+        }
+        let (off, frame, index) = worst?;
+        let why = explain(&self.expected, &self.found, self.names).map(|why| format!(": {why}")).unwrap_or_default();
+        let name = self.names.get(index).map_or("", String::as_str);
+        Some(format!(
+            "{} are not where root and angles put them in {frames} of {} frames, worst {name} in frame {frame}, {off:.3e} \
+            m off{why}",
+            self.array,
+            self.expected.len()
+        ))
+    }
+}
+
+/// Links that are where they should be but turned otherwise.
+fn turned_links(truth: &GroundTruth, known: &[(LinkFrames, Markers)], names: &[String]) -> Option<String> {
+    truth.frames.iter().zip(known).enumerate().find_map(|(number, (frame, (links, _)))| {
+        let off = frame.link_frames.0.iter().zip(&links.0).map(|(a, b)| a.rotation.angle_to(&b.rotation));
+        let (index, off) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (off > 1e-6).then(|| {
+            let degrees = off.to_degrees();
+            format!("link_frames: {} is turned by {degrees:.3} degrees in frame {number}", names[index])
+        })
+    })
+}
+
+/// A marker or link that moves faster than bodies do.
+fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> {
+    known.windows(2).enumerate().find_map(|(frame, pair)| {
+        let steps = pair[0].0.0.iter().zip(&pair[1].0.0).zip(&truth.actor.links);
+        let fastest = steps.map(|((a, b), link)| ((a.translation.vector - b.translation.vector).norm(), &link.name));
+        let (step, link) = fastest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let speed = step * truth.frames_per_second;
+        (speed > FASTEST_M_PER_S).then(|| {
+            format!(
+                "root, angles: from frame {frame} to {} link {link:?} moves {step:.2} m, {speed:.0} m/s; a frame is \
+                missing or out of its place, or lengths are not in metres",
+                frame + 1
+            )
+        })
+    })
+}
+
+/// `in_view`, `visible` and the sights of `views.npz` against what body, props and cameras give.
+pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
+    let (truth, rig) = parts.scene()?;
+    let (props, others) = (truth.props.clone(), truth.distractors.clone());
+    let filming = parts.filming()?;
+    let known = GroundTruth::filmed(truth.actor.clone(), &truth.motion(), &filming, props, others);
+    let known = match known {
+        Ok(known) => known,
+        Err(error) => return Ok((String::new(), vec![Fault::new(PATH, error.to_string())])),
+    };
+    let mut faults = Vec::new();
+    for (index, camera) in rig.cameras.iter().enumerate() {
+        for (array, pick) in [("in_view", views as Pick), ("visible", sights)] {
+            let wrong = wrong_flags(truth, &known, &filming, index, pick);
+            faults.extend(wrong.first().map(|(frame, marker)| {
+                let flag = pick(&truth.frames[*frame])[index][*marker];
+                let name = LANDMARKS[*marker].name();
+                let (count, camera) = (wrong.len(), &camera.name);
+                Fault::new(PATH, format!(
+                    "{array}: {count} of {} flags of camera {camera:?} are wrong, first {name} in frame {frame}: it says {flag}",
+                    truth.frames.len() * LANDMARKS.len()
+                ))
+            }));
+        }
+    }
+    faults.extend(seen_but_not_in_view(truth, rig));
+    faults.extend(wrong_sights(files, &known, &filming));
+    let flags = 2 * truth.frames.len() * rig.cameras.len() * LANDMARKS.len();
+    Ok((format!("{flags} flags"), faults))
+}
+
+/// Sights of joints and markers, those on the very border of the image left out.
+fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &FilmingRig) -> Vec<Fault> {
+    let rig = filming.rig();
+    if !files.has(views_file::PATH) {
+        return Vec::new();
+    }
+    let read = files.read(views_file::PATH).ok().and_then(|bytes| Npz::from_bytes(views_file::PATH, &bytes).ok());
+    // what cannot be read is named by the check of projections
+    let Some(found) = read else { return Vec::new() };
+    let expected = views_file::to_npz(known, filming);
+    let names = wrong_names(&found, &expected);
+    let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
+        let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
+        if found.len() != expected.len() {
+            return Some(format!("{array}: has {} sights in place of {}", found.len(), expected.len()));
+        }
+        let place = |index: usize| {
+            let (point, view) = (index % names.len(), index / names.len());
+            (view / rig.cameras.len(), view % rig.cameras.len(), point)
+        };
+        let differs = |index: &usize| {
+            let (frame, camera, point) = place(*index);
+            let on_border = || {
+                points(&known.frames[frame], point)
+                    .is_some_and(|p| is_on_border(filming, camera, &known.frames[frame], &p))
+            };
+            found[*index] != expected[*index] && !on_border()
+        };
+        let all: Vec<usize> = (0..found.len()).filter(differs).collect();
+        let (frame, camera, point) = place(*all.first()?);
+        let word =
+            |sight: i64| usize::try_from(sight).ok().and_then(|s| views_file::NAMES.get(s)).unwrap_or(&"unknown");
+        Some(format!(
+            "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: it says {}, the ray says {}",
+            all.len(),
+            found.len(),
+            names[point],
+            rig.cameras[camera].name,
+            word(found[all[0]]),
+            word(expected[all[0]])
+        ))
+    };
+    let joints: Vec<String> = known.actor.joints.iter().map(|joint| joint.name.clone()).collect();
+    let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
+    let of_joints = wrong("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
+    let of_markers = wrong("marker_sight", &|frame, marker| frame.markers[marker], &markers);
+    names.into_iter().chain(of_joints).chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
+}
+
+/// The sights of an array; none where it is missing or holds anything else.
+fn sights_of(npz: &Npz, array: &str) -> Option<Vec<i64>> {
+    match npz.get(array).map(|array| &array.values) {
+        Some(Values::I64(sights)) => Some(sights.clone()),
+        _ => None,
+    }
+}
+
+type Pick = fn(&TruthFrame) -> &Vec<[bool; LANDMARKS.len()]>;
+
+fn views(frame: &TruthFrame) -> &Vec<[bool; LANDMARKS.len()]> {
+    &frame.in_view
+}
+
+fn sights(frame: &TruthFrame) -> &Vec<[bool; LANDMARKS.len()]> {
+    &frame.visible
+}
+
+/// Frames and markers whose flag is wrong, markers on the very border of the image left out.
+fn wrong_flags(
+    truth: &GroundTruth,
+    known: &GroundTruth,
+    filming: &FilmingRig,
+    index: usize,
+    pick: Pick,
+) -> Vec<(usize, usize)> {
+    let mut wrong = Vec::new();
+    for (number, (frame, known)) in truth.frames.iter().zip(&known.frames).enumerate() {
+        for (marker, (found, expected)) in pick(frame)[index].iter().zip(&pick(known)[index]).enumerate() {
+            let on_border = || known.markers[marker].is_some_and(|point| is_on_border(filming, index, known, &point));
+            if found != expected && !on_border() {
+                wrong.push((number, marker));
+            }
+        }
+    }
+    wrong
+}
+
+/// Whether a camera of a frame has a point on the border of its image.
+fn is_on_border(filming: &FilmingRig, camera: usize, frame: &TruthFrame, point: &Point3<f64>) -> bool {
+    let camera = filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0));
+    let Some(pixel) = camera.project(point) else { return false };
+    let (width, height) = (f64::from(camera.pinhole.width), f64::from(camera.pinhole.height));
+    [pixel.x, pixel.y, width - pixel.x, height - pixel.y].iter().any(|distance| distance.abs() < BORDER_PX)
+}
+
+fn seen_but_not_in_view(truth: &GroundTruth, rig: &CameraRig) -> Option<Fault> {
+    let both = |frame: &TruthFrame| {
+        (0..rig.cameras.len())
+            .any(|c| frame.visible[c].iter().zip(&frame.in_view[c]).any(|(seen, inside)| *seen && !*inside))
+    };
+    let frame = truth.frames.iter().position(both)?;
+    Some(Fault::new(PATH, format!("visible: a marker that is not in view is said to be visible in frame {frame}")))
+}

@@ -1,0 +1,62 @@
+//! Trackers of human motion from silhouettes, and the motion models that guide them.
+//!
+//! A [`tracker::Tracker`] is given cameras, a body of its own, a start pose and [`Observation`]s, and gives a pose for
+//! every frame. [`motion_model`] says how a pose may move from frame to frame: diffusion, or models that were learned.
+//!
+//! **Blindfold.** This crate depends on `skiagraph-core` alone. The truth of a scene is in `skiagraph-truth`, its files
+//! are read by `skiagraph-set`: a tracker that names one of them does not compile.
+//!
+//! ```compile_fail
+//! use skiagraph_truth::scene::GroundTruth;
+//! ```
+//!
+//! ```
+//! use skiagraph_core::body::{ProposalScales, shipped};
+//! use skiagraph_core::camera::{CameraRig, RingParameters};
+//! use skiagraph_core::nalgebra::Point3;
+//! use skiagraph_core::observation::Observation;
+//! use skiagraph_core::raster::Mask;
+//! use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
+//! use skiagraph_track::tracker::{AnnealedParticleFilter, FilterSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
+//!
+//! let body = shipped("tracker25")?;
+//! let rig = CameraRig::ring(&RingParameters {
+//!     count: 2,
+//!     radius: 3.5,
+//!     height: 1.5,
+//!     look_at: Point3::new(0.0, 0.0, 0.95),
+//!     first_azimuth: 0.0,
+//!     field_of_view: 0.9,
+//!     image_size: [80, 60],
+//!     near: 0.05,
+//! })?;
+//! let model = Diffusion::new(body.clone(), &ProposalScales::for_human(&body, 30.0), &DiffusionSettings::default())?;
+//! let likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default())?;
+//! let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };
+//! let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1)?;
+//! filter.start(&body.zero_pose());
+//! let silhouettes = vec![Mask::new(80, 60); 2];
+//! let estimate = filter.track(&Observation { frame: 0, time_s: 0.0, silhouettes, moment: None })?;
+//! assert_eq!(estimate.pose.joint_angles.len(), body.degrees_of_freedom.len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Observation`]: skiagraph_core::observation::Observation
+
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::dbg_macro,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+pub mod motion_model;
+pub mod tracker;
+
+use skiagraph_core::{body, camera, contact, observation, parallel, raster, rng, simd};

@@ -1,0 +1,280 @@
+//! Learning a graph segment by segment, so that the work can be watched, stopped and taken up again.
+
+use nalgebra::Point3;
+
+use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings};
+use super::segmentation::{LearnedSegment, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
+use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::motion_model::gpdm::Round;
+use crate::motion_model::pose_chart::PoseChart;
+
+/// A graph under construction.
+///
+/// ```
+/// use skiagraph_core::body::{Humanoid, Motion};
+/// use skiagraph_track::motion_model::gpdm_graph::{GraphError, GraphLearner, GraphSettings};
+///
+/// let body = Humanoid::tracker25().unwrap();
+/// let motion = Motion { frames_per_second: 60.0, poses: vec![body.zero_pose(); 10] };
+/// let (motions, settings) = ([motion], GraphSettings::default());
+/// let refused = GraphLearner::new(&body, &motions, &settings);
+/// assert!(matches!(refused, Err(GraphError::ShorterThanClip { frames: 10, clip: 30, .. })));
+/// ```
+pub struct GraphLearner<'a> {
+    body: &'a Humanoid,
+    motions: &'a [Motion],
+    settings: &'a GraphSettings,
+    training: Vec<TrainingMotion>,
+    clip: usize,
+    threshold: f64,
+    graph: GpdmGraph,
+}
+
+impl<'a> GraphLearner<'a> {
+    /// A graph of `body`'s motions, nothing learned yet.
+    ///
+    /// # Errors
+    /// [`GraphError`] where settings are out of range or a motion is too short.
+    pub fn new(body: &'a Humanoid, motions: &'a [Motion], settings: &'a GraphSettings) -> Result<Self, GraphError> {
+        let (frames_per_second, clip) = checked(motions, settings)?;
+        let chart = PoseChart::learn(body, motions);
+        let threshold = settings.threshold_per_joint * chart.groups().len() as f64;
+        let observed = |(index, motion): (usize, &Motion)| TrainingMotion {
+            index,
+            observations: chart.observe(motion),
+            rotations: motion.poses.iter().map(|pose| chart.rotations(pose)).collect(),
+        };
+        let training = motions.iter().enumerate().map(observed).collect();
+        let graph = GpdmGraph { chart, frames_per_second, segments: Vec::new(), candidates: Vec::new() };
+        Ok(Self { body, motions, settings, training, clip, threshold, graph })
+    }
+
+    /// Takes up where another learner of the same motions and settings was stopped.
+    ///
+    /// # Errors
+    /// [`GraphError::OtherSegments`] where `finished` are not the first segments of these motions.
+    pub fn resume(mut self, finished: Vec<GraphSegment>) -> Result<Self, GraphError> {
+        for segment in finished {
+            let SegmentRange { motion, first, end } = segment.range;
+            let own = self.training.get(motion).and_then(|t| t.rotations.get(first..end));
+            if self.next_frame() != Some((motion, first)) || own != Some(segment.rotations.as_slice()) {
+                return Err(GraphError::OtherSegments);
+            }
+            self.graph.segments.push(segment);
+        }
+        Ok(self)
+    }
+
+    /// What is learned so far; no candidates yet.
+    pub fn graph(&self) -> &GpdmGraph {
+        &self.graph
+    }
+
+    /// Training frames that have their model.
+    pub fn frames_done(&self) -> usize {
+        self.graph.segments.iter().map(|s| s.rotations.len()).sum()
+    }
+
+    /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model
+    /// that is tried, and ends the work when it answers `false`.
+    ///
+    /// # Errors
+    /// [`GraphError::Model`] where the segment cannot be learned or the work was ended.
+    pub fn grow(
+        &mut self,
+        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    ) -> Result<Option<&GraphSegment>, GraphError> {
+        let Some((index, first)) = self.next_frame() else { return Ok(None) };
+        if self.settings.joint {
+            return self.grow_jointly(keep_on).map(Some);
+        }
+        let (training, options) = (&self.training[index], &self.settings.training);
+        let end = self.motions[index].poses.len();
+        let learned = if self.settings.single {
+            learn(training, &self.graph.chart, first, end, options, keep_on)
+        } else {
+            grow_segment(training, &self.graph.chart, first, self.clip, self.threshold, options, keep_on)
+        };
+        let range = SegmentRange { motion: index, first, end };
+        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let rotations = training.rotations[range.first..range.end].to_vec();
+        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
+        Ok(self.graph.segments.last())
+    }
+
+    fn grow_jointly(
+        &mut self,
+        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    ) -> Result<&GraphSegment, GraphError> {
+        let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
+        let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
+        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
+        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
+        Ok(&self.graph.segments[0])
+    }
+
+    /// The graph of what was learned, its inter-transition candidates found.
+    pub fn finish(mut self) -> GpdmGraph {
+        let detector = self.settings.detector.build();
+        for (index, motion) in self.motions.iter().enumerate() {
+            let turns = detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
+            let located = turns.into_iter().filter_map(|frame| self.graph.locate(index, frame)).collect::<Vec<_>>();
+            self.graph.candidates.extend(located);
+        }
+        self.graph
+    }
+
+    /// Motion and frame that the next segment begins with.
+    fn next_frame(&self) -> Option<(usize, usize)> {
+        let Some(SegmentRange { motion, end, .. }) = self.graph.segments.last().map(|s| s.range) else {
+            return Some((0, 0));
+        };
+        if self.settings.joint {
+            return None;
+        }
+        if end < self.motions[motion].poses.len() {
+            return Some((motion, end));
+        }
+        (motion + 1 < self.motions.len()).then_some((motion + 1, 0))
+    }
+}
+
+impl GpdmGraph {
+    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
+    /// [`GraphLearner`] does the same step by step.
+    ///
+    /// # Errors
+    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
+    pub fn learn(
+        body: &Humanoid,
+        motions: &[Motion],
+        settings: &GraphSettings,
+        mut progress: impl FnMut(&GraphSegment, usize),
+    ) -> Result<Self, GraphError> {
+        let mut learner = GraphLearner::new(body, motions, settings)?;
+        while let Some(segment) = learner.grow(&mut |_, _| true)? {
+            let segment = segment.clone();
+            progress(&segment, learner.frames_done());
+        }
+        Ok(learner.finish())
+    }
+}
+
+fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize), GraphError> {
+    let rate = motions.first().ok_or(GraphError::NoMotion)?.frames_per_second;
+    if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
+        return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
+    }
+    let wrong = |key, expected, found| Err(GraphError::Setting { key, expected, found });
+    if !(settings.clip_s > 0.0 && settings.clip_s <= 60.0) {
+        return wrong("clip_s", "seconds, > 0 and at most 60", settings.clip_s.to_string());
+    }
+    if !(settings.threshold_per_joint > 0.0 && settings.threshold_per_joint.is_finite()) {
+        return wrong("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint.to_string());
+    }
+    if !(1..=8).contains(&settings.training.latent_dimensions) {
+        return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
+    }
+    let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
+    let clip = ((settings.clip_s * rate).round() as usize).max(least);
+    if let Some(motion) = motions.iter().position(|m| m.poses.len() < clip) {
+        return Err(GraphError::ShorterThanClip { motion, frames: motions[motion].poses.len(), clip });
+    }
+    Ok((rate, clip))
+}
+
+/// Where every moving joint is in the root's frame, frame by frame, metres.
+fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
+    let mut frames = LinkFrames::default();
+    motion
+        .poses
+        .iter()
+        .map(|pose| {
+            body.link_frames_into(pose, &mut frames);
+            let root_from_world = pose.world_from_root.inverse();
+            frames.0[1..].iter().map(|link| root_from_world * Point3::from(link.translation.vector)).collect()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::Candidate;
+    use super::*;
+
+    /// A body that walks on the spot, so to say: every joint swings.
+    fn swinging(body: &Humanoid, frames: usize) -> Motion {
+        let pose = |t: usize| {
+            let mut pose = body.zero_pose();
+            for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+                let dof = &body.degrees_of_freedom[i];
+                *angle = (0.3 * (t as f64 * 0.2 + i as f64).sin()).clamp(dof.lower, dof.upper);
+            }
+            pose
+        };
+        Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
+    }
+
+    fn quick() -> GraphSettings {
+        let mut settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };
+        settings.training.rounds = 1;
+        settings
+    }
+
+    #[test]
+    fn a_graph_taken_up_again_is_the_graph_learned_at_once() {
+        let body = Humanoid::tracker25().unwrap();
+        let (motions, settings) = ([swinging(&body, 70), swinging(&body, 40)], quick());
+        let at_once = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        assert!(at_once.segments.len() > 2, "{} segments", at_once.segments.len());
+        let finished = at_once.segments[..2].to_vec();
+        let mut learner = GraphLearner::new(&body, &motions, &settings).unwrap().resume(finished).unwrap();
+        while learner.grow(&mut |_, _| true).unwrap().is_some() {}
+        assert_eq!(learner.frames_done(), 110);
+        assert_eq!(learner.finish(), at_once);
+    }
+
+    #[test]
+    fn segments_of_another_motion_are_not_taken_up() {
+        let body = Humanoid::tracker25().unwrap();
+        let (motions, settings) = ([swinging(&body, 40)], quick());
+        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let mut other = motions.clone();
+        other[0].poses[3].joint_angles[0] += 0.01;
+        let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
+        assert!(matches!(refused, Some(GraphError::OtherSegments)));
+    }
+
+    #[test]
+    fn a_joint_model_of_one_motion_is_its_single_model() {
+        let body = Humanoid::tracker25().unwrap();
+        let motions = [swinging(&body, 40)];
+        let single = GraphSettings { single: true, ..quick() };
+        let [single, joint] = [single.clone(), GraphSettings { joint: true, ..single }]
+            .map(|settings| GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap());
+        assert_eq!(single, joint);
+    }
+
+    #[test]
+    fn a_joint_model_knows_which_motion_and_frame_every_row_is() {
+        let body = Humanoid::tracker25().unwrap();
+        let mut other = swinging(&body, 50);
+        other.poses.reverse();
+        let motions = [swinging(&body, 70), other];
+        let settings = GraphSettings { joint: true, ..quick() };
+        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        assert_eq!((graph.segments.len(), &graph.segments[0].gpdm.layout().lengths), (1, &vec![70, 50]));
+        let segment = &graph.segments[0];
+        assert_eq!([0, 69, 70, 119].map(|row| segment.source_of(row)), [(0, 0), (0, 69), (1, 0), (1, 49)]);
+        assert_eq!([segment.sequence_of(69), segment.sequence_of(70)], [0..70, 70..120]);
+        for (row, rotations) in segment.rotations.iter().enumerate() {
+            let (motion, frame) = segment.source_of(row);
+            assert_eq!(rotations, &graph.chart.rotations(&motions[motion].poses[frame]), "row {row}");
+            assert_eq!(graph.locate(motion, frame), Some(Candidate { segment: 0, row }));
+        }
+        assert_eq!((graph.locate(0, 70), graph.locate(1, 50), graph.locate(2, 0)), (None, None, None));
+        // each motion's simulation starts at its own first latent: without a step to take nothing strays
+        assert!(segment.errors[0] < 0.05 && segment.errors[70] < 0.05, "{} {}", segment.errors[0], segment.errors[70]);
+    }
+}

@@ -1,0 +1,74 @@
+//! Trackers: from observations to poses, blindfolded.
+//!
+//! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/layering.rs`).
+//!
+//! ```
+//! use skiagraph_core::body::shipped;
+//! use skiagraph_core::observation::Observation;
+//! use skiagraph_track::tracker::{Frozen, Tracker};
+//! let body = shipped("tracker25")?;
+//! let mut tracker = Frozen::default();
+//! tracker.start(&body.zero_pose());
+//! let estimate = tracker.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None })?;
+//! assert_eq!(estimate.pose, body.zero_pose());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/own_tracker.rs` shows a tracker of your own.
+
+mod annealed_particle_filter;
+mod annealing;
+mod calibration;
+mod descent;
+mod estimate;
+#[cfg(test)]
+mod fixture;
+mod frozen;
+mod likelihood;
+mod limb_insides;
+mod limb_sides;
+mod observed_view;
+mod partition;
+mod placed_body;
+mod plausibility;
+mod rectification;
+mod refinement;
+mod resampling;
+mod settings;
+mod silhouette_likelihood;
+mod silhouette_settings;
+
+pub use annealed_particle_filter::AnnealedParticleFilter;
+pub use annealing::{Selection, select};
+pub use calibration::{
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
+    CalibrationVerdict, calibrate,
+};
+pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
+pub use frozen::Frozen;
+pub use likelihood::Likelihood;
+pub use partition::Partition;
+pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
+pub use refinement::{Refinement, RefinementSettings};
+pub use resampling::systematic;
+pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
+pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
+pub use silhouette_settings::{ContourTerm, SilhouetteSettings, SilhouetteTerm};
+
+use crate::body::Pose;
+use crate::observation::Observation;
+
+/// Follows a body through observations. One tracker follows one sequence once.
+pub trait Tracker: Send {
+    /// Short name, as the command line spells it.
+    fn name(&self) -> &str;
+
+    /// Takes the pose at the first frame.
+    fn start(&mut self, start: &Pose);
+
+    /// Estimates the pose behind the next observation; frames arrive in order, the first being the start's.
+    ///
+    /// # Errors
+    /// [`TrackError`] when the observation does not fit the tracker's cameras or no particle is left.
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
+}

@@ -1,0 +1,68 @@
+//! Recordings given to humanoids, and what cameras see of them: exact ground truth and calibrated errors.
+//!
+//! ```text
+//! recording --mocap--> Clip --retarget--> Motion of a Humanoid --editing--> scene --observing--> Observation
+//! ```
+//!
+//! [`mocap`] reads recordings, [`retarget`](mod@retarget) gives them to a body, [`editing`] joins, repeats and varies
+//! them. A [`scene::GroundTruth`] is the truth of every frame. [`observing`] makes what a tracker is given of it: exact,
+//! corrupted along calibrated axes, or cut out of simulated images.
+//!
+//! Trackers do not depend on this crate, and so cannot name the truth.
+//!
+//! ```
+//! use skiagraph_core::body::{Motion, shipped};
+//! use skiagraph_core::camera::{CameraRig, RingParameters};
+//! use skiagraph_core::nalgebra::Point3;
+//! use skiagraph_truth::observing::observe;
+//! use skiagraph_truth::scene::GroundTruth;
+//!
+//! let body = shipped("tracker25")?;
+//! let mut pose = body.zero_pose();
+//! pose.world_from_root.translation.z = 0.95;
+//! let rig = CameraRig::ring(&RingParameters {
+//!     count: 2,
+//!     radius: 3.5,
+//!     height: 1.5,
+//!     look_at: Point3::new(0.0, 0.0, 0.95),
+//!     first_azimuth: 0.0,
+//!     field_of_view: 0.9,
+//!     image_size: [80, 60],
+//!     near: 0.05,
+//! })?;
+//! let motion = Motion { frames_per_second: 30.0, poses: vec![pose; 2] };
+//! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
+//! let seen = observe(&truth, &rig);
+//! assert!(seen[0].silhouettes[0].count() > 0 && truth.frames[0].markers.iter().all(Option::is_some));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::dbg_macro,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+pub mod editing;
+pub mod mocap;
+pub mod observing;
+pub mod retarget;
+pub mod scene;
+#[cfg(test)]
+#[path = "../../test_support/bodies.rs"]
+pub mod test_bodies;
+#[cfg(test)]
+#[path = "../../test_support/cameras.rs"]
+pub mod test_cameras;
+#[cfg(test)]
+#[path = "../../test_support/data.rs"]
+mod test_data;
+
+use skiagraph_core::{body, camera, contact, input, observation, parallel, raster, rng, simd};

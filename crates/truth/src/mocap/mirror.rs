@@ -1,0 +1,219 @@
+//! The same motion with left and right exchanged.
+//!
+//! In the rest pose all joints have the axes of the file, so one plane is the body's plane of symmetry in the frame of
+//! every joint: a joint takes the transform of its counterpart, reflected at that plane. A reflection of the world as
+//! well keeps the rotations proper.
+
+use nalgebra::{Isometry3, Quaternion, Unit, Vector3};
+
+use super::rotation::make_signs_continuous;
+use super::{Clip, MocapError, Skeleton};
+
+/// Share of the distance between left and right joints that must lie along one axis of the file.
+const LEAST_ALONG_AXIS: f64 = 0.8;
+
+/// The world is reflected at its plane y = 0.
+const WORLD_AXIS: usize = 1;
+
+impl Clip {
+    /// The mirrored motion: what the left limbs did the right ones do, a turn to the left becomes one to the right, and
+    /// the path over the ground is reflected at the plane y = 0. Twice mirrored is the clip again.
+    ///
+    /// # Errors
+    /// [`MocapError::NotSymmetric`] where the joints' names do not pair left and right.
+    pub fn mirrored(&self) -> Result<Self, MocapError> {
+        let pairs = self.pairs()?;
+        let axis = self.lateral_axis(&pairs)?;
+        let mirrored_frame = |frame: &Vec<Isometry3<f64>>| -> Vec<Isometry3<f64>> {
+            let of_joint = |(joint, &counterpart): (usize, &usize)| match joint {
+                0 => reflected_root(&frame[0], axis),
+                _ => reflected(&frame[counterpart], axis),
+            };
+            pairs.iter().enumerate().map(of_joint).collect()
+        };
+        let mut frames: Vec<_> = self.frames.iter().map(mirrored_frame).collect();
+        make_signs_continuous(&mut frames);
+        let mut skeleton = self.skeleton.clone();
+        for (joint, &counterpart) in skeleton.joints.iter_mut().zip(&pairs) {
+            joint.tip = self.skeleton.joints[counterpart].tip.map(|tip| flipped(&tip, axis));
+        }
+        Ok(Self { skeleton, frames, ..self.clone() })
+    }
+
+    /// For every joint the joint on the other side; itself on the midline.
+    fn pairs(&self) -> Result<Vec<usize>, MocapError> {
+        let asymmetric = |detail: String| MocapError::NotSymmetric { clip: self.name.clone(), detail };
+        let joints = &self.skeleton.joints;
+        let mut pairs = Vec::with_capacity(joints.len());
+        for (index, joint) in joints.iter().enumerate() {
+            pairs.push(match counterpart(&self.skeleton, &joint.name) {
+                Counterpart::Joint(other) => other,
+                Counterpart::Midline => index,
+                Counterpart::Missing(wanted) => {
+                    return Err(asymmetric(format!("`{}` has no counterpart `{wanted}`", joint.name)));
+                }
+            });
+        }
+        if pairs.iter().enumerate().all(|(index, other)| *other == index) {
+            return Err(asymmetric("no joint's name says left or right".to_owned()));
+        }
+        for (index, &other) in pairs.iter().enumerate() {
+            let expected = joints[index].parent.map(|parent| pairs[parent]);
+            if joints[other].parent != expected {
+                let (a, b) = (&joints[index].name, &joints[other].name);
+                return Err(asymmetric(format!("`{a}` and `{b}` have parents that are not counterparts")));
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// The axis of the file from right to left.
+    fn lateral_axis(&self, pairs: &[usize]) -> Result<usize, MocapError> {
+        let mut apart = Vector3::zeros();
+        if let Some(frame) = self.frames.first() {
+            for (index, &other) in pairs.iter().enumerate().filter(|(index, other)| *index < **other) {
+                // In the rest pose the frames of all joints, so of both parents, have the same axes.
+                apart += (frame[index].translation.vector - frame[other].translation.vector).abs();
+            }
+        }
+        let axis = apart.imax();
+        if apart[axis] > LEAST_ALONG_AXIS * apart.norm() && apart[axis] > 0.0 {
+            return Ok(axis);
+        }
+        let detail = "its left and right joints do not lie on opposite sides of a plane in the rest pose".to_owned();
+        Err(MocapError::NotSymmetric { clip: self.name.clone(), detail })
+    }
+}
+
+/// The other side of a joint.
+enum Counterpart {
+    Joint(usize),
+    Midline,
+    /// The name says left or right, and this joint is not there.
+    Missing(String),
+}
+
+fn counterpart(skeleton: &Skeleton, name: &str) -> Counterpart {
+    for (side, other) in [("Left", "Right"), ("left", "right"), ("LEFT", "RIGHT")] {
+        for (from, to) in [(side, other), (other, side)] {
+            if let Some(at) = name.find(from) {
+                let wanted = format!("{}{to}{}", &name[..at], &name[at + from.len()..]);
+                return match skeleton.find(&wanted) {
+                    Some(other) => Counterpart::Joint(other),
+                    None => Counterpart::Missing(wanted),
+                };
+            }
+        }
+    }
+    // One letter at either end: `lfemur`, `LThigh`, `thigh_l`, `Thigh.L`.
+    let ends = |from: &str, to: &str| {
+        let front = name.strip_prefix(from).map(|rest| format!("{to}{rest}"));
+        let back = ['_', '.', '-'].into_iter().find_map(|separator| {
+            let stem = name.strip_suffix(from)?.strip_suffix(separator)?;
+            Some(format!("{stem}{separator}{to}"))
+        });
+        front.into_iter().chain(back).find_map(|wanted| skeleton.find(&wanted))
+    };
+    let letters = [("l", "r"), ("r", "l"), ("L", "R"), ("R", "L")];
+    letters.into_iter().find_map(|(from, to)| ends(from, to)).map_or(Counterpart::Midline, Counterpart::Joint)
+}
+
+fn flipped(vector: &Vector3<f64>, axis: usize) -> Vector3<f64> {
+    let mut vector = *vector;
+    vector[axis] = -vector[axis];
+    vector
+}
+
+/// The transform reflected at the plane across `axis` on both sides: a rotation's axis is a pseudovector and keeps its
+/// component along `axis`.
+fn reflected(transform: &Isometry3<f64>, axis: usize) -> Isometry3<f64> {
+    let mut imaginary = -transform.rotation.imag();
+    imaginary[axis] = -imaginary[axis];
+    let rotation = Unit::new_unchecked(Quaternion::from_parts(transform.rotation.w, imaginary));
+    Isometry3::from_parts(flipped(&transform.translation.vector, axis).into(), rotation)
+}
+
+/// The root: the world is reflected across [`WORLD_AXIS`], the root's own frame across `axis`.
+fn reflected_root(world_from_root: &Isometry3<f64>, axis: usize) -> Isometry3<f64> {
+    let both = reflected(world_from_root, WORLD_AXIS);
+    if axis == WORLD_AXIS {
+        return both;
+    }
+    // Two reflections across two axes are half a turn about the third.
+    let third = Vector3::ith(3 - axis - WORLD_AXIS, 1.0);
+    let half_turn = Unit::new_unchecked(Quaternion::from_parts(0.0, third));
+    Isometry3::from_parts(both.translation, both.rotation * half_turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mocap::{ReadOptions, SkeletonJoint, parse_deepmimic};
+
+    fn walk() -> Clip {
+        let text = include_str!("../../../../scenarios/motions/humanoid3d_walk.txt");
+        parse_deepmimic(text, "walk.txt", &ReadOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn every_joint_is_where_its_counterpart_was_on_the_other_side() {
+        let clip = walk();
+        let mirrored = clip.mirrored().unwrap();
+        for frame in [0, 7, 20] {
+            let (was, now) = (clip.joint_positions(frame), mirrored.joint_positions(frame));
+            for (index, joint) in clip.skeleton.joints.iter().enumerate() {
+                let other = match joint.name.split_once('_') {
+                    Some(("left", part)) => clip.skeleton.find(&format!("right_{part}")).unwrap(),
+                    Some(("right", part)) => clip.skeleton.find(&format!("left_{part}")).unwrap(),
+                    _ => index,
+                };
+                let expected = flipped(&was[other].coords, WORLD_AXIS);
+                assert!((now[index].coords - expected).norm() < 1e-9, "{} in frame {frame}", joint.name);
+            }
+        }
+    }
+
+    #[test]
+    fn twice_mirrored_is_the_clip_again() {
+        let clip = walk();
+        let twice = clip.mirrored().unwrap().mirrored().unwrap();
+        for (a, b) in clip.frames.iter().flatten().zip(twice.frames.iter().flatten()) {
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-12);
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
+        }
+        assert_eq!(clip.skeleton, twice.skeleton);
+    }
+
+    #[test]
+    fn skeletons_that_do_not_pair_left_and_right_are_refused_by_joint() {
+        let renamed = |from: &str, to: &str| {
+            let mut clip = walk();
+            let joint = clip.skeleton.find(from).unwrap();
+            clip.skeleton.joints[joint].name = to.to_owned();
+            clip.mirrored().unwrap_err().to_string()
+        };
+        let message = renamed("left_knee", "left_shin");
+        assert!(
+            message.contains("`left_shin` has no counterpart") || message.contains("`right_knee` has no"),
+            "{message}"
+        );
+        let mut plain = walk();
+        for (index, joint) in plain.skeleton.joints.iter_mut().enumerate() {
+            *joint = SkeletonJoint { name: format!("j{index}"), ..joint.clone() };
+        }
+        assert!(plain.mirrored().unwrap_err().to_string().contains("no joint's name says left or right"));
+    }
+
+    #[test]
+    fn letters_at_either_end_of_a_name_are_sides_only_where_the_other_side_is_there() {
+        let names = ["root", "lowerback", "lfemur", "rfemur", "Thigh.L", "Thigh.R"];
+        let joint = |name: &&str| SkeletonJoint { name: (*name).to_owned(), parent: None, tip: None };
+        let skeleton = Skeleton { joints: names.iter().map(joint).collect() };
+        let other = |name: &str| match counterpart(&skeleton, name) {
+            Counterpart::Joint(index) => names[index],
+            Counterpart::Midline => "midline",
+            Counterpart::Missing(_) => "missing",
+        };
+        assert_eq!(names.map(other), ["midline", "midline", "rfemur", "lfemur", "Thigh.R", "Thigh.L"]);
+    }
+}

@@ -1,0 +1,42 @@
+//! Readers of recordings: BVH, ASF/AMC, DeepMimic, and markers of C3D and TRC become one [`Clip`].
+//!
+//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
+//! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
+//!
+//! ```no_run
+//! use skiagraph_truth::mocap::{ReadOptions, read};
+//! let walk = read("walk.bvh".as_ref(), &ReadOptions::default())?.crop(0..480)?.resampled(60.0)?;
+//! println!("{} frames at {} Hz", walk.frames.len(), walk.frames_per_second);
+//! # Ok::<(), skiagraph_truth::mocap::MocapError>(())
+//! ```
+
+mod amc;
+mod asf;
+mod body_length;
+mod bvh;
+mod bvh_hierarchy;
+mod clip;
+mod deepmimic;
+mod editing;
+mod error;
+mod looping;
+mod mirror;
+mod options;
+mod points;
+mod read;
+mod recording;
+mod rest_pose;
+mod rotation;
+mod stature;
+mod text_cursor;
+
+pub use amc::parse_amc;
+pub use asf::{AcclaimSkeleton, parse_asf};
+pub use bvh::parse_bvh;
+pub use clip::{Clip, Skeleton, SkeletonJoint};
+pub use deepmimic::parse_deepmimic;
+pub use error::MocapError;
+pub use options::{ReadOptions, UpAxis};
+pub use points::parse_markers;
+pub(crate) use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
+pub use read::read;

@@ -1,0 +1,54 @@
+//! The making of observations: one silhouette per view and frame, exact or corrupted.
+//!
+//! [`observe`] draws exact silhouettes, [`CorruptedObserver`] corrupts them along the axes of [`AXES`],
+//! [`SegmentedObserver`] cuts them out of simulated images, and [`LayerObserver`] draws the truth of every pixel.
+//!
+//! ```
+//! use nalgebra::Point3;
+//! use skiagraph_core::body::{Motion, shipped};
+//! use skiagraph_core::camera::{CameraRig, RingParameters};
+//! use skiagraph_truth::observing::{CorruptedObserver, Corruption, observe};
+//! use skiagraph_truth::scene::GroundTruth;
+//!
+//! let body = shipped("tracker25")?;
+//! let mut pose = body.zero_pose();
+//! pose.world_from_root.translation.z = 0.95;
+//! let motion = Motion { frames_per_second: 30.0, poses: vec![pose; 2] };
+//! let rig = CameraRig::ring(&RingParameters {
+//!     count: 2,
+//!     radius: 3.5,
+//!     height: 1.5,
+//!     look_at: Point3::new(0.0, 0.0, 0.95),
+//!     first_azimuth: 0.0,
+//!     field_of_view: 0.9,
+//!     image_size: [80, 60],
+//!     near: 0.05,
+//! })?;
+//! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
+//! let exact = observe(&truth, &rig);
+//! let corruption = Corruption { holes: 0.1, ..Corruption::default() };
+//! let corrupted = CorruptedObserver::new(&truth, &rig, corruption, 1).observe(0);
+//! assert!(corrupted.silhouettes[0].count() < exact[0].silhouettes[0].count());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod background;
+mod corruption;
+mod eye;
+mod image;
+mod imaging;
+mod layers;
+mod light;
+mod observe;
+mod settings;
+
+pub use self::image::Image;
+pub use background::{
+    BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
+    Segmenter, ShadowRule,
+};
+pub use corruption::{AXES, CorruptedObserver, Corruption, CorruptionAxis, tracker_rig, tracker_start};
+pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
+pub use layers::{LayerImages, LayerObserver, WantedLayers};
+pub use observe::{Observer, observe, observe_frame};
+pub use settings::{ObservationFacts, ObservationSettings, SilhouetteSource};

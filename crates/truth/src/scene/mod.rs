@@ -1,0 +1,39 @@
+//! The truth: an actor, a motion and a rig give exact [`GroundTruth`] for every frame.
+//!
+//! ```
+//! use skiagraph_core::body::{Motion, shipped};
+//! use skiagraph_core::camera::{CameraRig, RingParameters};
+//! use skiagraph_truth::observing::observe;
+//! use skiagraph_truth::scene::GroundTruth;
+//! let body = shipped("tracker25")?;
+//! let mut pose = body.zero_pose();
+//! pose.world_from_root.translation.vector.z = 0.95;
+//! let motion = Motion { frames_per_second: 60.0, poses: vec![pose; 2] };
+//! let rig = CameraRig::ring(&RingParameters {
+//!     count: 2,
+//!     radius: 3.5,
+//!     height: 1.5,
+//!     look_at: nalgebra::Point3::new(0.0, 0.0, 0.95),
+//!     first_azimuth: 0.0,
+//!     field_of_view: 0.9,
+//!     image_size: [80, 60],
+//!     near: 0.05,
+//! })?;
+//! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
+//! let seen = observe(&truth, &rig);
+//! assert_eq!((seen.len(), seen[0].silhouettes.len()), (2, 2));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod clock;
+mod distractor;
+mod filmed;
+mod shot;
+mod sight;
+mod truth;
+
+pub use clock::{SceneClock, SceneFigure};
+pub use distractor::Distractor;
+pub use shot::{Shot, ShotPoint};
+pub use sight::{Occluders, Sight, SightLines};
+pub use truth::{GroundTruth, SceneError, TruthFrame};
