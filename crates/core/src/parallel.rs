@@ -8,7 +8,7 @@ use rayon::prelude::*;
 ///
 /// Rayon's own iterators are compiled anew for every closure, which is slow; here only the result storage is
 /// monomorphised.
-pub(crate) fn map<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub fn map<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let places: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
     on_all_cores(count, &|index| drop(places[index].set(work(index))));
     places.into_iter().filter_map(OnceLock::into_inner).collect()

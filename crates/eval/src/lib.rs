@@ -111,7 +111,8 @@ pub use misreading::{
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
-pub(crate) use registry::MAIN_METRICS;
+#[doc(hidden)]
+pub use registry::MAIN_METRICS;
 pub use registry::{METRICS, find_metric};
 pub use reprojection::PerCameraError;
 pub use seed_run::SeedRun;
@@ -126,4 +127,10 @@ pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};
 
 #[cfg(test)]
 use skiagraph_core::rng;
+#[cfg(test)]
+mod evaluation {
+    //! This crate by the name that shared fixtures know.
+    pub(crate) use crate::{Evaluation, Sequence, evaluate};
+}
+
 use skiagraph_core::{body, camera, contact, dynamics, raster};

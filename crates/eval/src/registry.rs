@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Metrics that short tables show.
-pub(crate) const MAIN_METRICS: [&str; 13] = [
+pub const MAIN_METRICS: [&str; 13] = [
     "humaneva_mm",
     "lost_limb",
     "mpjpe_mm",

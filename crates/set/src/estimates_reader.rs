@@ -2,7 +2,8 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
-pub(crate) use self::seed_axis::with_seed_axis;
+#[doc(hidden)]
+pub use self::seed_axis::with_seed_axis;
 use super::estimates::{Articulation, EstimatedSequence, Estimates, FARTHEST_M, Position};
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
@@ -42,7 +43,8 @@ impl Estimates {
     ///
     /// # Errors
     /// As there.
-    pub(crate) fn from_npz(file: &str, npz: Npz, body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
+    #[doc(hidden)]
+    pub fn from_npz(file: &str, npz: Npz, body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = with_seed_axis(file, npz)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };

@@ -82,7 +82,8 @@ pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_jso
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates, FARTHEST_M};
-pub(crate) use estimates_reader::with_seed_axis;
+#[doc(hidden)]
+pub use estimates_reader::with_seed_axis;
 pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 pub use exr_layers::{Layer, layer_channels};
 pub use identity::{FULL_HASH_COVERS, SET_HASH_COVERS};

@@ -25,7 +25,8 @@ const GREATEST_DRIVE: f64 = 1e6;
 
 impl Humanoid {
     /// The first value out of bounds, if any: the link or joint, the expected range and the value.
-    pub(crate) fn check_bounds(&self) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check_bounds(&self) -> Result<(), String> {
         at_most(self.links.len(), MOST_LINKS, "links")?;
         at_most(self.links.iter().map(|link| link.solids.len()).sum(), MOST_SOLIDS, "solids")?;
         let size = |solid: &Solid| match solid {
@@ -65,7 +66,8 @@ impl Humanoid {
 
 impl Solid {
     /// The first value of the solid out of bounds, if any.
-    pub(crate) fn check_bounds(&self) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check_bounds(&self) -> Result<(), String> {
         let sized = |size: f64| within("a solid of size", size, 0.0, GREATEST_SIZE, "m");
         match self {
             Self::TaperedCapsule(c) => {

@@ -14,33 +14,34 @@ use super::{Humanoid, LinkFrames, LinkPoint, Pose, rotation_from_vector, rotatio
 
 /// Goal: a point of the body at a position.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PointGoal {
-    pub(crate) on: LinkPoint,
-    pub(crate) target: Point3<f64>,
+pub struct PointGoal {
+    pub on: LinkPoint,
+    pub target: Point3<f64>,
     /// Factor on the distance in metres.
-    pub(crate) weight: f64,
+    pub weight: f64,
 }
 
 /// Goal: an orientation of a link.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OrientationGoal {
-    pub(crate) link: usize,
-    pub(crate) world_from_link: UnitQuaternion<f64>,
+pub struct OrientationGoal {
+    pub link: usize,
+    pub world_from_link: UnitQuaternion<f64>,
     /// Weight of one radian, as a distance in metres.
-    pub(crate) metres_per_radian: f64,
+    pub metres_per_radian: f64,
 }
 
 /// Goal: a value of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct AngleGoal {
-    pub(crate) target: f64,
+pub struct AngleGoal {
+    pub target: f64,
     /// Weight of one radian (or metre), as a distance in metres.
-    pub(crate) metres_per_unit: f64,
+    pub metres_per_unit: f64,
 }
 
 impl AngleGoal {
     /// One goal equivalent to both.
-    pub(crate) fn and(self, other: Self) -> Self {
+    #[doc(hidden)]
+    pub fn and(self, other: Self) -> Self {
         let (a, b) = (self.metres_per_unit * self.metres_per_unit, other.metres_per_unit * other.metres_per_unit);
         if a + b == 0.0 {
             return self;
@@ -51,11 +52,11 @@ impl AngleGoal {
 
 /// Goal: two degrees of freedom equal (`sign` 1) or opposite (-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct DifferenceGoal {
-    pub(crate) of: [usize; 2],
-    pub(crate) sign: f64,
+pub struct DifferenceGoal {
+    pub of: [usize; 2],
+    pub sign: f64,
     /// Weight of one radian (or metre) of difference, as a distance in metres.
-    pub(crate) metres_per_unit: f64,
+    pub metres_per_unit: f64,
 }
 
 impl DifferenceGoal {
@@ -66,25 +67,25 @@ impl DifferenceGoal {
 
 /// All goals of a pose.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Goals {
-    pub(crate) points: Vec<PointGoal>,
-    pub(crate) orientations: Vec<OrientationGoal>,
+pub struct Goals {
+    pub points: Vec<PointGoal>,
+    pub orientations: Vec<OrientationGoal>,
     /// One per degree of freedom.
-    pub(crate) angles: Vec<AngleGoal>,
-    pub(crate) differences: Vec<DifferenceGoal>,
+    pub angles: Vec<AngleGoal>,
+    pub differences: Vec<DifferenceGoal>,
 }
 
 /// The best pose found.
 #[derive(Clone, Debug)]
-pub(crate) struct PoseSolution {
-    pub(crate) pose: Pose,
+pub struct PoseSolution {
+    pub pose: Pose,
     /// Sum of squares, m^2.
-    pub(crate) cost: f64,
-    pub(crate) iterations: usize,
+    pub cost: f64,
+    pub iterations: usize,
 }
 
 /// Solves poses of one humanoid; its buffers are reused between frames.
-pub(crate) struct Solver<'a> {
+pub struct Solver<'a> {
     humanoid: &'a Humanoid,
     frames: LinkFrames,
     /// Lower triangle of the normal matrix, row by row, full rows of `size`.
@@ -104,7 +105,8 @@ const FIRST_DAMPING: f64 = 1e-6;
 const GREATEST_DAMPING: f64 = 1e6;
 
 impl<'a> Solver<'a> {
-    pub(crate) fn new(humanoid: &'a Humanoid) -> Self {
+    #[doc(hidden)]
+    pub fn new(humanoid: &'a Humanoid) -> Self {
         let size = 6 + humanoid.degrees_of_freedom.len();
         Self {
             humanoid,
@@ -119,7 +121,8 @@ impl<'a> Solver<'a> {
     }
 
     /// The pose near `start` that meets the goals best, in at most `max_iterations` steps.
-    pub(crate) fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> PoseSolution {
+    #[doc(hidden)]
+    pub fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> PoseSolution {
         let mut pose = start.clone();
         clamp(self.humanoid, &mut pose);
         let mut cost = self.cost(goals, &pose);
@@ -158,7 +161,8 @@ impl<'a> Solver<'a> {
     }
 
     /// Residual sum of squares of a pose, m^2.
-    pub(crate) fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
+    #[doc(hidden)]
+    pub fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
         self.humanoid.link_frames_into(pose, &mut self.frames);
         let square = |v: f64| v * v;
         let mut sum = 0.0;

@@ -64,7 +64,7 @@ fn segment_of(humanoid: &Humanoid, link: usize) -> usize {
 
 /// The name of a link without the word or letter for its side: `left_thigh` and `right_thigh`, `LeftFoot` and
 /// `RightFoot`, `l_wrist` and `r_wrist`, `LLEG_LINK1` and `RLEG_LINK1`.
-pub(crate) fn without_side(name: &str) -> String {
+pub fn without_side(name: &str) -> String {
     for (left, right) in [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")] {
         for side in [left, right] {
             if name.contains(side) {

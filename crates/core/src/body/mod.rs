@@ -21,7 +21,8 @@ mod drawn;
 mod from_joints;
 mod growth;
 mod humanoid;
-pub(crate) mod inverse_kinematics;
+#[doc(hidden)]
+pub mod inverse_kinematics;
 mod jacobian;
 mod kinematics;
 mod landmark;
@@ -51,11 +52,14 @@ pub use drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_
 pub use growth::CHILD_YEARS;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
-pub(crate) use kinematics::{rotation_about, rotation_from_vector};
+#[doc(hidden)]
+pub use kinematics::{rotation_about, rotation_from_vector};
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
 pub use limits::LimitViolation;
-pub(crate) use mismatch::without_side;
-pub(crate) use population::girth_segment;
+#[doc(hidden)]
+pub use mismatch::without_side;
+#[doc(hidden)]
+pub use population::girth_segment;
 pub use population::{GIRTH_SPREAD, LENGTH_SPREAD, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 pub use pose::{Motion, Pose};
 pub use prop::Prop;
@@ -64,14 +68,17 @@ pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera, draw_silhouette};
-pub(crate) use skin::read_skin_allowing;
+#[doc(hidden)]
+pub use skin::read_skin_allowing;
 pub use skin::{
     Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
 };
 pub use solid::Solid;
 pub use tangent::ROOT_STEP;
-pub(crate) use tangent::rotation_vector;
-pub(crate) use upright::from_axes;
+#[doc(hidden)]
+pub use tangent::rotation_vector;
+#[doc(hidden)]
+pub use upright::from_axes;
 pub use urdf::UrdfError;
 #[doc(hidden)]
 pub use urdf::{MeshParts, mesh_from_bytes};

@@ -123,7 +123,7 @@ impl Person {
 }
 
 /// Which of [`VARIED_GIRTHS`] a link belongs to, by its name.
-pub(crate) fn girth_segment(link: &str) -> Option<usize> {
+pub fn girth_segment(link: &str) -> Option<usize> {
     let name = link.to_ascii_lowercase();
     let known = [
         ("upper_arm", 2),

@@ -88,7 +88,8 @@ impl LinkShape {
     }
 
     /// A solid of the link with this shape.
-    pub(crate) fn solid(&self, solid: &Solid) -> Solid {
+    #[doc(hidden)]
+    pub fn solid(&self, solid: &Solid) -> Solid {
         match solid {
             Solid::TaperedCapsule(c) => Solid::TaperedCapsule(TaperedCapsule {
                 a: self.place(&c.a),

@@ -40,7 +40,8 @@ pub enum Solid {
 impl Solid {
     /// The solid with its surface moved outwards by `by` metres, inwards for less than 0: radii and half lengths of
     /// edges grow by it. A mesh is stretched about its middle so that its extents do.
-    pub(crate) fn inflated(&self, by: f64) -> Self {
+    #[doc(hidden)]
+    pub fn inflated(&self, by: f64) -> Self {
         let grown = |size: f64| (size + by).max(LEAST);
         match self {
             Self::TaperedCapsule(capsule) => Self::TaperedCapsule(TaperedCapsule {

@@ -90,7 +90,7 @@ fn vector(numbers: &[f64], first: usize) -> Vector3<f64> {
 }
 
 /// Axis times angle of a rotation, the angle in `[0, pi]`; with libm's arctangent, the same bits on every machine.
-pub(crate) fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = if rotation.w < 0.0 { (-rotation.w, -rotation.imag()) } else { (rotation.w, rotation.imag()) };
     let norm = v.norm();
     if norm < 1e-9 { v * 2.0 } else { v * (2.0 * libm::atan2(norm, w) / norm) }

@@ -63,7 +63,7 @@ fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// The rotation whose X and Y axes are these perpendicular unit vectors.
-pub(crate) fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
+pub fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
     let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }

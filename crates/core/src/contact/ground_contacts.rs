@@ -72,7 +72,8 @@ impl ContactTrack {
 impl GroundContacts {
     /// The links that touch the ground in a frame, standing, striking or pushing off, and the height of their lowest
     /// point, metres.
-    pub(crate) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
+    #[doc(hidden)]
+    pub fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
         let tracks = self.links.iter().map(move |track| (track, &track.frames[frame]));
         let touching = tracks.filter(|(_, contact)| contact.in_contact || contact.gap_m <= TOUCHES);
         touching.flat_map(|(track, contact)| track.links.iter().map(|&link| (link, contact.gap_m)))
@@ -122,7 +123,8 @@ impl GroundContacts {
     }
 
     /// Of tracks' input.
-    pub(crate) fn from_track_input(body: &Humanoid, clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
+    #[doc(hidden)]
+    pub fn from_track_input(body: &Humanoid, clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
         clip.rule.check()?;
         let [left, right] = body.foot_links();
         let foot = |name, links| {
@@ -152,7 +154,10 @@ pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
 }
 
 /// The frames of every link in a motion, checked.
-pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
+///
+/// # Errors
+/// [`ContactError`] for a motion that is empty, not finite, or of another body.
+pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
     let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
     if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
         return Err(ContactError::EmptyMotion { poses, frames_per_second });
@@ -176,17 +181,23 @@ pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
 
 /// The input of tracks.
 #[derive(Clone, Copy)]
-pub(crate) struct GroundTrackInput<'a> {
-    pub(crate) surface: &'a dyn Surface,
-    pub(crate) frames: &'a [LinkFrames],
-    pub(crate) frames_per_second: f64,
-    pub(crate) rule: &'a ContactRule,
-    pub(crate) pace: Pace<'a>,
+pub struct GroundTrackInput<'a> {
+    /// What touches.
+    pub surface: &'a dyn Surface,
+    /// The frames of every link.
+    pub frames: &'a [LinkFrames],
+    /// Their rate.
+    pub frames_per_second: f64,
+    /// What counts as contact.
+    pub rule: &'a ContactRule,
+    /// How fast the motion is against its recording.
+    pub pace: Pace<'a>,
 }
 
 impl GroundTrackInput<'_> {
     /// `None` where the links have no surface.
-    pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
+    #[doc(hidden)]
+    pub fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
         let measures: Vec<(f64, f64)> = lowest

@@ -37,7 +37,8 @@ mod surface;
 pub use capsule_distance::tapered_capsule_distance;
 pub use error::ContactError;
 pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_feet};
-pub(crate) use ground_contacts::{GroundTrackInput, link_frames};
+#[doc(hidden)]
+pub use ground_contacts::{GroundTrackInput, link_frames};
 pub use ground_quality::GroundQuality;
 pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
 pub use pace::Pace;

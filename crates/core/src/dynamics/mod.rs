@@ -12,8 +12,10 @@ mod tests;
 mod virtual_work;
 
 pub use constants::GRAVITY;
-pub(crate) use constants::REACH_S;
-pub(crate) use derivatives::{derivatives, reach_frames};
+#[doc(hidden)]
+pub use constants::REACH_S;
+#[doc(hidden)]
+pub use derivatives::{Derivatives, derivatives};
 pub use error::DynamicsError;
 pub use inverse::{Efforts, PointForce, inverse_dynamics};
 
@@ -22,8 +24,10 @@ use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
 use crate::contact::{ContactError, GroundContacts, link_frames};
 use crate::parallel;
+use derivatives::reach_frames;
 use nonnegative::nonnegative_least_squares;
-pub(crate) use support::{SupportPoint, support_points};
+#[doc(hidden)]
+pub use support::{SupportPoint, support_points};
 use support::{margin, support_polygon};
 
 /// Default friction for ground forces: that of a shoe on a dry floor, at the low end.
@@ -188,25 +192,30 @@ impl DynamicsInput<'_> {
     }
 }
 
+#[doc(hidden)]
 /// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
-pub(crate) struct GroundSupport<'a> {
-    pub(crate) points: &'a [SupportPoint],
-    pub(crate) friction: f64,
+pub struct GroundSupport<'a> {
+    /// Where the body may be carried.
+    pub points: &'a [SupportPoint],
+    /// Coefficient of friction.
+    pub friction: f64,
     /// Of the body, newtons.
-    pub(crate) weight: f64,
+    pub weight: f64,
 }
 
+#[doc(hidden)]
 /// A wrench approximated by ground forces.
-pub(crate) struct GroundShare {
+pub struct GroundShare {
     /// One force a point.
-    pub(crate) forces: Vec<PointForce>,
+    pub forces: Vec<PointForce>,
     /// The part of the wrench that the ground cannot supply: force, and moment about the centre.
-    pub(crate) missing: [Vector3<f64>; 2],
+    pub missing: [Vector3<f64>; 2],
 }
 
 impl GroundSupport<'_> {
     /// The forces that come nearest to a wrench: its force and its moment about `centre`, world, N and N m.
-    pub(crate) fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
+    #[doc(hidden)]
+    pub fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
         let lever = centre.z.max(LEAST_LEVER);
         let wanted = stacked(&(force / self.weight), &(moment / (self.weight * lever)));
         let columns = self.columns(centre, lever);

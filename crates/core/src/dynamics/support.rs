@@ -12,15 +12,17 @@ const AROUND: usize = 16;
 
 /// A point on which a body stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SupportPoint {
-    pub(crate) link: usize,
-    pub(crate) point: Point3<f64>,
+pub struct SupportPoint {
+    /// The link that it belongs to.
+    pub link: usize,
+    /// World, metres.
+    pub point: Point3<f64>,
 }
 
 /// The support points of links that touch the ground, given with their heights: of the parts that are low enough, the
 /// lowest points of the spheres of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of
 /// a mesh those vertices that lie furthest out in sixteen directions.
-pub(crate) fn support_points(
+pub fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
     touching: impl Iterator<Item = (usize, f64)>,

@@ -11,11 +11,11 @@ use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
 /// A file of this name makes its folder a project, whatever it holds.
-pub(crate) const PROJECT_FILE: &str = "skiagraph.project";
+const PROJECT_FILE: &str = "skiagraph.project";
 
 /// The files and folders that names in a file may lead to; none at first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct AllowedFolders {
+pub struct AllowedFolders {
     anywhere: bool,
     /// Files, and folders with all below them, without links.
     places: Vec<PathBuf>,
@@ -25,7 +25,7 @@ pub(crate) struct AllowedFolders {
 
 impl AllowedFolders {
     /// For names that stand in a file in this folder: the folder itself, or its project.
-    pub(crate) fn of_folder(folder: &Path) -> Self {
+    pub fn of_folder(folder: &Path) -> Self {
         let Ok(folder) = fs::canonicalize(or_here(folder)) else { return Self::default() };
         let projects = folder.ancestors().take_while(|above| !is_home_or_root(above));
         let project =
@@ -34,7 +34,7 @@ impl AllowedFolders {
     }
 
     /// Also the folders beside this one, as packages of robots lay them out: `urdf/` and `meshes/`.
-    pub(crate) fn and_beside(mut self, folder: &Path) -> Self {
+    pub fn and_beside(mut self, folder: &Path) -> Self {
         if let Ok(folder) = fs::canonicalize(or_here(folder))
             && let Some(above) = folder.parent().filter(|above| !is_home_or_root(above) && !is_home_or_root(&folder))
         {
@@ -44,19 +44,19 @@ impl AllowedFolders {
     }
 
     /// Also this file or folder, if it is there.
-    pub(crate) fn allow(&mut self, place: &Path) {
+    pub fn allow(&mut self, place: &Path) {
         self.places.extend(fs::canonicalize(or_here(place)));
     }
 
     /// Also everything that another allows.
-    pub(crate) fn allow_all_of(&mut self, other: &Self) {
+    pub fn allow_all_of(&mut self, other: &Self) {
         self.anywhere |= other.anywhere;
         self.places.extend(other.places.iter().cloned());
         self.around.extend(other.around.iter().cloned());
     }
 
     /// Everything.
-    pub(crate) fn allow_anywhere(&mut self) {
+    pub fn allow_anywhere(&mut self) {
         self.anywhere = true;
     }
 
@@ -64,7 +64,7 @@ impl AllowedFolders {
     ///
     /// # Errors
     /// [`ErrorKind::PermissionDenied`], in words that follow the path.
-    pub(crate) fn check(&self, path: &Path) -> io::Result<()> {
+    pub fn check(&self, path: &Path) -> io::Result<()> {
         if self.anywhere {
             return Ok(());
         }

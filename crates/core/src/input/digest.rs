@@ -5,12 +5,12 @@ use std::io::{self, Read, Write};
 use sha2::{Digest, Sha256};
 
 /// SHA-256 of these bytes, in small hexadecimal digits.
-pub(crate) fn hex_sha256(bytes: &[u8]) -> String {
+pub fn hex_sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
 /// The same of all that can still be read, a part at a time.
-pub(crate) fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
+pub fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
     let (mut digest, mut part) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match from.read(&mut part)? {
@@ -21,18 +21,18 @@ pub(crate) fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
 }
 
 /// Passes on what is written, and knows its SHA-256.
-pub(crate) struct HashingWriter<W> {
+pub struct HashingWriter<W> {
     to: W,
     digest: Sha256,
 }
 
 impl<W: Write> HashingWriter<W> {
-    pub(crate) fn new(to: W) -> Self {
+    pub fn new(to: W) -> Self {
         Self { to, digest: Sha256::new() }
     }
 
     /// Where it was written to, and the SHA-256 of all of it in small hexadecimal digits.
-    pub(crate) fn finish(self) -> (W, String) {
+    pub fn finish(self) -> (W, String) {
         (self.to, hex(&self.digest.finalize()))
     }
 }

@@ -11,7 +11,7 @@ use super::limits::in_words;
 /// # Errors
 /// The operating system's error; for anything except a regular file within the limit, a message with what was
 /// expected.
-pub(crate) fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open(path, limit)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
     // the file may grow while it is read
@@ -23,7 +23,7 @@ pub(crate) fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`read`], and where the bytes are not UTF-8.
-pub(crate) fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
+pub fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
     let not_text = |e: std::string::FromUtf8Error| {
         io::Error::new(ErrorKind::InvalidData, format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()))
     };
@@ -35,7 +35,7 @@ pub(crate) fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
 ///
 /// # Errors
 /// As [`read`].
-pub(crate) fn open(path: &Path, limit: u64) -> io::Result<File> {
+pub fn open(path: &Path, limit: u64) -> io::Result<File> {
     check(&fs::metadata(path)?, limit)?;
     let file = File::open(path)?;
     // another file may have replaced it in between

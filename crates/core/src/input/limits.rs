@@ -5,30 +5,30 @@ const MIB: u64 = 1 << 20;
 const GIB: u64 = 1 << 30;
 
 /// A recording: BVH, AMC, DeepMimic. Five hours of 20 joints at 60 Hz.
-pub(crate) const RECORDING: u64 = 512 * MIB;
+pub const RECORDING: u64 = 512 * MIB;
 /// An Acclaim skeleton (`.asf`).
-pub(crate) const SKELETON: u64 = MIB;
+pub const SKELETON: u64 = MIB;
 /// The text of a robot.
-pub(crate) const ROBOT: u64 = 16 * MIB;
+pub const ROBOT: u64 = 16 * MIB;
 /// One mesh of a robot.
-pub(crate) const MESH: u64 = 256 * MIB;
+pub const MESH: u64 = 256 * MIB;
 /// A scenario, and a set's `set.toml`.
-pub(crate) const SETTINGS: u64 = MIB;
+pub const SETTINGS: u64 = MIB;
 /// Arrays: `.npz` files, models among them.
-pub(crate) const ARRAYS: u64 = 2 * GIB;
+pub const ARRAYS: u64 = 2 * GIB;
 /// A JSON file; those of bodies hold their meshes.
-pub(crate) const JSON: u64 = GIB;
+pub const JSON: u64 = GIB;
 /// A JSON file of a run, which holds settings.
-pub(crate) const RECORD: u64 = 16 * MIB;
+pub const RECORD: u64 = 16 * MIB;
 /// A silhouette.
-pub(crate) const PICTURE: u64 = 256 * MIB;
+pub const PICTURE: u64 = 256 * MIB;
 /// A depth image of a set.
-pub(crate) const LAYER: u64 = 2 * GIB;
+pub const LAYER: u64 = 2 * GIB;
 /// The list of a set's files.
-pub(crate) const LISTING: u64 = 512 * MIB;
+pub const LISTING: u64 = 512 * MIB;
 
 /// A size in words, the greatest whole unit: `512 MiB`.
-pub(crate) fn in_words(bytes: u64) -> String {
+pub fn in_words(bytes: u64) -> String {
     match bytes {
         b if b >= GIB && b % GIB == 0 => format!("{} GiB", b / GIB),
         b if b >= MIB => format!("{} MiB", b / MIB),

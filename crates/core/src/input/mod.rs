@@ -9,10 +9,10 @@
 mod allowed_folders;
 mod digest;
 mod file;
-pub(crate) mod limits;
+pub mod limits;
 mod quote;
 
-pub(crate) use allowed_folders::AllowedFolders;
-pub(crate) use digest::{HashingWriter, hex_sha256, hex_sha256_of};
-pub(crate) use file::{open, read, read_to_string};
-pub(crate) use quote::{excerpt, foreign, foreign_about, harmless, is_ours, plain, table_cell, unquoted};
+pub use allowed_folders::AllowedFolders;
+pub use digest::{HashingWriter, hex_sha256, hex_sha256_of};
+pub use file::{open, read, read_to_string};
+pub use quote::{excerpt, foreign, foreign_about, harmless, is_ours, plain, table_cell, unquoted};

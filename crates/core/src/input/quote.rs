@@ -9,12 +9,12 @@ const SHOWN: usize = 200;
 const LONGEST_MESSAGE: usize = 1200;
 
 /// At most [`SHOWN`] characters of a text, on one line.
-pub(crate) fn excerpt(text: &str) -> String {
+pub fn excerpt(text: &str) -> String {
     shortened(text.chars().map(harmless), SHOWN)
 }
 
 /// A message or a path without control characters, truncated if too long.
-pub(crate) fn plain(message: impl Display) -> String {
+pub fn plain(message: impl Display) -> String {
     let mut writer = Harmless { text: String::new(), characters: 0 };
     write!(writer, "{message}").ok();
     if writer.characters > LONGEST_MESSAGE { shortened(writer.text.chars(), LONGEST_MESSAGE) } else { writer.text }
@@ -22,7 +22,7 @@ pub(crate) fn plain(message: impl Display) -> String {
 
 /// An error message of another crate about an input. Its messages quote the input and end with `, expected ...`: the
 /// quote is cut, the end is kept.
-pub(crate) fn foreign(message: impl Display) -> String {
+pub fn foreign(message: impl Display) -> String {
     let message = message.to_string();
     let (found, expected) = match message.rfind(", expected ") {
         Some(at) => message.split_at(at),
@@ -32,19 +32,19 @@ pub(crate) fn foreign(message: impl Display) -> String {
 }
 
 /// Whether a file's text says that it is of this program: those that do hold `"skiagraph.KIND/1"` as their schema.
-pub(crate) fn is_ours(text: &[u8]) -> bool {
+pub fn is_ours(text: &[u8]) -> bool {
     const MARK: &[u8] = b"skiagraph.";
     text.windows(MARK.len()).any(|found| found == MARK)
 }
 
 /// An error message of another crate about a file of this text, which quotes it only if it is one of this program.
-pub(crate) fn foreign_about(text: &[u8], message: impl Display) -> String {
+pub fn foreign_about(text: &[u8], message: impl Display) -> String {
     if is_ours(text) { foreign(message) } else { unquoted(message) }
 }
 
 /// An error message of another crate about an input that may be anything: what it quotes of the input is left out, what
 /// it expected is kept.
-pub(crate) fn unquoted(message: impl Display) -> String {
+pub fn unquoted(message: impl Display) -> String {
     let message = message.to_string();
     let (found, expected) = message.split_at(message.rfind(", expected ").unwrap_or(message.len()));
     let is_quote = |c: char| matches!(c, '"' | '`' | '\'');
@@ -82,14 +82,14 @@ fn shortened(characters: impl Iterator<Item = char>, most: usize) -> String {
 
 /// A text as a cell of a CSV table: without control characters, and with an apostrophe in front where a spreadsheet
 /// would take it for a formula (`=cmd|...`) and run it. Numbers are as they are.
-pub(crate) fn table_cell(text: &str) -> String {
+pub fn table_cell(text: &str) -> String {
     let text: String = text.chars().map(harmless).collect();
     let is_formula = text.trim_start().starts_with(['=', '+', '-', '@']) && text.parse::<f64>().is_err();
     if is_formula { format!("'{text}") } else { text }
 }
 
 /// The character, or a replacement if it would control a terminal or change the direction of writing.
-pub(crate) fn harmless(character: char) -> char {
+pub fn harmless(character: char) -> char {
     match character {
         '\n' | '\r' | '\t' | '\u{2028}' | '\u{2029}' => ' ',
         '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => '\u{fffd}',

@@ -78,7 +78,8 @@ impl Npz {
     ///
     /// # Errors
     /// As [`Self::to_bytes`], and what `put` refuses.
-    pub(crate) fn write_to<E: From<NpzError>>(
+    #[doc(hidden)]
+    pub fn write_to<E: From<NpzError>>(
         &self,
         file: &str,
         put: &mut dyn FnMut(&[u8]) -> Result<(), E>,
@@ -134,7 +135,8 @@ impl Npz {
     }
 
     /// The numbers of array `name` of whatever type, which must have this shape.
-    pub(crate) fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, NpzError> {
+    #[doc(hidden)]
+    pub fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values.clone()),
             Values::F32(values) => Ok(values.iter().map(|v| f64::from(*v)).collect()),
@@ -144,7 +146,8 @@ impl Npz {
     }
 
     /// The whole numbers of array `name`, which must have one axis.
-    pub(crate) fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, NpzError> {
+    #[doc(hidden)]
+    pub fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, NpzError> {
         match &self.shaped(file, name, &[None])?.values {
             Values::I64(values) => Ok(values.clone()),
             Values::U8(values) => Ok(values.iter().map(|v| i64::from(*v)).collect()),
@@ -153,7 +156,8 @@ impl Npz {
     }
 
     /// The texts of array `name`, which must have one axis; `None` where there is no such array.
-    pub(crate) fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, NpzError> {
+    #[doc(hidden)]
+    pub fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, NpzError> {
         if self.get(name).is_none() {
             return Ok(None);
         }
@@ -164,7 +168,8 @@ impl Npz {
     }
 
     /// The booleans of array `name`, which must have this shape.
-    pub(crate) fn bools(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[bool], NpzError> {
+    #[doc(hidden)]
+    pub fn bools(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[bool], NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::Bool(values) => Ok(values),
             _ => Err(NpzError::new(file, format!("{name}: expected element type |b1"))),

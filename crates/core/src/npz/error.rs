@@ -13,7 +13,8 @@ pub struct NpzError {
 }
 
 impl NpzError {
-    pub(crate) fn new(file: &str, detail: impl Into<String>) -> Self {
+    #[doc(hidden)]
+    pub fn new(file: &str, detail: impl Into<String>) -> Self {
         Self { file: file.to_owned(), detail: detail.into() }
     }
 }

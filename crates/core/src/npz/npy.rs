@@ -47,7 +47,8 @@ impl Array {
     }
 
     /// The array of a `.npy` file, or why it cannot be read.
-    pub(crate) fn from_npy(bytes: &[u8]) -> Result<Self, String> {
+    #[doc(hidden)]
+    pub fn from_npy(bytes: &[u8]) -> Result<Self, String> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("not a .npy array: it does not begin with \\x93NUMPY")?;
         let (length, rest) = match rest {
             [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),

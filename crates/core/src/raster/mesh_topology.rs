@@ -15,11 +15,11 @@ pub struct MeshTopology {
 
 /// An edge and up to two triangles; more at one edge make several entries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct MeshEdge {
+pub struct MeshEdge {
     /// Vertices, the smaller first.
-    pub(crate) ends: [u32; 2],
+    pub ends: [u32; 2],
     /// Triangles; the number of triangles where there is none.
-    pub(crate) triangles: [u32; 2],
+    pub triangles: [u32; 2],
 }
 
 impl MeshTopology {
@@ -52,12 +52,14 @@ impl MeshTopology {
     }
 
     /// Its edges.
-    pub(crate) fn edges(&self) -> &[MeshEdge] {
+    #[doc(hidden)]
+    pub fn edges(&self) -> &[MeshEdge] {
         &self.edges
     }
 
     /// Its triangles.
-    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+    #[doc(hidden)]
+    pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 

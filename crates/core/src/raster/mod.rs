@@ -51,6 +51,8 @@ pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;
 pub use mesh_silhouette::{MeshScratch, MeshVertices};
+#[doc(hidden)]
+pub use mesh_topology::MeshEdge;
 pub use mesh_topology::MeshTopology;
 pub use morphology::{closed, grown_by_disc, opened};
 pub use overlap::{Overlap, overlap};

@@ -1,7 +1,7 @@
 //! Compiles a kernel for several instruction sets and selects one at run time.
 
 /// A kernel and what it works on.
-pub(crate) trait Dispatched {
+pub trait Dispatched {
     type Output;
 
     /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen
@@ -13,7 +13,7 @@ pub(crate) trait Dispatched {
 ///
 /// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
 /// the baseline, and everything is inlined there instead of into the function with the better instruction set.
-pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
+pub fn dispatch<D: Dispatched>(work: D) -> D::Output {
     pulp::Arch::new().dispatch(Dispatcher(work))
 }
 

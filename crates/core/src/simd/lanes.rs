@@ -9,7 +9,7 @@ const LANES: usize = 8;
 
 /// Sum of the products.
 #[inline(always)]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sums = [0.0; LANES];
     for (a, b) in a_lanes.iter().zip(b_lanes) {
@@ -23,7 +23,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Sum.
 #[inline(always)]
-pub(crate) fn sum(a: &[f64]) -> f64 {
+pub fn sum(a: &[f64]) -> f64 {
     let (lanes, rest) = a.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for a in lanes {
@@ -36,7 +36,7 @@ pub(crate) fn sum(a: &[f64]) -> f64 {
 
 /// `target += factor * values`.
 #[inline(always)]
-pub(crate) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
+pub fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
     for (target, value) in target.iter_mut().zip(values) {
         *target += factor * value;
     }
@@ -47,7 +47,7 @@ pub(crate) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
 /// Cody and Waite's reduction by multiples of ln 2 and the Taylor polynomial of degree 13, whose remainder there is
 /// below 1e-17: the result is within 2 units in the last place. NaN stays NaN.
 #[inline(always)]
-pub(crate) fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
+pub fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
     /// Adding it rounds to a whole number, which then stands in the lowest bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;

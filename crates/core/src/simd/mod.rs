@@ -5,5 +5,5 @@
 mod dispatch;
 mod lanes;
 
-pub(crate) use dispatch::{Dispatched, dispatch};
-pub(crate) use lanes::{add_scaled, dot, scaled_exponentials, sum};
+pub use dispatch::{Dispatched, dispatch};
+pub use lanes::{add_scaled, dot, scaled_exponentials, sum};

@@ -97,9 +97,9 @@ impl<'a> Reference<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::standing;
     use super::*;
     use crate::contact::ContactRule;
+    use crate::test_bodies::standing;
 
     /// A statue that is pushed over the ground, too fast to stand, and whose first frame lags behind.
     #[test]

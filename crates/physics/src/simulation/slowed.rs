@@ -31,8 +31,8 @@ fn limited<'a>(mut angles: impl Iterator<Item = &'a f64>, most: f64) -> Vec<f64>
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::standing;
     use super::*;
+    use crate::test_bodies::standing;
 
     #[test]
     fn a_limb_that_is_lost_at_first_or_at_last_is_found_and_the_rest_stays() {

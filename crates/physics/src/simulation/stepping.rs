@@ -109,7 +109,7 @@ mod tests {
     use nalgebra::{Isometry3, UnitQuaternion};
 
     use super::*;
-    use crate::simulation::tests::standing;
+    use crate::test_bodies::standing;
 
     #[test]
     fn a_swinging_foot_of_a_leaning_body_is_brought_level_below_it() {

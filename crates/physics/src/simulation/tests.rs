@@ -6,7 +6,7 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
 use super::simulated_body::SimulatedBody;
 use super::*;
 use crate::PhysicsError;
-use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid, shipped};
+use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid};
 use crate::contact::ContactError;
 use crate::dynamics::GRAVITY;
 use crate::raster::TaperedCapsule;

@@ -19,7 +19,7 @@ const MOST_SEEDS: usize = 1_000_000;
 ///
 /// # Errors
 /// [`SetError::Malformed`] where only some arrays have the axis, or it is missing and there are several seeds.
-pub(crate) fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
+pub fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     let axes = |name: &str| AXES.iter().find(|(known, _)| *known == name).map(|(_, axes)| *axes);
     type ShapeOf<'a> = (&'a str, usize, &'a [usize]);
     let there: Vec<ShapeOf<'_>> =

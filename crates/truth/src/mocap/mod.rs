@@ -38,5 +38,6 @@ pub use deepmimic::parse_deepmimic;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};
 pub use points::parse_markers;
-pub(crate) use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
+#[doc(hidden)]
+pub use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
 pub use read::read;

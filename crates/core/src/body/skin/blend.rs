@@ -34,12 +34,8 @@ impl Skin {
     }
 
     /// As [`Self::deform_into`], in another frame than the world's.
-    pub(crate) fn deform_with(
-        &self,
-        view_from_world: &Isometry3<f64>,
-        frames: &LinkFrames,
-        deformed: &mut Vec<Point3<f64>>,
-    ) {
+    #[doc(hidden)]
+    pub fn deform_with(&self, view_from_world: &Isometry3<f64>, frames: &LinkFrames, deformed: &mut Vec<Point3<f64>>) {
         deformed.clear();
         let view_from_links: Vec<Isometry3<f64>> =
             frames.0.iter().map(|world_from_link| view_from_world * world_from_link).collect();

@@ -34,7 +34,8 @@ use crate::raster::MeshTopology;
 
 pub use mesh::{SkinError, SkinMesh};
 pub use shipped::{SHIPPED_SKINS, shipped_skin};
-pub(crate) use skin_file::read_skin_allowing;
+#[doc(hidden)]
+pub use skin_file::read_skin_allowing;
 pub use skin_file::{read_skin, skin_from_gltf};
 
 /// Most influences of a vertex that are kept; the smallest are left out.
@@ -108,7 +109,8 @@ impl Skin {
     }
 
     /// Refuses a mesh with weights of segments that no link of `body` carries, before anything is fitted.
-    pub(crate) fn check_segments(mesh: &SkinMesh, body: &Humanoid) -> Result<(), SkinError> {
+    #[doc(hidden)]
+    pub fn check_segments(mesh: &SkinMesh, body: &Humanoid) -> Result<(), SkinError> {
         mesh.weights.as_ref().map_or(Ok(()), |weights| segments::check(weights, mesh, body))
     }
 
@@ -178,13 +180,15 @@ impl Skin {
     }
 
     /// The link that carries most of a triangle's corners.
-    pub(crate) fn part_of(&self, triangle: usize) -> u32 {
+    #[doc(hidden)]
+    pub fn part_of(&self, triangle: usize) -> u32 {
         let [a, b, c] = self.triangles[triangle].map(|corner| self.parts[corner as usize]);
         if b == c { b } else { a }
     }
 
     /// How its triangles hang together.
-    pub(crate) fn topology(&self) -> &MeshTopology {
+    #[doc(hidden)]
+    pub fn topology(&self) -> &MeshTopology {
         &self.topology
     }
 

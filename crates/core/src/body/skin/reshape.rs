@@ -33,7 +33,8 @@ impl Skin {
 
     /// The skin with its surface so many metres farther outside: every vertex along the mean of its triangles' normals,
     /// by their areas. A vertex of no triangle stays.
-    pub(crate) fn inflated(&self, metres: f64) -> Self {
+    #[doc(hidden)]
+    pub fn inflated(&self, metres: f64) -> Self {
         if metres == 0.0 {
             return self.clone();
         }

@@ -69,7 +69,7 @@ pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
 ///
 /// # Errors
 /// As [`read_skin`].
-pub(crate) fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh, SkinError> {
+pub fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh, SkinError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let mut allowed = AllowedFolders::of_folder(&folder);
     allowed.allow_all_of(also);

@@ -125,7 +125,8 @@ impl Humanoid {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub(crate) fn load_allowing(path: &Path, also: &AllowedFolders) -> Result<Self, UrdfError> {
+    #[doc(hidden)]
+    pub fn load_allowing(path: &Path, also: &AllowedFolders) -> Result<Self, UrdfError> {
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
         Self::from_urdf(&text_of(path)?, &path.display().to_string(), &|uri| package::read(&directory, uri, also))
     }

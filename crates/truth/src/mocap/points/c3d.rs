@@ -152,7 +152,7 @@ impl C3dParameter {
 ///
 /// # Errors
 /// What was expected, and what was found.
-pub(crate) fn parse(all: &[u8]) -> Result<PointFile, String> {
+pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     let first = all.first().copied().map(usize::from);
     let Some(start) = first.filter(|block| *block > 0 && all.get(1) == Some(&0x50)).map(|block| (block - 1) * BLOCK)
     else {

@@ -10,25 +10,29 @@ mod trc;
 
 use super::{Clip, MocapError, ReadOptions, UpAxis};
 
-pub(crate) use c3d::parse as parse_c3d;
-pub(crate) use trc::parse as parse_trc;
+pub use c3d::parse as parse_c3d;
+pub use trc::parse as parse_trc;
 
 /// Points times frames that a file may have.
-pub(crate) const MOST_POINTS: usize = 20_000_000;
+pub const MOST_POINTS: usize = 20_000_000;
 
 /// Points by names, frame by frame, as a file has them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PointFile {
-    pub(crate) names: Vec<String>,
-    pub(crate) frames_per_second: Option<f64>,
+pub struct PointFile {
+    /// Of the points.
+    pub names: Vec<String>,
     /// As the file declares it.
-    pub(crate) metres_per_unit: Option<f64>,
-    pub(crate) up: Option<UpAxis>,
+    pub frames_per_second: Option<f64>,
+    /// As the file declares it.
+    pub metres_per_unit: Option<f64>,
+    /// As the file declares it.
+    pub up: Option<UpAxis>,
     /// Whether that is only what its format usually has.
-    pub(crate) up_is_usual: bool,
+    pub up_is_usual: bool,
     /// One entry a frame, one a name; `None` where a point is not seen.
-    pub(crate) frames: Vec<Vec<Option<[f64; 3]>>>,
-    pub(crate) notes: Vec<String>,
+    pub frames: Vec<Vec<Option<[f64; 3]>>>,
+    /// What was noticed.
+    pub notes: Vec<String>,
 }
 
 /// An error of a whole file of points.

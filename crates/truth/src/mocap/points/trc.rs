@@ -9,7 +9,7 @@ use crate::mocap::UpAxis;
 ///
 /// # Errors
 /// What was expected, with the line.
-pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
+pub fn parse(text: &str) -> Result<PointFile, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
     let mut line = |what: &str| lines.next().ok_or_else(|| format!("it ends before {what}"));
