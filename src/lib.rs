@@ -25,6 +25,19 @@
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
 //! | [`scenario`], [`experiment`] | scenarios in TOML; render, track, evaluate, report |
 //!
+//! # Crates
+//!
+//! This package is the application, and hands out the crates that can be used alone:
+//!
+//! | crate | modules here |
+//! |---|---|
+//! | `skiagraph-core` | [`body`], [`camera`], [`raster`], [`contact`], [`dynamics`], [`npz`], [`rng`] |
+//! | `skiagraph-physics` | [`physics`] |
+//! | `skiagraph-truth` | [`mocap`], [`retarget`](mod@retarget), [`editing`], [`scene`], the making of [`observation`] |
+//! | `skiagraph-track` | [`motion_model`], [`tracker`]: depends on `skiagraph-core` alone, and cannot name the truth |
+//! | `skiagraph-set` | [`benchmark_set`] |
+//! | `skiagraph-eval` | [`evaluation`] |
+//!
 //! # Conventions
 //!
 //! Metres, radians and seconds; millimetres and degrees appear only in names that say so. The world is right-handed
@@ -137,6 +150,8 @@ pub use skiagraph_track::tracker;
 pub use skiagraph_truth::{editing, mocap, retarget, scene};
 
 use skiagraph_core::{input, parallel};
+#[cfg(test)]
+use skiagraph_eval::{Evaluation, Sequence, evaluate};
 
 /// How a pose may move from frame to frame: diffusion, GPDM, GPDM graph (`skiagraph-track`).
 pub mod motion_model {

@@ -9,7 +9,7 @@ use syn::Item;
 use syn::visit::{self, Visit};
 
 /// Folders with text of this project.
-const FOLDERS: [&str; 8] = ["src", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
+const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
 
 #[test]
 fn no_comment_is_wider_than_code_may_be() {
@@ -48,7 +48,9 @@ fn every_type_of_the_library_has_a_name_of_its_own() {
         }
     }
     let mut found: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
-    for (path, text) in texts(&["rs"]).into_iter().filter(|(path, _)| path.starts_with("src")) {
+    for (path, text) in
+        texts(&["rs"]).into_iter().filter(|(path, _)| path.starts_with("src") || path.starts_with("crates"))
+    {
         let mut names = Names::default();
         names.visit_file(&syn::parse_file(&text).unwrap());
         names.0.into_iter().for_each(|name| found.entry(name).or_default().push(path.clone()));

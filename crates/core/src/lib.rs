@@ -18,16 +18,17 @@
 //!
 //! ```
 //! use nalgebra::{Point3, Vector3};
-//! use skiagraph_core::body::{SilhouettePainter, shipped};
+//! use skiagraph_core::body::{draw_silhouette, shipped};
 //! use skiagraph_core::camera::{Camera, FieldOfView};
-//! use skiagraph_core::nalgebra;
+//! use skiagraph_core::raster::Mask;
 //!
 //! let body = shipped("tracker25")?;
 //! let mut pose = body.zero_pose();
 //! pose.world_from_root.translation.z = 0.95;
 //! let (eye, target) = (Point3::new(3.5, 0.0, 1.2), Point3::new(0.0, 0.0, 0.95));
 //! let camera = Camera::look_at("front", eye, target, Vector3::z(), FieldOfView::Vertical(0.9), 160, 120)?;
-//! let mask = skiagraph_core::body::draw_silhouette(&body, &body.link_frames(&pose), &camera);
+//! let mut mask = Mask::new(160, 120);
+//! draw_silhouette(&body, &body.link_frames(&pose), &camera, &mut mask);
 //! assert!(mask.count() > 500, "{} pixels of the body", mask.count());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

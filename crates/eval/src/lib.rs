@@ -127,10 +127,4 @@ pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};
 
 #[cfg(test)]
 use skiagraph_core::rng;
-#[cfg(test)]
-mod evaluation {
-    //! This crate by the name that shared fixtures know.
-    pub(crate) use crate::{Evaluation, Sequence, evaluate};
-}
-
 use skiagraph_core::{body, camera, contact, dynamics, raster};

@@ -1,8 +1,8 @@
 //! The physics of a body's motion: feet planted on the ground, and simulation.
 //!
-//! [`plant_feet`] changes a motion as little as possible
-//! so that standing feet are planted and nothing is below the ground; [`simulate`] drives a body towards a motion under
-//! gravity.
+//! [`plant_feet`] changes a motion as little as possible so that standing feet are planted and nothing is below the
+//! ground; [`simulate`] drives a body towards a motion under gravity, by rapier. Balance and the forces that a motion
+//! needs are in `skiagraph_core::dynamics`, and what touches in `skiagraph_core::contact`: neither needs a simulation.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};

@@ -4,6 +4,19 @@
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
 //! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`,
 //! says which files there are, `formats.txt`, as `FORMATS.txt`, what stands in them.
+//!
+//! [`verify`] makes everything that a set says of its truth again and compares; [`export`] writes the formats of other
+//! tools. [`Estimates`] are what a tracker says. Sets are drawn by the application (`skiagraph::experiment`).
+//!
+//! ```
+//! use skiagraph_core::body::shipped;
+//! use skiagraph_set::{body_from_json, body_to_json};
+//! // bodies lie in sets as JSON, to the bit
+//! let body = shipped("tracker25")?;
+//! let bytes = body_to_json("body.json", &body)?;
+//! assert_eq!(body_from_json("body.json", &bytes)?, body);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![cfg_attr(
     not(test),

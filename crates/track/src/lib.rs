@@ -17,7 +17,8 @@
 //! use skiagraph_core::observation::Observation;
 //! use skiagraph_core::raster::Mask;
 //! use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
-//! use skiagraph_track::tracker::{AnnealedParticleFilter, FilterSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
+//! use skiagraph_track::tracker::{AnnealedParticleFilter, FilterSettings, SilhouetteLikelihood};
+//! use skiagraph_track::tracker::{SilhouetteSettings, Tracker};
 //!
 //! let body = shipped("tracker25")?;
 //! let rig = CameraRig::ring(&RingParameters {

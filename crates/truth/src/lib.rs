@@ -5,8 +5,8 @@
 //! ```
 //!
 //! [`mocap`] reads recordings, [`retarget`](mod@retarget) gives them to a body, [`editing`] joins, repeats and varies
-//! them. A [`scene::GroundTruth`] is the truth of every frame. [`observing`] makes what a tracker is given of it: exact,
-//! corrupted along calibrated axes, or cut out of simulated images.
+//! them. A [`scene::GroundTruth`] is the truth of every frame. [`observing`] makes what a tracker is given of it:
+//! exact, corrupted along calibrated axes, or cut out of simulated images.
 //!
 //! Trackers do not depend on this crate, and so cannot name the truth.
 //!

@@ -149,6 +149,7 @@ impl Humanoid {
     }
 
     /// Index of the parent of link `link`; `None` for the root.
+    #[inline]
     pub fn parent(&self, link: usize) -> Option<usize> {
         link.checked_sub(1).map(|joint| self.joints[joint].parent)
     }

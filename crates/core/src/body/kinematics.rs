@@ -13,6 +13,7 @@ pub struct LinkFrames(pub Vec<Isometry3<f64>>);
 
 impl Index<usize> for LinkFrames {
     type Output = Isometry3<f64>;
+    #[inline]
     fn index(&self, link: usize) -> &Self::Output {
         &self.0[link]
     }
@@ -74,12 +75,14 @@ fn vector_at(values: &[f64], first: usize) -> Vector3<f64> {
 }
 
 /// The rotation by `angle` radians about a unit axis, with libm's functions: the same bits on every machine.
+#[inline]
 pub fn rotation_about(axis: &Unit<Vector3<f64>>, angle: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = libm::sincos(0.5 * angle);
     Unit::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
 }
 
 /// The rotation whose axis times angle is `vector`, radians.
+#[inline]
 pub fn rotation_from_vector(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     match Unit::try_new_and_get(*vector, 1e-12) {
         Some((axis, angle)) => rotation_about(&axis, angle),

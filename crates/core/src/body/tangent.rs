@@ -14,6 +14,7 @@ pub const ROOT_STEP: usize = 6;
 
 impl Humanoid {
     /// How many numbers a step has: [`ROOT_STEP`] and one per degree of freedom.
+    #[inline]
     pub fn step_len(&self) -> usize {
         ROOT_STEP + self.degrees_of_freedom.len()
     }
@@ -90,6 +91,7 @@ fn vector(numbers: &[f64], first: usize) -> Vector3<f64> {
 }
 
 /// Axis times angle of a rotation, the angle in `[0, pi]`; with libm's arctangent, the same bits on every machine.
+#[inline]
 pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = if rotation.w < 0.0 { (-rotation.w, -rotation.imag()) } else { (rotation.w, rotation.imag()) };
     let norm = v.norm();

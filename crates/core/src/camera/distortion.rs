@@ -31,11 +31,13 @@ impl Distortion {
     }
 
     /// In OpenCV's order, `k1 k2 p1 p2 k3`.
+    #[inline]
     pub fn coefficients(&self) -> [f64; 5] {
         [self.k1, self.k2, self.p1, self.p2, self.k3]
     }
 
     /// Distorts normalised image coordinates (x/z, y/z), as OpenCV documents for `projectPoints`.
+    #[inline]
     pub fn apply(&self, x: f64, y: f64) -> (f64, f64) {
         let r2 = x * x + y * y;
         let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));
@@ -73,6 +75,7 @@ impl Distortion {
     }
 
     /// Whether the lens is ideal.
+    #[inline]
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }

@@ -51,6 +51,7 @@ pub struct Camera {
 
 impl Camera {
     /// Pixel of a world point, lens included; `None` before the near plane. The pixel may lie outside the image.
+    #[inline]
     pub fn project(&self, point_in_world: &Point3<f64>) -> Option<Point2<f64>> {
         let p = self.camera_from_world * point_in_world;
         if p.z < self.pinhole.near {
@@ -61,11 +62,13 @@ impl Camera {
     }
 
     /// Whether the camera sees this world point: before it, beyond the near plane and inside the image.
+    #[inline]
     pub fn sees(&self, point_in_world: &Point3<f64>) -> bool {
         self.project(point_in_world).is_some_and(|pixel| self.pinhole.contains(&pixel))
     }
 
     /// The centre of projection in the world, metres.
+    #[inline]
     pub fn centre(&self) -> Point3<f64> {
         self.camera_from_world.inverse_transform_point(&Point3::origin())
     }

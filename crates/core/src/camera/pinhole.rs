@@ -28,18 +28,21 @@ pub struct Pinhole {
 
 impl Pinhole {
     /// Pixel of the normalised image coordinates (x/z, y/z).
+    #[inline]
     pub fn pixel(&self, x: f64, y: f64) -> Point2<f64> {
         let ([fx, fy], [cx, cy]) = (self.focal, self.principal_point);
         Point2::new(fx * x + cx, fy * y + cy)
     }
 
     /// Normalised image coordinates (x/z, y/z) of a pixel: the inverse of [`Self::pixel`].
+    #[inline]
     pub fn normalised(&self, pixel: &Point2<f64>) -> (f64, f64) {
         let ([fx, fy], [cx, cy]) = (self.focal, self.principal_point);
         ((pixel.x - cx) / fx, (pixel.y - cy) / fy)
     }
 
     /// Whether a pixel position lies inside the image.
+    #[inline]
     pub fn contains(&self, pixel: &Point2<f64>) -> bool {
         (0.0..f64::from(self.width)).contains(&pixel.x) && (0.0..f64::from(self.height)).contains(&pixel.y)
     }

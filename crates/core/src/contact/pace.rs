@@ -11,6 +11,7 @@ pub struct Pace<'a>(
 
 impl Pace<'_> {
     /// Times as fast as recorded in a frame.
+    #[inline]
     pub fn at(&self, frame: usize) -> f64 {
         self.0.get(frame).copied().unwrap_or(1.0)
     }

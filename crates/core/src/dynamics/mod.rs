@@ -192,8 +192,8 @@ impl DynamicsInput<'_> {
     }
 }
 
-#[doc(hidden)]
 /// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
+#[doc(hidden)]
 pub struct GroundSupport<'a> {
     /// Where the body may be carried.
     pub points: &'a [SupportPoint],
@@ -203,8 +203,8 @@ pub struct GroundSupport<'a> {
     pub weight: f64,
 }
 
-#[doc(hidden)]
 /// A wrench approximated by ground forces.
+#[doc(hidden)]
 pub struct GroundShare {
     /// One force a point.
     pub forces: Vec<PointForce>,

@@ -8,7 +8,7 @@ const SHOWN: usize = 200;
 /// Characters that a whole message has at most.
 const LONGEST_MESSAGE: usize = 1200;
 
-/// At most [`SHOWN`] characters of a text, on one line.
+/// At most 200 characters of a text, on one line.
 pub fn excerpt(text: &str) -> String {
     shortened(text.chars().map(harmless), SHOWN)
 }

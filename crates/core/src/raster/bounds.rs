@@ -15,11 +15,13 @@ pub struct PixelBounds {
 
 impl PixelBounds {
     /// Whether it holds no pixel.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.left >= self.right || self.top >= self.bottom
     }
 
     /// The smallest rectangle that holds both; an empty one adds nothing.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         match (self.is_empty(), other.is_empty()) {
             (true, true) => Self::default(),

@@ -66,6 +66,7 @@ impl SilhouetteComparer {
     }
 
     /// Number of pixels of the observed mask.
+    #[inline]
     pub fn observed_count(&self) -> u64 {
         self.observed_count
     }

@@ -36,6 +36,7 @@ impl DistanceMap {
     }
 
     /// The pixels for which there are distances.
+    #[inline]
     pub fn window(&self) -> PixelBounds {
         self.window
     }
@@ -48,6 +49,7 @@ impl DistanceMap {
     }
 
     /// Squared distance in pixels at `(x, y)`; `None` outside the window and where the mask has no pixel in it.
+    #[inline]
     pub fn squared(&self, x: u32, y: u32) -> Option<u32> {
         let w = &self.window;
         let inside = (w.left..w.right).contains(&x) && (w.top..w.bottom).contains(&y);
@@ -56,6 +58,7 @@ impl DistanceMap {
     }
 
     /// Distance in pixels at `(x, y)`; infinite outside the window and where the mask has no pixel in it.
+    #[inline]
     pub fn distance(&self, x: u32, y: u32) -> f64 {
         self.squared(x, y).map_or(f64::INFINITY, |squared| f64::from(squared).sqrt())
     }

@@ -35,16 +35,19 @@ impl Mask {
     }
 
     /// Width in pixels.
+    #[inline]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Height in pixels.
+    #[inline]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// Whether pixel `(x, y)` is set; outside the image nothing is.
+    #[inline]
     pub fn get(&self, x: u32, y: u32) -> bool {
         x < self.width
             && y < self.height
@@ -52,6 +55,7 @@ impl Mask {
     }
 
     /// Sets or clears pixel `(x, y)`; outside the image nothing happens.
+    #[inline]
     pub fn set(&mut self, x: u32, y: u32, value: bool) {
         if x >= self.width || y >= self.height {
             return;
@@ -62,6 +66,7 @@ impl Mask {
     }
 
     /// Sets the pixels `x0..x1` of row `y`, as far as they lie in the image.
+    #[inline]
     pub fn fill_span(&mut self, y: u32, x0: u32, x1: u32) {
         let x1 = x1.min(self.width);
         if y >= self.height || x0 >= x1 {
@@ -95,6 +100,7 @@ impl Mask {
     }
 
     /// Whether no pixel is set.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.words.iter().all(|&w| w == 0)
     }
@@ -122,6 +128,7 @@ impl Mask {
     }
 
     /// The set pixels `(x, y)`, row by row from the left.
+    #[inline]
     pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         (0..).zip(self.rows()).flat_map(|(y, row)| {
             (0..).step_by(64).zip(row).flat_map(move |(base, &word)| set_bits(word).map(move |bit| (base + bit, y)))
@@ -129,6 +136,7 @@ impl Mask {
     }
 
     /// The runs of set pixels of row `y`, from the left, each as long as it can be.
+    #[inline]
     pub fn runs(&self, y: u32) -> impl Iterator<Item = Range<u32>> + '_ {
         let mut x = 0;
         std::iter::from_fn(move || {
@@ -143,6 +151,7 @@ impl Mask {
 
     /// The first pixel at or after `x` in row `y` whose bit differs from `flip`'s; the padded width where there is
     /// none.
+    #[inline]
     fn next_in_row(&self, y: u32, x: u32, flip: u64) -> u32 {
         let row = self.row(y);
         let end = 64 * row.len() as u32;
@@ -157,17 +166,20 @@ impl Mask {
     }
 
     /// The words of every row, from the top.
+    #[inline]
     pub fn rows(&self) -> impl Iterator<Item = &[u64]> {
         self.words.chunks_exact(self.words_per_row.max(1))
     }
 
     /// The words of row `y`.
+    #[inline]
     pub fn row(&self, y: u32) -> &[u64] {
         let start = y as usize * self.words_per_row;
         &self.words[start..start + self.words_per_row]
     }
 
     /// The words of row `y`, for drawing; bits at or beyond the width must stay zero.
+    #[inline]
     pub fn row_mut(&mut self, y: u32) -> &mut [u64] {
         let start = y as usize * self.words_per_row;
         &mut self.words[start..start + self.words_per_row]

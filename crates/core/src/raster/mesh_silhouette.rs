@@ -35,11 +35,13 @@ impl MeshVertices {
     }
 
     /// How many there are.
+    #[inline]
     pub fn len(&self) -> usize {
         self.columns[0].len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.columns[0].is_empty()
     }

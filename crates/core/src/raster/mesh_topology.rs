@@ -53,12 +53,14 @@ impl MeshTopology {
 
     /// Its edges.
     #[doc(hidden)]
+    #[inline]
     pub fn edges(&self) -> &[MeshEdge] {
         &self.edges
     }
 
     /// Its triangles.
     #[doc(hidden)]
+    #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }

@@ -20,11 +20,13 @@ impl Overlap {
     }
 
     /// Pixels set in either.
+    #[inline]
     pub fn union(&self) -> u64 {
         self.both + self.only_model + self.only_observed
     }
 
     /// Intersection over union in `[0, 1]`; two empty masks agree, 1.
+    #[inline]
     pub fn iou(&self) -> f64 {
         match self.union() {
             0 => 1.0,

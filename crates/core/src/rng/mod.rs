@@ -70,6 +70,7 @@ pub fn stream(seed: u64, purpose: Purpose, frame: u64, layer: u64, index: u64) -
 }
 
 /// A standard normal deviate (libm inside: the same bits on every machine).
+#[inline]
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }

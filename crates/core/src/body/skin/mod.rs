@@ -153,16 +153,19 @@ impl Skin {
     }
 
     /// In the bind pose, metres.
+    #[inline]
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
     }
 
     /// Indices into the vertices.
+    #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Link and share of everything that carries a vertex.
+    #[inline]
     pub fn influences(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
         let own = self.first.get(vertex).zip(self.first.get(vertex + 1));
         let range = own.map_or(0..0, |(from, to)| *from as usize..*to as usize);
@@ -170,17 +173,20 @@ impl Skin {
     }
 
     /// `world_from_link` of every link in the bind pose.
+    #[inline]
     pub fn bind(&self) -> &[Isometry3<f64>] {
         &self.bind
     }
 
     /// For every vertex the link that carries most of it.
+    #[inline]
     pub fn parts(&self) -> &[u32] {
         &self.parts
     }
 
     /// The link that carries most of a triangle's corners.
     #[doc(hidden)]
+    #[inline]
     pub fn part_of(&self, triangle: usize) -> u32 {
         let [a, b, c] = self.triangles[triangle].map(|corner| self.parts[corner as usize]);
         if b == c { b } else { a }
@@ -188,6 +194,7 @@ impl Skin {
 
     /// How its triangles hang together.
     #[doc(hidden)]
+    #[inline]
     pub fn topology(&self) -> &MeshTopology {
         &self.topology
     }
