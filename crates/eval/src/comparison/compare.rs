@@ -40,7 +40,13 @@ pub fn compare_runs(
 fn facts((name, runs): (&str, &MeasuredRuns)) -> SideFacts {
     let trackers: BTreeSet<String> = runs.clips.values().map(|clip| clip.tracker.clone()).collect();
     let seeds = runs.clips.keys().map(|name| (name.clone(), draws_in_words(&runs.sets_of(name)))).collect();
-    SideFacts { name: name.to_owned(), trackers: trackers.into_iter().collect(), seeds, runs: runs.runs() }
+    SideFacts {
+        name: name.to_owned(),
+        trackers: trackers.into_iter().collect(),
+        seeds,
+        runs: runs.runs(),
+        misread: Vec::new(),
+    }
 }
 
 /// Seeds of the draws of a clip: `0 to 9`, `0 to 9 of each of 3 draws`, `0 to 9, 0 to 4 of 2 draws`.
