@@ -1,6 +1,6 @@
 //! Values with their units, as pages show them.
 
-use crate::evaluation::Unit;
+use crate::evaluation::{MetricSummary, Unit};
 
 /// A displayed value: shares as percentages, others with suitable decimals.
 pub(super) fn number(value: f64, unit: Unit) -> String {
@@ -21,6 +21,14 @@ pub(super) fn symbol(unit: Unit) -> &'static str {
 
 pub(super) fn between(low: f64, high: f64, unit: Unit) -> String {
     format!("{} to {}", number(low, unit), number(high, unit))
+}
+
+/// The interval of a metric, or why there is none: the same words on a page and in a picture.
+pub(super) fn interval_in_words(metric: &MetricSummary) -> String {
+    match metric.ci95 {
+        Some(ends) => format!("95 %: {}", between(ends.low, ends.high, metric.unit)),
+        None => metric.interval.clone(),
+    }
 }
 
 /// With its sign; 0 has none.
