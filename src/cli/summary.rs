@@ -79,8 +79,8 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
         format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
         String::new(),
         format!(
-            "  {:<28} {:>9}   {:^20}  {:>15}  {:>11}",
-            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames lost"
+            "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",
+            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames far off"
         ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
@@ -91,7 +91,7 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
             let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
-            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>11}", interval(error)));
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>14}", interval(error)));
         }
     }
     lines.push(String::new());
