@@ -15,8 +15,8 @@ pub(super) struct NamedArchive {
     /// The file's name of every marker.
     pub(super) columns: BTreeMap<String, String>,
     pub(super) layout: Option<&'static str>,
-    /// What was left out.
-    pub(super) notes: Vec<String>,
+    /// Names of what was left out, in words.
+    pub(super) left_out: Option<String>,
 }
 
 /// Arrays of positions with those of their names, and what goes along with their columns.
@@ -39,7 +39,7 @@ pub(super) fn named(
 ) -> Result<NamedArchive, String> {
     let mut npz = with_seed_axis(file, npz).map_err(|e| e.to_string())?;
     check_map(&npz, file, map)?;
-    let (mut by_marker, mut layout, mut notes) = (BTreeMap::new(), None, Vec::new());
+    let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
     for (array, names_array, kind) in KINDS {
         let Some(names) = npz.names(file, names_array).map_err(|e| e.to_string())?.map(<[String]>::to_vec) else {
             continue;
@@ -62,10 +62,11 @@ pub(super) fn named(
         }
         by_marker.extend(found.by_marker(&names, body));
         layout = layout.or(found.layout);
-        notes.extend(found.note.clone());
+        left_out.extend(found.left_out.clone());
         npz = with_columns(&npz, file, [array, names_array], names.len(), &found)?;
     }
-    Ok(NamedArchive { npz, columns: by_marker, layout, notes })
+    let left_out = (!left_out.is_empty()).then(|| left_out.join(", "));
+    Ok(NamedArchive { npz, columns: by_marker, layout, left_out })
 }
 
 fn check_map(npz: &Npz, file: &str, map: Option<&BTreeMap<String, String>>) -> Result<(), String> {
@@ -175,7 +176,7 @@ mod tests {
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["left_knee", "pelvis"]);
         let numbers = found.npz.f64s("p", "estimate_markers", &[Some(1), Some(2), Some(2), Some(3)]).unwrap();
         assert_eq!(numbers, [[0.0; 3], [2.0; 3], [0.0; 3], [2.0; 3]].as_flattened());
-        assert_eq!(found.notes, ["has names that were left out: tail"]);
+        assert_eq!(found.left_out.as_deref(), Some("tail"));
         assert_eq!(found.columns["left_knee"], "LKnee");
         let refused = named(npz, "p", Some(&map("RKnee", "left_knee")), &person()).err().unwrap();
         assert!(refused.contains("\"RKnee\"") && refused.contains("marker_names"), "{refused}");
