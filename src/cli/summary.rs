@@ -118,14 +118,15 @@ fn coverage(share: f64) -> String {
     format!("{:.1} %", (1000.0 * share).floor() / 10.0)
 }
 
-/// At most four significant digits.
+/// At most four significant digits; zero has no sign.
 pub(super) fn number(value: f64) -> String {
-    match value.abs() {
+    let text = match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
         v if v >= 10.0 => format!("{value:.1}"),
         v if v >= 1.0 => format!("{value:.2}"),
         _ => format!("{value:.3}"),
-    }
+    };
+    if text == "-0.000" { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 #[cfg(test)]
@@ -135,6 +136,7 @@ mod tests {
     #[test]
     fn numbers_keep_the_figures_that_matter() {
         assert_eq!([1234.5, 56.78, -3.456, 0.1234].map(number), ["1234", "56.8", "-3.46", "0.123"]);
+        assert_eq!([-0.0, -0.0004, 0.0].map(number), ["0.000"; 3], "zero has no sign");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::markers_on;
 use super::names::{NameKind, NamedColumns, columns};
-use crate::benchmark_set::with_seed_axis;
+use crate::benchmark_set::{SetError, with_seed_axis};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use crate::npz::{Array, Npz};
@@ -37,11 +37,11 @@ pub(super) fn named(
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
 ) -> Result<NamedArchive, String> {
-    let mut npz = with_seed_axis(file, npz).map_err(|e| e.to_string())?;
+    let mut npz = with_seed_axis(file, npz).map_err(SetError::into_detail)?;
     check_map(&npz, file, map)?;
     let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
     for (array, names_array, kind) in KINDS {
-        let Some(names) = npz.names(file, names_array).map_err(|e| e.to_string())?.map(<[String]>::to_vec) else {
+        let Some(names) = npz.names(file, names_array).map_err(|e| e.detail)?.map(<[String]>::to_vec) else {
             continue;
         };
         let map: Option<BTreeMap<String, String>> = map.map(|map| {
@@ -72,7 +72,7 @@ pub(super) fn named(
 fn check_map(npz: &Npz, file: &str, map: Option<&BTreeMap<String, String>>) -> Result<(), String> {
     let mut names = Vec::new();
     for (_, names_array, _) in KINDS {
-        names.extend(npz.names(file, names_array).map_err(|e| e.to_string())?.unwrap_or_default());
+        names.extend(npz.names(file, names_array).map_err(|e| e.detail)?.unwrap_or_default());
     }
     match map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
         Some((theirs, _)) => Err(format!(
@@ -144,7 +144,7 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
         return Err(format!("{name}: has {columns} columns, its names are {width}"));
     }
     let any = vec![None; shape.len()];
-    let numbers = npz.numbers(file, name, &any).map_err(|e| e.to_string())?;
+    let numbers = npz.numbers(file, name, &any).map_err(|e| e.detail)?;
     let size: usize = rest.iter().product();
     let rows = numbers.chunks_exact((width * size).max(1));
     let chosen: Vec<f64> = rows
@@ -194,5 +194,15 @@ mod tests {
         let misspelt = archive(&["pelvis", "left_kne"]);
         let found = named(misspelt.clone(), "p", None, &person()).unwrap();
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["pelvis", "left_kne"]);
+    }
+
+    /// The file's name stood twice in the message: the caller puts it in front.
+    #[test]
+    fn what_is_wrong_is_said_without_the_name_of_the_file() {
+        let mut npz = archive(&["pelvis"]);
+        npz.push("seeds", Array::new(&[2], vec![0_i64, 1]));
+        let refused = named(npz, "theirs.npz", None, &person()).err().unwrap();
+        assert!(refused.starts_with("has several seeds, and arrays without an axis of seeds"), "{refused}");
+        assert!(!refused.contains("theirs.npz"), "{refused}");
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use super::read_as::ReadAs;
-use crate::benchmark_set::with_seed_axis;
+use crate::benchmark_set::{SetError, with_seed_axis};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::npz::{Array, Npz, Values};
 
@@ -48,7 +48,7 @@ impl SetFromFile {
 /// # Errors
 /// What cannot be done with these arrays.
 pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid, frames: usize) -> Result<Npz, String> {
-    let mut npz = with_seed_axis(file, npz).map_err(|e| e.to_string())?;
+    let mut npz = with_seed_axis(file, npz).map_err(SetError::into_detail)?;
     let matrix = read_as.order.set_from_file();
     let to_set = SetFromFile { metres: read_as.metres_per_unit.unwrap_or(1.0), matrix, offset: read_as.offset() };
     if to_set.metres != 1.0 || matrix != Matrix3::identity() || to_set.offset != Vector3::zeros() {
@@ -89,7 +89,7 @@ fn map_numbers(npz: &Npz, file: &str, change: &dyn Fn(&str, &mut [f64])) -> Resu
             continue;
         }
         let any = vec![None; array.shape.len()];
-        let mut numbers = npz.numbers(file, name, &any).map_err(|e| e.to_string())?;
+        let mut numbers = npz.numbers(file, name, &any).map_err(|e| e.detail)?;
         change(name, &mut numbers);
         found.push(name, Array::new(&array.shape, numbers));
     }
@@ -111,7 +111,7 @@ fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Resul
             found.push(name, array.clone());
             continue;
         }
-        let names = npz.names(file, name).map_err(|e| e.to_string())?.unwrap_or_default();
+        let names = npz.names(file, name).map_err(|e| e.detail)?.unwrap_or_default();
         let swapped: Vec<String> = names.iter().map(|name| other_side(name, &known)).collect();
         found.push(name, Array::names(swapped.iter().map(String::as_str)));
     }
