@@ -279,8 +279,9 @@ mod tests {
     fn a_body_of_which_only_the_trunk_is_drawn_is_too_little_and_its_shares_are_those_of_its_bones() {
         let shares = drawn_only(|name| ["pelvis", "abdomen", "thorax"].contains(&name));
         assert_eq!((shares.links_drawn, shares.links), (3, 21));
-        // Pelvis to neck is 0.85 - 0.53 of the stature of 1.75 m, ankles to crown 1 - 0.039. The chest ends in two balls,
-        // 68 mm aside and 0.185 m above the thorax, of 106 mm and the margin: the bone's end at 0.3275 m is beyond.
+        // Pelvis to neck is 0.85 - 0.53 of the stature of 1.75 m, ankles to crown 1 - 0.039. The chest ends in two
+        // balls, 68 mm aside and 0.185 m above the thorax, of 106 mm and the margin: the bone's end at 0.3275 m is
+        // beyond.
         let radius = 0.106 + BESIDE * 1.75;
         let beyond = 0.3275 - (0.185 + (radius * radius - 0.068_f64 * 0.068).sqrt());
         let expected = (0.32 - beyond / 1.75) / 0.961;

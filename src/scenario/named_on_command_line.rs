@@ -38,8 +38,8 @@ fn allow_texts(value: &Value, folder: &Path, allowed: &mut AllowedFolders) {
     match value {
         Value::String(name) => {
             let path = folder.join(name);
-            // pipes, devices and what is not there too: their reader says what is wrong
-            if !path.is_dir() {
+            // pipes and devices too, and paths that are not there: their reader says what is wrong
+            if !path.is_dir() && (path.exists() || Path::new(name).components().count() > 1) {
                 allowed.allow(&path);
             }
         }

@@ -47,14 +47,18 @@ mod tests {
             let error = ScenarioFile::built_in(&[change.to_owned()]).unwrap_err().to_string();
             // a short key is told in full
             let (_, value) = change.split_once('=').unwrap();
-            assert_eq!(error, format!("override {key}={value}: {key}: expected {expected}, found {value}"));
+            // and one that may be meant for several others is told these
+            let others = "motion.variation.seed or actor.shape.seed or tracker_body.seed or observation.seed";
+            let hint = if key == "seed" { format!(" (or did you mean {others}?)") } else { String::new() };
+            assert_eq!(error, format!("override {key}={value}: {key}: expected {expected}, found {value}{hint}"));
         }
         let text = DEFAULT_SCENARIO.replace("seeds = 5", "seeds = -5");
         let error = ScenarioFile::parse(&text, "a.toml", PathBuf::new(), &[]).unwrap_err().to_string();
         let line = 1 + DEFAULT_SCENARIO.lines().position(|line| line.starts_with("seeds = 5")).unwrap();
-        assert_eq!(error, format!("a.toml:{line}: seeds: expected 1 to 100000, found -5"));
+        // the line itself follows
+        let expected = format!("a.toml:{line}: seeds: expected 1 to 100000, found -5");
+        assert_eq!(error.lines().next(), Some(expected.as_str()));
         let error = TrackerSettings::default().overridden(&["particles=-5".to_owned()]).unwrap_err().to_string();
-        // without a scenario there is no table around the tracker's own keys
-        assert_eq!(error, "override particles=-5: particles: expected 1 to 1000000, found -5");
+        assert_eq!(error, "override particles=-5: annealed_particle_filter.particles: expected 1 to 1000000, found -5");
     }
 }

@@ -144,8 +144,8 @@ impl Verification {
 /// What a check brings home: what it looked at, and the faults; or why it could not look.
 type Outcome = Result<(String, Vec<Fault>), String>;
 
-/// What a check of images brings home of which some were `skipped`, because they are missing or were changed, as another
-/// check says: it has looked at the rest alone, and what it has not looked at is not proved.
+/// What a check of images brings home of which some were `skipped`, because they are missing or were changed, as
+/// another check says: it has looked at the rest alone, and what it has not looked at is not proved.
 fn but_for(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> Outcome {
     match skipped {
         0 => Ok((looked_at, faults)),

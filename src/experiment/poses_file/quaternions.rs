@@ -10,10 +10,11 @@ const FAR: f64 = 0.5;
 /// One that is turned less than this is where it should be.
 const NEAR: f64 = 0.2;
 
-/// What to say where the roots of frame 0 face nowhere near the start pose, which every tracker is given, as w x y z, and
-/// just so as x y z w: of all seeds that have a root there. `None` where they do not, and without roots.
+/// What to say where the roots of frame 0 face nowhere near the start pose, which every tracker is given, as w x y z,
+/// and just so as x y z w: of all seeds that have a root there. `None` where they do not, and without roots.
 ///
-/// The order of numbers changes neither their length nor how they go on from frame to frame: the start pose alone tells.
+/// The order of numbers changes neither their length nor how they go on from frame to frame: the start pose alone
+/// tells.
 pub(super) fn note(estimates: &Estimates, read_as: &ReadAs, start: &UnitQuaternion<f64>) -> Option<String> {
     let roots: Vec<Isometry3<f64>> =
         estimates.sequences.iter().filter_map(|seed| first_root(&seed.articulation)).collect();

@@ -5,8 +5,8 @@ use crate::npz::{Npz, Values};
 /// Arrays of positions with those of their names.
 const POINTS: [(&str, &str); 2] = [("estimate_markers", "marker_names"), ("estimate_joints", "estimate_joint_names")];
 
-/// What to say of positions that are 0, 0, 0 to the bit, which no tracker estimates: many programs write them where they
-/// have found nothing. `None` without any.
+/// What to say of positions that are 0, 0, 0 to the bit, which no tracker estimates: many programs write them where
+/// they have found nothing. `None` without any.
 pub(super) fn note(npz: &Npz) -> Option<String> {
     let (mut zeros, mut all, mut first) = (0, 0, None);
     for (array, names) in POINTS {
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn exact_zeros_are_counted_and_the_first_is_named_and_small_numbers_are_none() {
         let archive = |numbers: Vec<f64>| {
-            let names = Array::names(["pelvis", "thorax"].into_iter());
+            let names = Array::names(["pelvis", "thorax"]);
             Npz::from_iter([("estimate_markers", Array::new(&[1, 3, 2, 3], numbers)), ("marker_names", names)])
         };
         let mut numbers = vec![0.5; 18];
