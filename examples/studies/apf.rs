@@ -134,7 +134,7 @@ fn table(results: &Results) -> String {
          200 particles x 5 layers, four clean views of 640 x 480 at 60 Hz, five seeds, start pose given. *Matched*: actor and tracker \
          are the same body. *Mismatch*: the richer `actor` against `tracker25` with lengths wrong by up to 3 % and girths by up to 10 %. \
          *Frozen* never moves. The energy gap is the energy of the truth, refitted to the tracker's body, minus the energy of the estimate: above zero the likelihood prefers a wrong pose (the model causes the error), below zero the search has missed the true pose.\n\n\
-         | scenario | body | HumanEva error, mm | 95 % interval | orientation, deg | IoU | energy gap | frames lost | frozen, mm | frames/s |\n\
+         | scenario | body | HumanEva error, mm | 95 % interval | orientation, deg | IoU | energy gap | frames far off | frozen, mm | frames/s |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (scenario, bodies) in results {

@@ -170,7 +170,7 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
              - The Cox interval alone trusts the logarithms, and with lost runs falls behind Student's t at twenty seeds.\n\
              - If some seeds lose the body and others do not, no rule can detect that from three to ten seeds: if none \
              of them was lost, they contain no sign that others would be. Every printed interval states this \
-             shortfall. More seeds help, and so does the share of frames lost.\n\n\
+             shortfall. More seeds help, and so does the share of frames far off.\n\n\
              ## Several clips\n\n\
              The mean over clips of each clip's mean; every clip's errors are larger than those of the clip before it by half \
              of the first clip's. Seeds vary, clips are given: the degrees of freedom are those of Welch and Satterthwaite.\n\n";
