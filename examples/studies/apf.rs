@@ -142,7 +142,7 @@ fn table(results: &Results) -> String {
          energy gap is below zero: the observed silhouettes fit the true pose better than the estimate, so the search causes the \
          error and not the likelihood.\n\n\
          ![HumanEva error of every scenario, matched and mismatched](apf.svg)\n\n\
-         | scenario | body | HumanEva error, mm | 95 % interval | orientation, deg | IoU | energy gap | frames lost | frozen, mm | frames/s |\n\
+         | scenario | body | HumanEva error, mm | 95 % interval | orientation, deg | IoU | energy gap | frames far off | frozen, mm | frames/s |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
         range(results, "matched"),
         range(results, "mismatch"),

@@ -158,7 +158,7 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
          The bootstrap is better only if one in ten or five of twenty seeds is lost.\n\
          - The Cox interval alone relies on the logarithms; with lost seeds it covers less than Student's t at twenty seeds.\n\
          - If some seeds lose the body, no rule can detect it from three to ten seeds of which none was lost. Every printed \
-         interval states this shortfall. More seeds help, and so does the share of lost frames.\n\n\
+         interval states this shortfall. More seeds help, and so does the share of frames far off.\n\n\
          ## One clip\n\n\
          Coverage, and in brackets the median width of the intervals in % of the mean.\n\n\
          | errors | seeds | now | t | Cox | BCa | studentised |\n|---|---|---|---|---|---|---|\n",

@@ -9,6 +9,7 @@ use super::poses_file::{ReadAs, UNITS_OF_LENGTH, other_side};
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, LANDMARKS, Landmark, Markers, Pose};
+use crate::camera::Camera;
 use crate::evaluation::{
     AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
     marker_of_other_side, with_sides_exchanged,
@@ -39,8 +40,12 @@ pub struct Hint {
     pub error_corrected_mm: f64,
 }
 
-/// The explanation of most of a run's error, if there is one.
+/// The explanation of most of a run's error, if there is one. Nothing was read of the program's own trackers, so theirs
+/// has none.
 pub(super) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
+    if tracked.record.is_some() {
+        return None;
+    }
     let truth: Vec<Markers> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
     let sequences: Vec<GivenSequence> = tracked
         .estimates
@@ -49,7 +54,8 @@ pub(super) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
         .enumerate()
         .map(|(index, sequence)| GivenSequence::new(sequence, tracked.estimates.body(index, &set.blind.start.body)))
         .collect();
-    let found = find(&truth, set.blind.frames_per_second, &sequences, tracked);
+    let case = HintCase { truth: &truth, rate: set.blind.frames_per_second, cameras: &camera_centres(&set.blind) };
+    let found = case.find(&sequences, tracked);
     found.map(|found| in_words(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked))
 }
 
@@ -68,7 +74,8 @@ pub(super) fn told_by_the_start(set: &BlindSet, tracked: &Tracked) -> Option<Str
     let sequences: Vec<GivenSequence> = tracked.estimates.sequences.iter().map(first).collect();
     let frames = sequences.first().map_or(0, |sequence| sequence.markers.len());
     // no shift is looked for (a rate of 0): a body that leaves its start would seem to be early
-    let found = find(&vec![start; frames], 0.0, &sequences, tracked)?;
+    let case = HintCase { truth: &vec![start; frames], rate: 0.0, cameras: &camera_centres(set) };
+    let found = case.find(&sequences, tracked)?;
     Some(format!("judged by the start pose, {}", in_words(&found, tracked).text))
 }
 
@@ -124,19 +131,37 @@ fn other_degrees(body: &Humanoid) -> Vec<usize> {
     names.iter().enumerate().map(other).collect()
 }
 
-fn find(truth: &[Markers], rate: f64, sequences: &[GivenSequence], tracked: &Tracked) -> Option<Misreading> {
-    let given = sequences.iter().map(|sequence| GivenPositions {
-        markers: &sequence.markers,
-        swapped: &sequence.swapped,
-        roots: sequence.roots.as_deref(),
-    });
-    let metres = match (&tracked.read_as, &tracked.record) {
-        (Some(read_as), _) => read_as.metres_per_unit,
-        (None, Some(_)) => None,
-        (None, None) => Some(1.0),
-    };
-    let scales = metres.iter().flat_map(|metres| UNITS_OF_LENGTH.map(|(.., other)| other / metres)).collect();
-    find_misreading(&MisreadingCase { frames_per_second: rate, truth, given: given.collect(), scales })
+/// Where the cameras are, as trackers are told: one entry a frame where they move.
+fn camera_centres(set: &BlindSet) -> Vec<Vec<Point3<f64>>> {
+    let frames = if set.moments.is_some() { set.frame_count } else { 1 };
+    (0..frames).map(|frame| set.rig_at(frame).cameras.iter().map(Camera::centre).collect()).collect()
+}
+
+/// What positions are compared with.
+struct HintCase<'a> {
+    truth: &'a [Markers],
+    /// Frames a second.
+    rate: f64,
+    cameras: &'a [Vec<Point3<f64>>],
+}
+
+impl HintCase<'_> {
+    fn find(&self, sequences: &[GivenSequence], tracked: &Tracked) -> Option<Misreading> {
+        let given = sequences.iter().map(|sequence| GivenPositions {
+            markers: &sequence.markers,
+            swapped: &sequence.swapped,
+            roots: sequence.roots.as_deref(),
+        });
+        let metres = tracked.read_as.as_ref().map_or(Some(1.0), |read_as| read_as.metres_per_unit);
+        let scales = metres.iter().flat_map(|metres| UNITS_OF_LENGTH.map(|(.., other)| other / metres)).collect();
+        find_misreading(&MisreadingCase {
+            frames_per_second: self.rate,
+            truth: self.truth,
+            given: given.collect(),
+            cameras: self.cameras,
+            scales,
+        })
+    }
 }
 
 /// Positions whose pelvis is the origin: what lifters from images answer.
@@ -147,11 +172,12 @@ fn relative_to_the_body(truth: &[Markers], tracked: &Tracked) -> Option<Hint> {
     let far: Vec<f64> = truth.iter().filter_map(|markers| Some(markers[pelvis]?.coords.norm())).collect();
     let away = crate::evaluation::mean(&far).is_some_and(|away| away > AWAY_M);
     let is_given = sequences.iter().any(|sequence| sequence.markers.iter().any(|markers| markers[pelvis].is_some()));
-    (is_given && away && tracked.record.is_none() && places.all(|place| place.coords.norm() < AT_ORIGIN_M)).then(|| Hint {
+    (is_given && away && places.all(|place| place.coords.norm() < AT_ORIGIN_M)).then(|| Hint {
         kinds: Vec::new(),
-        text: "the estimate's pelvis is at the origin in every frame: its positions are relative to the body, so errors \
+        text:
+            "the estimate's pelvis is at the origin in every frame: its positions are relative to the body, so errors \
                in the world say nothing of it; compare mpjpe_root_mm and pa_mpjpe_mm, or add the path of the pelvis"
-            .to_owned(),
+                .to_owned(),
         options: Vec::new(),
         joint_map: BTreeMap::new(),
         error_as_read_mm: 1000.0 * crate::evaluation::mean(&far).unwrap_or(0.0),
@@ -163,16 +189,15 @@ fn in_words(found: &Misreading, tracked: &Tracked) -> Hint {
     let correction = &found.correction;
     let kinds = correction.kinds();
     let [before, after] = [found.error_as_read_m, found.error_corrected_m].map(|metres| 1000.0 * metres);
-    let told = match (&tracked.read_as, &tracked.record) {
-        (Some(read_as), _) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.told(&kinds),
-        (None, None) => ReadingAdvice { text: of_program(correction), ..ReadingAdvice::default() },
-        (None, Some(_)) => ReadingAdvice { text: of_tracker(correction), ..ReadingAdvice::default() },
+    let told = match &tracked.read_as {
+        Some(read_as) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.told(&kinds),
+        None => ReadingAdvice { text: of_program(correction), ..ReadingAdvice::default() },
     };
     Hint {
         kinds,
         text: format!(
-            "most of the error would go away if the estimate were read in another way ({before:.0} mm as it is, {after:.0} \
-             mm then): {}",
+            "most of the error would go away if the estimate were read in another way (about {before:.0} mm as it \
+             is, {after:.0} mm then): {}",
             told.text
         ),
         options: told.options,
@@ -307,23 +332,4 @@ fn of_program(correction: &Correction) -> String {
         });
     }
     format!("{}. Mend it in the program: no option of evaluate changes answers", parts.join("; "))
-}
-
-/// What it means of a tracker of this program, whose units and axes are right.
-fn of_tracker(correction: &Correction) -> String {
-    let parts: Vec<&str> = correction
-        .kinds()
-        .iter()
-        .map(|kind| match kind {
-            MisreadingKind::Axes | MisreadingKind::Units => "its body moves as if the world were turned or scaled",
-            MisreadingKind::Sides => "it follows the body with left and right exchanged from the first frame on",
-            MisreadingKind::Shift => "it is early or late by the same number of frames throughout",
-            MisreadingKind::Offset => "its body stands elsewhere by the same distance throughout",
-            MisreadingKind::Names => "its parts are exchanged throughout",
-        })
-        .collect();
-    format!(
-        "{}. The run is skiagraph's own, so no option changes how it is read; look at its cameras and its start",
-        parts.join("; ")
-    )
 }

@@ -33,6 +33,15 @@ pub struct ComparedSide {
     pub name: String,
     /// The runs.
     pub runs: MeasuredRuns,
+    /// What its runs say of estimates that may have been misread.
+    pub misread: Vec<String>,
+}
+
+impl ComparedSide {
+    fn new(name: String, paths: &[PathBuf]) -> Result<Self, ExperimentError> {
+        let misread = paths.iter().flat_map(|path| hints_of_runs(path)).collect();
+        Ok(Self { name, runs: read_runs(paths)?, misread })
+    }
 }
 
 /// What is read of `run.json`.
@@ -78,8 +87,13 @@ pub fn compare_sides(asked: SidesToCompare<'_>) -> Result<RunComparison, Experim
     if others.is_empty() {
         return Err(too_few(paths));
     }
-    let others: Vec<_> = others.iter().map(|side| (side.name.as_str(), &side.runs)).collect();
-    Ok(compare_runs((&base.name, &base.runs), &others, across_sets, unit)?)
+    let compared: Vec<_> = others.iter().map(|side| (side.name.as_str(), &side.runs)).collect();
+    let mut comparison = compare_runs((&base.name, &base.runs), &compared, across_sets, unit)?;
+    comparison.base.misread.clone_from(&base.misread);
+    for (facts, side) in comparison.others.iter_mut().zip(others) {
+        facts.side.misread.clone_from(&side.misread);
+    }
+    Ok(comparison)
 }
 
 impl From<NotComparable> for ExperimentError {
@@ -102,7 +116,7 @@ fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
         several => several.to_vec(),
     };
     let names = names(&expanded);
-    let side = |(path, name)| Ok(ComparedSide { name, runs: read_runs(std::slice::from_ref(path))? });
+    let side = |(path, name)| ComparedSide::new(name, std::slice::from_ref(path));
     expanded.iter().zip(names).map(side).collect()
 }
 
@@ -114,10 +128,7 @@ fn read_two_sides(base: &[PathBuf], other: &[PathBuf]) -> Result<Vec<ComparedSid
         names => names.concat(),
     };
     let (base_names, other_names) = all.split_at(base.len());
-    Ok(vec![
-        ComparedSide { name: named(base_names), runs: read_runs(base)? },
-        ComparedSide { name: named(other_names), runs: read_runs(other)? },
-    ])
+    Ok(vec![ComparedSide::new(named(base_names), base)?, ComparedSide::new(named(other_names), other)?])
 }
 
 /// The folders directly in this one that hold runs: methods of a comparison, cells of a sweep.
@@ -167,12 +178,21 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     Ok(runs)
 }
 
+/// Whether a folder holds what a tracker found, and no measure of it.
+pub(super) fn is_unmeasured(folder: &Path) -> bool {
+    let is_there = |file: &str| folder.join(file).is_file();
+    !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
+}
+
+/// What to do about it.
+pub(super) fn unmeasured_in_words(folder: &Path) -> String {
+    format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
+}
+
 fn nothing_here(path: &Path) -> String {
     match () {
         () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
-        () if [TRACK_FILE, EXTERNAL_FILE].iter().any(|file| path.join(file).is_file()) => {
-            format!("this run was tracked but not measured; run skiagraph evaluate SET {}", path.display())
-        }
+        () if is_unmeasured(path) => unmeasured_in_words(path),
         () if path.join(COMPARISON_FILE).is_file() => {
             format!("the folders of the methods in {COMPARISON_FILE} are missing")
         }

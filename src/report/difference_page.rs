@@ -7,6 +7,7 @@ use super::difference_rows::{
     DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::difference_sentence::in_sentences;
+use super::difference_text::misread;
 use super::html::render_page;
 use crate::evaluation::{AgainstBase, METRICS, RunComparison};
 
@@ -22,6 +23,8 @@ struct DifferencePage<'a> {
     base: &'a str,
     seeds: String,
     how: &'static str,
+    /// Sides whose estimates may have been misread.
+    misread: Vec<String>,
     sides: Vec<PageSide<'a>>,
     /// How many sides there are, where not all are shown.
     of_sides: Option<usize>,
@@ -92,6 +95,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         base: &comparison.base.name,
         seeds: seeds_of(comparison),
         how: HOW,
+        misread: misread(comparison),
         sides,
         of_sides: (count > SIDES).then_some(count),
     };

@@ -9,7 +9,8 @@ use crate::evaluation::{AgainstBase, RunComparison};
 /// A table for a terminal: the main metrics, or all with `all`, which adds joints.
 pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
     let base = &comparison.base;
-    let mut lines = vec![format!("base: {} ({}), {}", base.name, base.trackers.join(", "), seeds_of(comparison))];
+    let mut lines = misread(comparison);
+    lines.push(format!("base: {} ({}), {}", base.name, base.trackers.join(", "), seeds_of(comparison)));
     for side in &comparison.others {
         lines.push(String::new());
         lines.push(format!(
@@ -32,6 +33,13 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
     }
     lines.push(format!("\n  {HOW}"));
     lines.join("\n")
+}
+
+/// Sides whose estimates may have been misread, before all else.
+pub(super) fn misread(comparison: &RunComparison) -> Vec<String> {
+    let sides = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.side));
+    let line = |name: &str, hint: &String| format!("{name}: the estimate may have been misread: {hint}");
+    sides.flat_map(|side| side.misread.iter().map(move |hint| line(&side.name, hint))).collect()
 }
 
 fn table(title: &str, rows: &[DifferenceRow]) -> Vec<String> {
@@ -65,7 +73,7 @@ fn left_out(side: &AgainstBase) -> Vec<String> {
 /// The same as Markdown, folded where it is long.
 pub fn comparison_markdown(comparison: &RunComparison) -> String {
     let base = &comparison.base;
-    let mut text = String::new();
+    let mut text: String = misread(comparison).iter().map(|line| format!("**{}**\n\n", cell(line))).collect();
     for side in &comparison.others {
         text.push_str(&format!("### {} against {}\n\n", cell(&side.side.name), cell(&base.name)));
         text.push_str(&format!("**{}**\n\n", cell(&in_sentences(side, &base.name))));

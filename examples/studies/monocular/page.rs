@@ -145,7 +145,7 @@ fn learning_table(measured: &Measured) -> String {
 fn table(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> String {
     let mut text = format!(
         "### {}, {}\n\nBodies: {}. {} test frames.\n\n\
-         | method | error, mm | 95 % interval | graph -, mm | root-relative, mm | energy gap | frames lost | models | brought back |\n\
+         | method | error, mm | 95 % interval | graph -, mm | root-relative, mm | energy gap | frames far off | models | brought back |\n\
          |---|---|---|---|---|---|---|---|---|\n",
         subject.title,
         protocol.title,

@@ -192,7 +192,7 @@ fn missing(results: &Results) -> String {
 
 fn clean_table(takes: &Takes) -> String {
     let mut text = String::from(
-        "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames lost, \
+        "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames far off, \
          paper, refined, calibrated | within 50 %, 90 % ellipsoid, refined | the same, calibrated | kept |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let methods = [PAPER, REFINED, CALIBRATED].map(|method| method.name);

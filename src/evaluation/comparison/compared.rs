@@ -31,6 +31,9 @@ pub struct SideFacts {
     pub seeds: BTreeMap<String, String>,
     /// Runs, clip x draw x seed.
     pub runs: usize,
+    /// What its runs say of estimates that may have been misread; each with its clip.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub misread: Vec<String>,
 }
 
 /// One side against the base.

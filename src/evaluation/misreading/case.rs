@@ -1,5 +1,7 @@
 //! What is asked, and what is found.
 
+use nalgebra::Point3;
+
 use super::{Correction, GivenPositions};
 use crate::body::Markers;
 
@@ -12,6 +14,9 @@ pub struct MisreadingCase<'a> {
     pub truth: &'a [Markers],
     /// Every repetition, of as many frames.
     pub given: Vec<GivenPositions<'a>>,
+    /// Where the cameras are, one entry a frame, or a single one where they stand still, metres; empty where none are
+    /// known.
+    pub cameras: &'a [Vec<Point3<f64>>],
     /// Factors that lengths would have to be multiplied by if their unit were another known one.
     pub scales: Vec<f64>,
 }

@@ -113,6 +113,24 @@ impl<'a> PairedFrames<'a> {
         correction.offset + Vector3::new(median(0), median(1), median(2))
     }
 
+    /// How far a shift of the true body is across the ray of the camera that sees most of it, metres: the median over
+    /// the samples. All of it where no camera is known.
+    pub(super) fn across_rays(&self, shift: &Vector3<f64>) -> f64 {
+        let cameras = self.case.cameras;
+        let across = |camera: &Point3<f64>, body: &Point3<f64>| {
+            let ray = (body - camera).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+            (shift - ray * ray.dot(shift)).norm()
+        };
+        let most = |sample: &Sample| {
+            let body = centroid(self.case.truth.get(sample.frame)?.iter().flatten().copied())?;
+            let cameras = cameras.get(sample.frame).or(cameras.last())?;
+            cameras.iter().map(|camera| across(camera, &body)).reduce(f64::max)
+        };
+        let mut all: Vec<f64> = self.samples.iter().filter_map(most).collect();
+        all.sort_by(f64::total_cmp);
+        quantile(&all, 0.5).unwrap_or_else(|| shift.norm())
+    }
+
     /// How many times as large the true body is as the estimated one; `None` where either is a point.
     pub(super) fn size_ratio(&self) -> Option<f64> {
         let spread = |points: &[Point3<f64>]| {

@@ -1,7 +1,7 @@
 //! Frames that are numbered otherwise.
 
-use super::Correction;
 use super::evidence::{PairedFrames, Sample, common};
+use super::{Correction, MisreadingKind};
 use crate::evaluation::mean;
 
 /// The longest shift that is looked for, seconds.
@@ -29,6 +29,20 @@ pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -
     let inner = inner(evidence, reach);
     let all: &dyn Fn(usize) -> bool = &|_| true;
     nearest(evidence, correction, &inner, reach as i64, all).unwrap_or(0)
+}
+
+/// The same where the origin may be another one as well, which is found anew for every shift: along a straight path a
+/// shift moves the body nearly as another origin does.
+pub(super) fn best_shift_elsewhere(evidence: &PairedFrames<'_>, correction: &Correction) -> i64 {
+    let reach = reach(evidence);
+    let inner = inner(evidence, reach);
+    let few = PairedFrames { samples: &inner, ..*evidence };
+    let at = |shift: i64| {
+        let here = Correction { shift, ..correction.without(MisreadingKind::Offset) };
+        few.mean_error(&Correction { offset: few.offset(&here), ..here })
+    };
+    let all = (0..=reach as i64).flat_map(|shift| [shift, -shift]).map(|shift| (shift, at(shift)));
+    all.min_by(|one, other| one.1.total_cmp(&other.1)).map_or(0, |best| best.0)
 }
 
 fn reach(evidence: &PairedFrames<'_>) -> usize {

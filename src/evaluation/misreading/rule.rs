@@ -48,9 +48,18 @@ pub(super) fn judge(evidence: &PairedFrames<'_>, correction: &Correction) -> Opt
         && every_part()
         && is_throughout(evidence, correction)
         && mends_path(evidence, correction)
-        && (correction.offset.norm() == 0.0 || correction.offset.norm() >= OFFSET_M)
+        && (!correction.has(MisreadingKind::Offset) || is_another_origin(evidence, correction))
         && (correction.shift == 0 || is_shifted(evidence, correction));
     kept.then(|| Misreading { correction: correction.clone(), error_as_read_m: before, error_corrected_m: after })
+}
+
+/// Whether an offset is too large for a calibration, and no error of depth. What moves along the rays of all cameras
+/// leaves the images nearly as they are: a tracker with a single camera is off by that, and by the same distance
+/// throughout where its body is too large or too small. Axes or a unit that are wrong as well speak for the file.
+fn is_another_origin(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
+    let of_file = correction.has(MisreadingKind::Axes) || correction.has(MisreadingKind::Units);
+    let seen = if of_file { correction.offset.norm() } else { evidence.across_rays(&correction.offset) };
+    seen >= OFFSET_M
 }
 
 fn means<T>(pairs: &[(T, f64, f64)]) -> Option<[f64; 2]> {

@@ -1,7 +1,7 @@
 //! The search among all explanations.
 
 use super::evidence::{PairedFrames, samples};
-use super::lateness::best_shift;
+use super::lateness::{best_shift, best_shift_elsewhere};
 use super::naming::names;
 use super::rule::{SMALL_M, judge};
 use super::{AxisOrder, Correction, Misreading, MisreadingCase, MisreadingKind};
@@ -30,7 +30,9 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
         for one in std::iter::once(base).chain(of_names) {
             let shifted = Correction { shift: best_shift(&evidence, &one), ..one.clone() };
             let moved = Correction { offset: evidence.offset(&shifted), ..shifted.clone() };
-            for found in [one, shifted, moved] {
+            let both = Correction { shift: best_shift_elsewhere(&evidence, &one), ..one.clone() };
+            let both = Correction { offset: evidence.offset(&both), ..both };
+            for found in [one, shifted, moved, both] {
                 with_parts_left_out(&found, &mut candidates);
             }
         }

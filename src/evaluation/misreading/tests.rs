@@ -58,13 +58,17 @@ fn normal(random: &mut impl Rng) -> Vector3<f64> {
 }
 
 fn told_of(estimates: &[Vec<Markers>]) -> Option<Misreading> {
+    told_with(estimates, &[])
+}
+
+fn told_with(estimates: &[Vec<Markers>], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
     let truth = truth();
     let swapped: Vec<Vec<Markers>> =
         estimates.iter().map(|estimate| estimate.iter().map(with_sides_exchanged).collect()).collect();
     let given = estimates.iter().zip(&swapped);
     let given = given.map(|(markers, swapped)| GivenPositions { markers, swapped, roots: None }).collect();
     let scales = vec![1.0, 0.01, 0.001, 0.0254, 0.3048, 100.0, 1000.0];
-    find_misreading(&MisreadingCase { frames_per_second: RATE, truth: &truth, given, scales })
+    find_misreading(&MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras, scales })
 }
 
 fn told(estimate: &[Markers]) -> Option<Misreading> {
@@ -270,4 +274,34 @@ fn nothing_is_said_of_what_is_right_or_cannot_be_compared() {
         .map(|markers| std::array::from_fn(|marker| markers[marker].filter(|_| marker < 2)))
         .collect();
     assert_eq!(told(&few), None, "two markers say nothing of axes");
+}
+
+#[test]
+fn an_error_of_depth_is_no_other_origin_but_an_offset_that_cameras_see_is() {
+    let camera = Point3::new(6.0, -4.0, 1.4);
+    let deeper = |share: f64| mapped(&noisy(0.02, 21), |point| point + share * (point - camera));
+    let one = [vec![camera]];
+    assert!(told(&deeper(0.1)).is_some(), "without cameras it could be another origin");
+    assert_eq!(told_with(&[deeper(0.1)], &one), None);
+    assert_eq!(told_with(&[deeper(-0.1)], &one), None);
+    let pair = [vec![camera, camera + Vector3::new(0.1, 0.1, 0.0)]];
+    assert_eq!(told_with(&[deeper(0.1)], &pair), None, "cameras side by side see depth no better");
+    let kinds = |found: Option<Misreading>| found.map(|found| found.correction.kinds());
+    let moved = mapped(&noisy(0.02, 22), |point| point + Vector3::new(0.5, 0.9, 0.0));
+    assert_eq!(kinds(told_with(&[moved], &one)), Some(vec![MisreadingKind::Offset]));
+    let around = [vec![camera, Point3::new(4.0, 6.0, 1.4)]];
+    assert_eq!(kinds(told_with(&[deeper(0.1)], &around)), Some(vec![MisreadingKind::Offset]));
+    let turned = mapped(&deeper(0.1), |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
+    let found = kinds(told_with(&[turned], &one)).unwrap();
+    assert!(found.contains(&MisreadingKind::Axes), "{found:?}");
+}
+
+#[test]
+fn a_shift_together_with_another_origin_is_found() {
+    let moved = mapped(&noisy(0.02, 23), |point| point + Vector3::new(1.0, -0.5, 0.2));
+    for shift in [8_i64, -8, 20] {
+        let found = told(&delayed(&moved, -shift)).unwrap().correction;
+        let parts = [MisreadingKind::Shift, MisreadingKind::Offset].map(|kind| found.has(kind));
+        assert_eq!((parts, found.kinds().len(), found.shift), ([true; 2], 2, shift));
+    }
 }
