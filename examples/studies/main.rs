@@ -34,27 +34,27 @@ type Study = fn() -> Result<(), Box<dyn Error>>;
 /// Name, what it measures, and the study.
 const STUDIES: [(&str, &str, Study); 15] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
-    ("background", "segmentation beside OpenCV's: results/background.md", background::study),
+    ("background", "background subtraction compared with OpenCV: results/background.md", background::study),
     (
         "contact",
         "stances and planted feet of real walks at three rates: the tables of results/contact.md",
         contact::study,
     ),
-    ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
-    ("gate", "how far the regression gate can be trusted: results/gate.md", gate::study),
+    ("degradation", "trackers on corrupted observations: results/degradation.md", degradation::study),
+    ("gate", "reliability of the regression gate: results/gate.md", gate::study),
     ("hints", "false alarms that a run was misread: results/hints.md", hints::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),
     ("scoring", "how long a million frames take to score; prints only", scoring::study),
-    ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
+    ("search", "refinement and calibration of the annealed particle filter: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     (
         "skinned_body",
-        "a skin against capsules on a long walk in segmented images: results/skinned-body.md",
+        "a skin compared with capsules on a long walk in segmented images: results/skinned-body.md",
         skinned_body::study,
     ),
-    ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
+    ("skin", "a skin compared with capsules as the tracker's body: results/skin.md", skin::study),
     (
         "tune_monocular",
         "settings of learned motion models, tried on recordings that are not reported; prints only",

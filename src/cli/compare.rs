@@ -1,5 +1,6 @@
 //! `skiagraph compare`.
 
+use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -80,6 +81,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         across_sets: arguments.across_sets,
         unit: arguments.unit,
     })?;
+    volume.notes(&same_runs(arguments));
     if let Some(path) = &arguments.html {
         let page = difference_page(&comparison).map_err(ExperimentError::from)?;
         put_file(Destination { path, force: arguments.force }, page.as_bytes())?;
@@ -93,4 +95,18 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         output::print(&comparison_text(&comparison, arguments.all))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs that stand on both sides: every difference between them is zero by itself.
+fn same_runs(arguments: &Arguments) -> Vec<String> {
+    let real = |path: &PathBuf| fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+    let (base, others) = match arguments.vs.as_slice() {
+        [] => arguments.runs.split_at(arguments.runs.len().min(1)),
+        vs => (arguments.runs.as_slice(), vs),
+    };
+    let is_in_base = |other: &&PathBuf| base.iter().any(|one| real(one) == real(other));
+    let said = |other: &PathBuf| {
+        format!("{} is the same run on both sides: its differences are zero by themselves", other.display())
+    };
+    others.iter().filter(is_in_base).map(said).collect()
 }

@@ -15,6 +15,14 @@ const FILES_OF_RUNS: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.
 /// [`ExperimentError::Argument`] for a misspelt folder, and for a run.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     expect_there("SET", set)?;
+    if set.is_file() && set.extension().is_some_and(|extension| extension == "toml") {
+        let what = format!(
+            "is a scenario or another file of settings, and the directory of a benchmark set was expected: make the set \
+             first with skiagraph render {} --out SET",
+            set.display()
+        );
+        return Err(mistaken("SET", set, &what));
+    }
     match !is_set(set) && is_run(set) {
         true => {
             Err(mistaken("SET", set, "is a run, and a benchmark set was expected: the set that the run was made on"))

@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     baselines: PathBuf,
 
     /// By how much the metric may worsen: 2mm, 1.5deg, 0.02, or 5% of the baseline
-    #[arg(long, value_name = "MARGIN")]
+    #[arg(long, value_name = "MARGIN", allow_hyphen_values = true)]
     margin: Option<Margin>,
 
     /// The metric of --margin

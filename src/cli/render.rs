@@ -35,7 +35,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// Output directory of the set; an existing set is replaced only with --force
+    /// Output directory of the set; an existing set is replaced only with --force, and one
+    /// that another command made is then kept as SET~
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 

@@ -79,8 +79,8 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
         format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
         String::new(),
         format!(
-            "  {:<28} {:>9}   {:^20}  {:>15}  {:>11}",
-            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames lost"
+            "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",
+            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames far off"
         ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
@@ -91,7 +91,7 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
             let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
-            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>11}", interval(error)));
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>14}", interval(error)));
         }
     }
     lines.push(String::new());
@@ -118,14 +118,15 @@ fn coverage(share: f64) -> String {
     format!("{:.1} %", (1000.0 * share).floor() / 10.0)
 }
 
-/// At most four significant digits.
+/// At most four significant digits; zero has no sign.
 pub(super) fn number(value: f64) -> String {
-    match value.abs() {
+    let text = match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
         v if v >= 10.0 => format!("{value:.1}"),
         v if v >= 1.0 => format!("{value:.2}"),
         _ => format!("{value:.3}"),
-    }
+    };
+    if text == "-0.000" { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 #[cfg(test)]
@@ -135,6 +136,7 @@ mod tests {
     #[test]
     fn numbers_keep_the_figures_that_matter() {
         assert_eq!([1234.5, 56.78, -3.456, 0.1234].map(number), ["1234", "56.8", "-3.46", "0.123"]);
+        assert_eq!([-0.0, -0.0004, 0.0].map(number), ["0.000"; 3], "zero has no sign");
     }
 
     #[test]

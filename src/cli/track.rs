@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     tracker: Option<String>,
 
     /// Program that tracks, a command line for the shell
-    #[arg(long, value_name = "COMMAND")]
+    #[arg(long, value_name = "COMMAND", value_parser = command_line)]
     exec: Option<String>,
 
     /// Ask the program for five frames and say whether it follows the protocol (exit code 1 if not); writes nothing
@@ -104,6 +104,13 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     output: OutputArguments,
+}
+
+fn command_line(text: &str) -> Result<String, String> {
+    match text.trim().is_empty() {
+        true => Err("expected a command line, as in --exec \"python my_tracker.py\", found nothing".to_owned()),
+        false => Ok(text.to_owned()),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -1,7 +1,7 @@
 //! Finding the recording that a scenario names, and the part of it that is used.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::scenario_error;
@@ -276,7 +276,10 @@ impl<'a> ClipFolders<'a> {
     }
 
     fn missing(&self, name: &str, settings: &MotionSettings) -> String {
-        if Path::new(name).is_absolute() {
+        // below the recordings' folder nothing is found by such a path
+        let is_path =
+            Path::new(name).is_absolute() || Path::new(name).components().any(|part| part == Component::ParentDir);
+        if is_path {
             return format!("there is no file `{}`", excerpt(name)) + &self.guess(name);
         }
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { self.folder };

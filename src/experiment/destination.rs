@@ -7,6 +7,6 @@ use std::path::Path;
 pub struct Destination<'a> {
     /// The directory.
     pub path: &'a Path,
-    /// Replace a set that is there and move aside what is not ours, instead of refusing.
+    /// Replace a set that the same command made and move aside anything else, instead of refusing.
     pub force: bool,
 }

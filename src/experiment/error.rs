@@ -196,6 +196,21 @@ pub enum ExperimentError {
         /// The path.
         path: PathBuf,
     },
+    /// A folder of exports exists where one export would go.
+    #[error(
+        "{}: this folder holds exports of its own ({there}); choose --out {} to put this one beside them, or use --force \
+        to rename the folder to NAME~",
+        plain(path.display()),
+        plain(beside.display())
+    )]
+    ExportsThere {
+        /// The path.
+        path: PathBuf,
+        /// The formats that are there.
+        there: String,
+        /// Where the export has its place among them.
+        beside: PathBuf,
+    },
     /// A result of skiagraph exists at the output path that was made otherwise.
     #[error(
         "{}: a result exists here that was made otherwise ({}); choose another --out, or use --force to move it aside, to \
@@ -345,7 +360,10 @@ impl ExperimentError {
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
-            Self::OtherPlan { .. } | Self::OtherResult { .. } | Self::SweepIncomplete { .. } => true,
+            Self::OtherPlan { .. }
+            | Self::OtherResult { .. }
+            | Self::ExportsThere { .. }
+            | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
             Self::ModelFile(source) => source.names_a_file(),

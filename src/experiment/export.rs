@@ -2,13 +2,14 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::destination::Destination;
 use super::error::output;
 use super::inputs::Inputs;
-use super::ours::ResultKind;
+use super::ours::{ResultKind, is_ours};
+use super::ownership;
 use super::partial_directory::PartialDirectory;
 use super::watch::{Stage, Watch, advance};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
@@ -63,6 +64,11 @@ pub fn export_set(
     watch: &dyn Watch,
 ) -> Result<(), ExperimentError> {
     Inputs::new(set.folders()).keep_from(place.path)?;
+    let there = exports_in(place.path);
+    if !there.is_empty() && !place.force {
+        let beside = place.path.join(to.name());
+        return Err(ExperimentError::ExportsThere { path: place.path.to_owned(), there: there.join(", "), beside });
+    }
     let folder = PartialDirectory::begin(place.path, ResultKind::Export, place.force)?;
     let set = set.read()?;
     watch.begin(Stage::Export, set.blind.frame_count);
@@ -74,6 +80,15 @@ pub fn export_set(
         ExportTo::Animation => animations(&set, &folder, watch)?,
     }
     folder.finish()
+}
+
+/// Formats that have a folder of their own in this one, which is no export itself.
+fn exports_in(folder: &Path) -> Vec<&'static str> {
+    if is_ours(folder, ResultKind::Export) {
+        return Vec::new();
+    }
+    let is_there = |name: &&str| ownership::is_signed(&folder.join(name));
+    ExportTo::names().map(|(name, _)| name).filter(is_there).collect()
 }
 
 fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) -> Result<(), ExperimentError> {

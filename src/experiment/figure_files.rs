@@ -9,6 +9,7 @@ use super::inputs::Inputs;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::run_picture::{StoredMethods, stored_columns, stored_methods, stored_run};
+use super::run_reading::{is_unmeasured, unmeasured_in_words};
 use super::search_file::{SearchRecord, search_from_npz};
 use super::sweep::{PLAN_FILE, PlannedSweep, page_input};
 use super::tracking::{POSES_FILE, SEARCH_FILE};
@@ -53,6 +54,9 @@ fn figures_of(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, Exp
     }
     if source.join(RUN_FILE).is_file() {
         return of_run(source);
+    }
+    if is_unmeasured(source) {
+        return Err(ExperimentError::Malformed { path: source.to_owned(), detail: unmeasured_in_words(source) });
     }
     let detail = "expected the folder of a measured run, of a run with several methods, or of a sweep".to_owned();
     Err(ExperimentError::Malformed { path: source.to_owned(), detail })

@@ -84,6 +84,7 @@ mod run;
 mod run_picture;
 mod run_place;
 mod run_reading;
+mod same_set;
 mod same_settings;
 mod scenario_copy;
 mod scene_check;

@@ -91,6 +91,11 @@ impl PartialDirectory {
         LockedPlace::take(target)
     }
 
+    /// Has what stands in the place moved aside although it is ours: other settings made it.
+    pub(super) fn keep_other(&mut self) {
+        self.is_other = true;
+    }
+
     /// Where to write meanwhile.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder

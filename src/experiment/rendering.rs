@@ -10,6 +10,7 @@ use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::Observing;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::same_set::{is_public_side_of, kept, set_difference};
 use super::scenario_copy::scenario_text;
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
@@ -142,8 +143,8 @@ pub fn render_with(
     let is_secret = options.whole.is_some() || has_secrets(file);
     let settings = settings_of(&scenario_text(&without_key(file).of_set())?, options.shards)?;
     let complete = Destination { path: options.whole.unwrap_or(to.path), ..to };
-    let public = (!is_secret).then_some(ObservationKey::PUBLIC);
-    let unfinished = UnfinishedSet::begin(complete, &settings, stated.or(public))?;
+    let public_key = (!is_secret).then_some(ObservationKey::PUBLIC);
+    let mut unfinished = UnfinishedSet::begin(complete, &settings, stated.or(public_key))?;
     let file = &with_key(file, unfinished.key());
     let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;
     let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, watch);
@@ -151,7 +152,16 @@ pub fn render_with(
     if stated.is_none() && !unfinished.key().is_public() {
         notes.push(note(complete.path));
     }
-    if let Some(public) = public {
+    let difference = set_difference(complete.path, &unfinished.folder(), stated.or(public_key));
+    if let Some(difference) = &difference {
+        notes.push(kept(complete.path, difference));
+        unfinished.keep_other();
+    }
+    if let Some(mut public) = public {
+        if is_set(to.path) && (difference.is_some() || !is_public_side_of(to.path, complete.path)) {
+            notes.push(kept(to.path, "it is not of the complete set that is replaced"));
+            public.keep_other();
+        }
         BlindSet::read(&unfinished.folder())?.write_without_truth(public.folder())?;
         unfinished.finish()?;
         public.finish()?;

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::error::read_file;
 use super::ownership::check_listed;
+use super::run_reading::{is_unmeasured, unmeasured_in_words};
 use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::evaluation::Summary;
 use crate::input::limits;
@@ -121,6 +122,9 @@ fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
 pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     if run.join(COMPARISON_FILE).is_file() {
         return methods_picture(run);
+    }
+    if is_unmeasured(run) {
+        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_in_words(run) });
     }
     let stored = stored_run(run)?;
     let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;

@@ -178,12 +178,21 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     Ok(runs)
 }
 
+/// Whether a folder holds what a tracker found, and no measure of it.
+pub(super) fn is_unmeasured(folder: &Path) -> bool {
+    let is_there = |file: &str| folder.join(file).is_file();
+    !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
+}
+
+/// What to do about it.
+pub(super) fn unmeasured_in_words(folder: &Path) -> String {
+    format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
+}
+
 fn nothing_here(path: &Path) -> String {
     match () {
         () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
-        () if [TRACK_FILE, EXTERNAL_FILE].iter().any(|file| path.join(file).is_file()) => {
-            format!("this run was tracked but not measured; run skiagraph evaluate SET {}", path.display())
-        }
+        () if is_unmeasured(path) => unmeasured_in_words(path),
         () if path.join(COMPARISON_FILE).is_file() => {
             format!("the folders of the methods in {COMPARISON_FILE} are missing")
         }

@@ -125,6 +125,11 @@ impl UnfinishedSet {
         }
     }
 
+    /// Has the set that stands in the place moved aside: other settings made it.
+    pub(super) fn keep_other(&mut self) {
+        self.directory.iter_mut().for_each(PartialDirectory::keep_other);
+    }
+
     /// Puts the set in its place.
     ///
     /// # Errors

@@ -72,10 +72,10 @@ impl BodySheet<'_> {
             pose
         };
         vec![
-            ("ZERO POSE".to_owned(), body.standing_pose()),
-            ("MIDDLE OF ALL LIMITS".to_owned(), towards(0.5)),
-            ("NEAR LOWER LIMITS".to_owned(), towards(0.1)),
-            ("NEAR UPPER LIMITS".to_owned(), towards(0.9)),
+            ("Zero pose".to_owned(), body.standing_pose()),
+            ("Middle of all limits".to_owned(), towards(0.5)),
+            ("Near lower limits".to_owned(), towards(0.1)),
+            ("Near upper limits".to_owned(), towards(0.9)),
         ]
     }
 
@@ -96,7 +96,7 @@ impl BodySheet<'_> {
             let azimuth = 360.0 * index as f64 / ACROSS as f64;
             let at = [MARGIN + index as u32 * CELL[0], 40];
             self.view(&mut picture, &self.body.standing_pose(), azimuth, at)?;
-            caption(&mut picture, &format!("{azimuth:.0} DEG"), at);
+            caption(&mut picture, &format!("{azimuth:.0}°"), at);
         }
         for (index, (name, pose)) in self.poses.iter().take(ACROSS).enumerate() {
             let at = [MARGIN + index as u32 * CELL[0], 40 + CELL[1] + 26];
@@ -160,8 +160,8 @@ impl BodySheet<'_> {
     /// A bar for every angle from its lower to its upper limit, and what a motion uses of it.
     fn limits(&self, picture: &mut Pixmap, top: u32, rows: u32, length: u32) {
         let heading = match self.motion {
-            Some(_) => "LIMITS OF JOINT ANGLES  BLUE   USED BY THE MOTION  ORANGE   -180 TO 180 DEG",
-            None => "LIMITS OF JOINT ANGLES  -180 TO 180 DEG",
+            Some(_) => "Limits of joint angles: blue; used by the motion: orange; -180° to 180°",
+            None => "Limits of joint angles, -180° to 180°",
         };
         draw_text(picture, heading, [MARGIN as f32, top as f32], 9.0, WORDS);
         let span = (length - NAMES - MARGIN) as f64;
@@ -169,7 +169,7 @@ impl BodySheet<'_> {
             let (column, row) = (index as u32 / rows.max(1), index as u32 % rows.max(1));
             let left = MARGIN + column * length;
             let y = (top + 22 + row * ROW) as f32;
-            let name: String = limits.name.to_uppercase().chars().take(34).collect();
+            let name: String = limits.name.chars().take(34).collect();
             draw_text(picture, &name, [left as f32, y + 2.0], 8.0, WORDS);
             let start = f64::from(left + NAMES);
             let across = |angle: f64| start + span * (angle.to_degrees().clamp(-180.0, 180.0) + 180.0) / 360.0;

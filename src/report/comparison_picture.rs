@@ -11,6 +11,7 @@ use super::drawing::{
     fitting, stroke, wrapped,
 };
 use super::lettering::draw_text;
+use super::round_ticks::round_ticks;
 use crate::evaluation::quantile;
 
 /// Methods that have a row and a line.
@@ -103,10 +104,11 @@ fn lines(picture: &mut Pixmap, methods: &[&ComparedMethod], [left, top, width, h
     let area = [left + 56.0, top + 40.0, width - 76.0, height - 80.0];
     let x = |frame: usize| area[0] + area[2] * frame as f32 / frames.saturating_sub(1).max(1) as f32;
     let y = |value: f64| area[1] + area[3] * (1.0 - (value / greatest) as f32);
-    for tick in 0_u8..=4 {
-        let value = f64::from(tick) / 4.0 * greatest;
+    for (value, words) in round_ticks([0.0, greatest]) {
         stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
-        draw_text_to(picture, &format!("{value:.0}"), [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
+        draw_text_to(picture, &words, [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
+    }
+    for tick in 0_u8..=4 {
         let frame = usize::from(tick) * frames.saturating_sub(1) / 4;
         let place = [x(frame).min(left + width - 48.0), area[1] + area[3] + 10.0];
         draw_text_about(picture, &format!("frame {frame}"), place, 10.0, FAINT);

@@ -36,7 +36,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     picture.fill(colour(PAPER));
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
         let head = format!(
-            "SEED {} SET FRAME {}  {:.2} S{}",
+            "seed {}, set frame {}, {:.2} s{}",
             frame.seed,
             frame.frame,
             seconds(sheet, frame),
@@ -49,8 +49,8 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
             let paint = PixmapPaint::default();
             picture.draw_pixmap(left as i32, top as i32, cell.picture.as_ref(), &paint, Transform::identity(), None);
             let (x, y) = (left as f32 + 10.0, top as f32 + 10.0);
-            draw_text(&mut picture, &camera.name.to_uppercase(), [x, y], LETTER_HEIGHT, WORDS);
-            let overlap = cell.overlap.map_or("IOU -".into(), |overlap| format!("IOU {overlap:.2}"));
+            draw_text(&mut picture, &camera.name, [x, y], LETTER_HEIGHT, WORDS);
+            let overlap = cell.overlap.map_or("IoU -".into(), |overlap| format!("IoU {overlap:.2}"));
             let right = left as f32 + CELL_WIDTH as f32 - 10.0 - text_width(&overlap, LETTER_HEIGHT);
             draw_text(&mut picture, &overlap, [right, y], LETTER_HEIGHT, WORDS);
         }
@@ -123,7 +123,7 @@ pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
 }
 
 fn error_in_words(frame: &SheetFrame) -> String {
-    frame.error_mm().map_or(String::new(), |error| format!("  {error:.0} MM"))
+    frame.error_mm().map_or(String::new(), |error| format!(", {error:.0} mm"))
 }
 
 impl SheetFrame {
@@ -143,10 +143,12 @@ mod tests {
 
     #[test]
     fn a_long_heading_stays_above_its_column() {
-        for head in ["FRAME 7", "SEED 4 FRAME 299  4.98 S  114 MM", "SEED 12 FRAME 123456  2057.60 S  1234 MM"] {
+        for head in
+            ["frame 7", "seed 4, set frame 299, 4.98 s, 114 mm", "seed 12, set frame 123456, 2057.60 s, 1234 mm"]
+        {
             assert!(text_width(head, fitting_height(head)) <= CELL_WIDTH as f32 - 7.9, "{head}");
         }
-        assert_eq!(fitting_height("FRAME 7"), LETTER_HEIGHT);
+        assert_eq!(fitting_height("frame 7"), LETTER_HEIGHT);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::difference_sentence::is_constant;
-use super::displayed::{between, number, signed, symbol};
+use super::displayed::{between_to, number, signed_to, symbol};
 use crate::evaluation::{
     AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, LostTracks, MAIN_METRICS, Rate,
     RunComparison, Unit, find_metric,
@@ -72,9 +72,9 @@ impl DifferenceRow {
             name: name.to_owned(),
             base: number(difference.base, unit),
             other: number(difference.other, unit),
-            difference: signed(difference.difference, unit),
+            difference: signed_to(difference.difference, unit, difference.difference),
             interval: match (difference.ci95, difference.rule) {
-                (Some(ends), _) => between(ends.low, ends.high, unit),
+                (Some(ends), _) => between_to(ends.low, ends.high, unit, difference.difference),
                 (None, DifferenceRule::Exact) => "exact".to_owned(),
                 (None, _) => format!("too few {}", difference.over),
             },
@@ -131,13 +131,15 @@ pub(super) fn lost_in_words(lost: &LostTracks) -> Option<String> {
     };
     let (base, other, difference) = (lost.base?, lost.other?, lost.difference?);
     let ends = difference.ci95;
+    // zero has no minus
+    let whole = |share: f64| (100.0 * share).round() + 0.0;
     Some(format!(
         "runs that lost the body: {}, base {}; difference {:+.0} % ({:+.0} to {:+.0} %)",
         rate(&other),
         rate(&base),
-        100.0 * difference.difference,
-        100.0 * ends.low,
-        100.0 * ends.high
+        whole(difference.difference),
+        whole(ends.low),
+        whole(ends.high)
     ))
 }
 

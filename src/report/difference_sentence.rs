@@ -1,6 +1,6 @@
 //! What a comparison found, in a sentence or two before its tables.
 
-use super::displayed::{between, number};
+use super::displayed::{between_to, number, number_to};
 use super::grading::percent;
 use crate::evaluation::{AgainstBase, ComparedMetric, Direction, Finding};
 
@@ -19,11 +19,13 @@ pub(super) fn in_sentences(side: &AgainstBase, base: &str) -> String {
 
 fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
     let found = &error.difference;
-    let size = number(found.difference.abs(), error.unit);
+    let size = number_to(found.difference.abs(), error.unit, found.difference);
     let than = if found.difference > 0.0 { "more than" } else { "less than" };
     let means =
         format!("its mean marker error is {} mm, {size} mm {than} that of {base}", number(found.other, error.unit));
-    let ends = found.ci95.map(|ends| format!(" (difference, 95 %: {})", between(ends.low, ends.high, error.unit)));
+    let ends = found
+        .ci95
+        .map(|ends| format!(" (difference, 95 %: {})", between_to(ends.low, ends.high, error.unit, found.difference)));
     let ends = ends.unwrap_or_default();
     match error.finding {
         Finding::Better => format!("{name} is better than {base}: {means}{ends}."),

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_text::cell;
-use super::displayed::{between, number, symbol};
+use super::displayed::{between_to, number, number_to, symbol};
 use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, IntervalUnit, MoreSeeds, find_metric};
 
 /// A gate's outcome with the names of what was held against what.
@@ -191,12 +191,12 @@ fn finding(check: &Check) -> String {
     let lower = find_metric(&check.metric).is_none_or(|metric| metric.is_worse(1.0, 0.0));
     let (word, shown) = if worse < 0.0 { ("better", -worse) } else { ("worse", worse) };
     let ends = match check.worse_by_ci95 {
-        Some(ends) => format!("worse by {} {symbol} at 95 %", between(ends.low, ends.high, unit)),
+        Some(ends) => format!("worse by {} {symbol} at 95 %", between_to(ends.low, ends.high, unit, worse)),
         None => "no run varies".to_owned(),
     };
     let mut text = format!(
         "{} {symbol} {word} ({ends}), margin {} {symbol}; {} against {}, {} is better; {}",
-        number(shown, unit),
+        number_to(shown, unit, worse),
         number(margin, unit),
         number(found.other, unit),
         number(found.base, unit),

@@ -69,7 +69,7 @@ const LIMITS: [Limits; 7] = [
         limits: [Some(50.0), Some(100.0), Some(150.0)],
         finding: "a mean error of {}",
         why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its diameter, so the estimated bone lies \
-            inside the true limb or directly beside it; a frame with more than 150 mm counts as lost",
+            inside the true limb or directly beside it; a frame with more than 150 mm counts as far off",
     },
     Limits {
         metric: "pck150",
@@ -90,10 +90,10 @@ const LIMITS: [Limits; 7] = [
     },
     Limits {
         metric: "track_loss",
-        title: "Frames lost",
+        title: "Frames far off (mean > 150 mm)",
         limits: [Some(0.0), Some(0.05), Some(0.5)],
-        finding: "{} of the frames lost",
-        why: "a frame is lost in a run of 15 or more with errors above 150 mm",
+        finding: "{} of the frames far off",
+        why: "a frame is far off in a run of 15 or more whose mean errors are above 150 mm: the body is lost",
     },
     Limits {
         metric: "lost_frames",

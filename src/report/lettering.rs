@@ -103,11 +103,18 @@ mod tests {
 
     #[test]
     fn capitals_are_as_high_as_asked_and_text_stays_within_its_width() {
-        let [left, top, right, bottom] = inked("MM 8");
-        assert!((top - 20.0).abs() < 1.5 && (bottom - 37.0).abs() < 1.5, "{top} {bottom}");
-        let width = text_width("MM 8", 18.0);
-        // letters have a little room on either side
-        assert!((left - 10.0).abs() < 4.0 && (right - 10.0 - width).abs() < 4.0, "{left} {right} {width}");
+        let [left, top, right, bottom] = inked("MM H");
+        // 18 rows from 20 on, to the pixel
+        assert_eq!([top, bottom], [20.0, 37.0]);
+        // the letters begin and end where the font draws them: with a little room on either side
+        let font = FONT.as_ref().unwrap();
+        let scale = 18.0 / CAPITAL;
+        let drawn = |letter: char| font.outline(font.glyph_id(letter)).unwrap().bounds;
+        let (begin, last) = (10.0 + scale * drawn('M').min.x, placed(font, "MM H").last().unwrap().0);
+        let end = 10.0 + scale * (last + drawn('H').max.x);
+        // a pixel is bright if half of it is covered, as counted in quarters
+        assert!((left - begin).abs() <= 0.75 && (right + 1.0 - end).abs() <= 0.75, "{left} {begin}, {right} {end}");
+        assert!(begin > 10.0 && end < 10.0 + text_width("MM H", 18.0), "within its width");
     }
 
     #[test]

@@ -49,6 +49,7 @@ mod page;
 mod page_tables;
 mod playback;
 pub mod plots;
+mod round_ticks;
 mod set_page;
 mod summary_picture;
 mod sweep;

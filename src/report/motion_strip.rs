@@ -66,7 +66,7 @@ impl MotionStrip<'_> {
         let mut picture = new_picture(width, 36 + rows * (CELL[1] + 18) + timeline + MARGIN)?;
         picture.fill(colour(PAPER));
         let title = format!(
-            "{}   {frames} FRAMES AT {} HZ  {:.2} S",
+            "{}: {frames} frames at {} Hz, {:.2} s",
             self.title,
             self.motion.frames_per_second,
             self.motion.duration_s()
@@ -115,8 +115,8 @@ impl MotionStrip<'_> {
     fn timeline(&self, picture: &mut Pixmap, top: u32, length: u32) {
         let frames = self.motion.poses.len().max(1) as f32;
         let across = |frame: usize| LEFT as f32 + frame as f32 / frames * length as f32;
-        let rows = [("LEFT", LEFT_FOOT, &self.stances[0]), ("RIGHT", RIGHT_FOOT, &self.stances[1])];
-        for (row, (name, tone, spans)) in (0..).zip(rows.into_iter().chain([("SEAMS", SEAM, &self.seams)])) {
+        let rows = [("left", LEFT_FOOT, &self.stances[0]), ("right", RIGHT_FOOT, &self.stances[1])];
+        for (row, (name, tone, spans)) in (0..).zip(rows.into_iter().chain([("seams", SEAM, &self.seams)])) {
             let y = (top + row * (BAR + 6)) as f32;
             draw_text(picture, name, [MARGIN as f32, y + 2.0], 9.0, WORDS);
             fill(picture, [LEFT as f32, y, length as f32, BAR as f32], GROUND);
@@ -134,7 +134,7 @@ impl MotionStrip<'_> {
             draw_text(picture, &format!("{time:.1}"), [x, y + 2.0], 8.0, WORDS);
             time += step;
         }
-        draw_text(picture, "S", [MARGIN as f32, y + 2.0], 8.0, WORDS);
+        draw_text(picture, "s", [MARGIN as f32, y + 2.0], 8.0, WORDS);
     }
 }
 
@@ -161,7 +161,7 @@ mod tests {
         pose.world_from_root = Isometry3::translation(0.0, 0.0, 0.95);
         let motion = Motion { frames_per_second: 10.0, poses: vec![pose; 16] };
         let strip = MotionStrip {
-            title: "TWO TAKES".into(),
+            title: "two takes".into(),
             body: &body,
             motion: &motion,
             stances: [once(0..8).collect(), once(8..16).collect()],

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit, find_metric};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
-use super::displayed::{between, number, symbol};
+use super::displayed::{between, interval_in_words, number, symbol};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
@@ -25,7 +25,7 @@ const HEADLINES: [(&str, &str); 7] = [
     ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
     ("body_orientation_deg", "orientation error of the trunk"),
     ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
-    ("track_loss", "of the frames count as lost"),
+    ("track_loss", "of the frames far off: the mean over 150 mm for 15 frames or more"),
     ("coverage", "of the markers have an estimate; errors cover only these"),
 ];
 
@@ -205,11 +205,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
 fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: bool) -> Option<Headline> {
     let metric = input.summary.metrics.get(name)?;
     let (value, unit) = (number(metric.mean, metric.unit), symbol(metric.unit));
-    let interval = match metric.ci95 {
-        Some(ends) => format!("95 %: {}", between(ends.low, ends.high, metric.unit)),
-        None => metric.interval.clone(),
-    };
-    Some(Headline { value, unit, interval, meaning, worse })
+    Some(Headline { value, unit, interval: interval_in_words(metric), meaning, worse })
 }
 
 /// The data of the frames, in JSON whose text cannot end a script.

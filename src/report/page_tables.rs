@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::displayed::{between, number, signed};
+use super::displayed::{between, number, signed_to};
 use crate::evaluation::{BreakdownSummary, PerCameraSummary, Summary, Unit};
 
 /// A camera and its errors, as text.
@@ -58,7 +58,7 @@ pub(super) fn breakdown_tables(groups: &[BreakdownSummary]) -> Vec<BreakdownTabl
     for group in groups {
         let row = BreakdownRow {
             group: &group.group,
-            difference: group.same_marker_mm.map(|difference| signed(difference, Unit::Millimetre)),
+            difference: group.same_marker_mm.map(|difference| signed_to(difference, Unit::Millimetre, difference)),
             interval: group.same_marker_ci95.map(|ends| between(ends.low, ends.high, Unit::Millimetre)),
             mean: number(group.mean_mm, Unit::Millimetre),
             share: number(group.share, Unit::Fraction),

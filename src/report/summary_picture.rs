@@ -4,11 +4,12 @@ use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 
 use super::ReportError;
 use super::cell::{colour, new_picture};
-use super::displayed::{number, symbol};
+use super::displayed::{interval_in_words, number, symbol};
 use super::drawing::{
     CARD, FAINT, FLOOR, GRID, INK, LINE, MARGIN, PAPER, WIDTH, encoded, fill, fill_outline, fitting, stroke, wrapped,
 };
 use super::lettering::{draw_text, text_width};
+use super::round_ticks::round_ticks;
 use crate::evaluation::{MetricSummary, Summary, quantile};
 
 const TILE_HEIGHT: f32 = 96.0;
@@ -21,7 +22,7 @@ const TILES: [(&str, &str); 6] = [
     ("pa_mpjpe_mm", "after alignment"),
     ("body_orientation_deg", "trunk orientation"),
     ("silhouette_iou", "silhouette overlap"),
-    ("track_loss", "frames lost"),
+    ("track_loss", "frames far off (mean > 150 mm)"),
 ];
 
 /// What the picture shows.
@@ -82,11 +83,8 @@ fn tiles(picture: &mut Pixmap, summary: &Summary, top: f32, room: f32) {
         fill(picture, [left, top, width, TILE_HEIGHT], CARD, 255);
         let value = format!("{} {}", number(metric.mean, metric.unit), symbol(metric.unit));
         draw_text(picture, &value, [left + 14.0, top + 16.0], 22.0, INK);
-        let interval = match metric.ci95 {
-            Some(ends) => format!("95 % {} - {}", number(ends.low, metric.unit), number(ends.high, metric.unit)),
-            None => "no interval".to_owned(),
-        };
-        draw_text(picture, &interval, [left + 14.0, top + 50.0], 11.0, FAINT);
+        let interval = interval_in_words(metric);
+        draw_text(picture, &interval, [left + 14.0, top + 50.0], fitting(&interval, 11.0, width - 28.0), FAINT);
         draw_text(picture, title, [left + 14.0, top + 72.0], fitting(title, 12.0, width - 28.0), FAINT);
     }
 }
@@ -108,12 +106,12 @@ fn plot(picture: &mut Pixmap, input: &SummaryPicture<'_>, [left, top, width, hei
     let area = [left + 56.0, top + 38.0, width - 76.0, height - 76.0];
     let x = |frame: usize| area[0] + area[2] * frame as f32 / frames.saturating_sub(1).max(1) as f32;
     let y = |value: f64| area[1] + area[3] * (1.0 - (value / above) as f32);
-    for tick in 0_u8..=4 {
-        let value = f64::from(tick) / 4.0 * above;
+    for (value, words) in round_ticks([0.0, above]) {
         stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
-        let words = format!("{value:.0}");
         let place = [area[0] - 8.0 - text_width(&words, 10.0), y(value) - 5.0];
         draw_text(picture, &words, place, 10.0, FAINT);
+    }
+    for tick in 0_u8..=4 {
         let frame = usize::from(tick) * frames.saturating_sub(1) / 4;
         let words = format!("frame {frame}");
         let place = [

@@ -38,8 +38,8 @@ fn allow_texts(value: &Value, folder: &Path, allowed: &mut AllowedFolders) {
     match value {
         Value::String(name) => {
             let path = folder.join(name);
-            // pipes and devices too: their reader says that it needs a regular file
-            if path.exists() && !path.is_dir() {
+            // pipes and devices too, and paths that are not there: their reader says what is wrong
+            if !path.is_dir() && (path.exists() || Path::new(name).components().count() > 1) {
                 allowed.allow(&path);
             }
         }
@@ -65,6 +65,11 @@ mod tests {
         allowed.check(&at("a.bvh")).unwrap();
         allowed.check(&at("mine/../b.bvh")).unwrap();
         allowed.check(&at("c.bvh")).unwrap_err();
+        // who types the name of a file that is not there is told that, not that it leads out of a folder
+        let assignments = ["clip=../gone.bvh".to_owned()];
+        let typed = NamedOnCommandLine { assignments: &assignments, ..NamedOnCommandLine::default() };
+        typed.allowed(&at("mine")).check(&at("gone.bvh")).unwrap();
+        typed.allowed(&at("mine")).check(&at("c.bvh")).unwrap_err();
         // a folder alone is no name of a file
         let assignments = ["clip=..".to_owned()];
         let typed = NamedOnCommandLine { assignments: &assignments, ..NamedOnCommandLine::default() };

@@ -37,20 +37,28 @@ mod tests {
 
     #[test]
     fn a_negative_number_is_told_with_the_range_of_its_key() {
-        for (change, words) in [
-            ("particles=-5", "expected 1 to 1000000, found -5"),
-            ("tracker.annealed_particle_filter.layers=-1", "expected 1 to 1000, found -1"),
-            ("seeds=-1", "expected 1 to 100000, found -1"),
-            ("seed=-3", "expected a whole number from 0, found -3"),
-            ("rig.ring.count=-2", "expected 1 to 64, found -2"),
+        for (change, key, expected) in [
+            ("particles=-5", "tracker.annealed_particle_filter.particles", "1 to 1000000"),
+            ("tracker.annealed_particle_filter.layers=-1", "tracker.annealed_particle_filter.layers", "1 to 1000"),
+            ("seeds=-1", "seeds", "1 to 100000"),
+            ("seed=-3", "seed", "a whole number from 0"),
+            ("rig.ring.count=-2", "rig.ring.count", "1 to 64"),
         ] {
             let error = ScenarioFile::built_in(&[change.to_owned()]).unwrap_err().to_string();
-            assert!(error.contains(words), "{change}: {error}");
+            // a short key is told in full
+            let (_, value) = change.split_once('=').unwrap();
+            // and one that may be meant for several others is told these
+            let others = "motion.variation.seed or actor.shape.seed or tracker_body.seed or observation.seed";
+            let hint = if key == "seed" { format!(" (or did you mean {others}?)") } else { String::new() };
+            assert_eq!(error, format!("override {key}={value}: {key}: expected {expected}, found {value}{hint}"));
         }
         let text = DEFAULT_SCENARIO.replace("seeds = 5", "seeds = -5");
         let error = ScenarioFile::parse(&text, "a.toml", PathBuf::new(), &[]).unwrap_err().to_string();
-        assert!(error.contains("seeds: expected 1 to 100000, found -5"), "{error}");
+        let line = 1 + DEFAULT_SCENARIO.lines().position(|line| line.starts_with("seeds = 5")).unwrap();
+        // the line itself follows
+        let expected = format!("a.toml:{line}: seeds: expected 1 to 100000, found -5");
+        assert_eq!(error.lines().next(), Some(expected.as_str()));
         let error = TrackerSettings::default().overridden(&["particles=-5".to_owned()]).unwrap_err().to_string();
-        assert!(error.contains("expected 1 to 1000000, found -5"), "{error}");
+        assert_eq!(error, "override particles=-5: annealed_particle_filter.particles: expected 1 to 1000000, found -5");
     }
 }

@@ -73,3 +73,42 @@ fn what_cannot_be_compared_is_refused_with_the_difference() {
     refused("compare runs/main runs/mine --html thesis.html", &["thesis.html", "--force"]);
     assert_eq!(room.read("thesis.html"), b"years of work");
 }
+
+/// It said "intervals run over 5 to 8 seeds", and not which were left out; the gate the same.
+#[test]
+fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --seeds 5 --out main");
+    room.succeed("run tiny.toml --seeds 8 particles=4 --out mine");
+    let out = "seeds 5 to 7 of `tiny` are in `mine` only and have no pair";
+    let text = room.succeed("compare main mine --html page.html").stdout;
+    assert!(text.contains(&format!("  left out: {out}\n")), "{text}");
+    assert!(text.contains("intervals run over 5 pairs of seeds of one clip (tiny, "), "{text}");
+    let markdown = room.succeed("compare main mine --markdown").stdout;
+    assert!(
+        markdown.contains("- left out: seeds 5 to 7 of ") && markdown.contains("over 5 pairs of seeds"),
+        "{markdown}"
+    );
+    let json: Value = serde_json::from_str(&room.succeed("compare main mine --json").stdout).unwrap();
+    assert_eq!(json["others"][0]["skipped"], serde_json::json!([out]));
+    let page = String::from_utf8(room.read("page.html")).unwrap();
+    assert!(page.contains("seeds 5 to 7 of ") && page.contains("over 5 pairs of seeds"), "the page says it too");
+    room.succeed("baseline save main main");
+    let gate = room.skiagraph("gate mine --baseline main --margin 999mm".split(' ')).stdout;
+    let out = "note: left out: seeds 5 to 7 of `tiny` are in `the run` only and have no pair";
+    assert!(gate.contains(out) && gate.contains("over 5 pairs of seeds"), "{gate}");
+}
+
+#[test]
+fn a_run_that_is_compared_with_itself_is_remarked() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --out run");
+    room.succeed("run tiny.toml particles=4 --out other");
+    let said = |arguments: &str| room.succeed(&format!("compare {arguments}")).stderr;
+    let remark = "note: run/../run is the same run on both sides";
+    assert!(said("run run/../run").contains(remark), "{}", said("run run/../run"));
+    assert!(said("run --vs run/../run").contains(remark));
+    assert!(!said("run other").contains("same run"));
+}

@@ -96,5 +96,41 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
     for (force, code) in [("", 2), (" --force", 0)] {
         let again = ask(&room, &format!("render tiny.toml --out set{force}"));
         assert_eq!(again.code, code, "{}", again.stderr);
+        assert!(!room.path("set~").exists(), "the same command made it");
     }
+    // that of another scenario, another view or another draw is kept
+    let hash = |set: &str| room.read(&format!("{set}/files.sha256"));
+    let mut aside = "set~".to_owned();
+    for (number, (other, difference)) in [
+        ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations are not the same"),
+        ("rig.ring.count=1", "cameras: there 2, here 1"),
+        ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files are not the same"),
+        ("rig.ring.count=1 motion.last_frame=2", "frames: there 5, here 3"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let before = hash("set");
+        let made = ask(&room, &format!("render tiny.toml {other} --out set --force"));
+        assert_eq!(made.code, 0, "{}", made.stderr);
+        let words = format!("note: set: another set stood here ({difference}); it is kept as {aside}");
+        assert!(made.stderr.contains(&words), "{other}: {}", made.stderr);
+        assert_eq!(hash(&aside), before, "{other}");
+        assert_ne!(hash("set"), before, "{other}");
+        aside = format!("set~{}", number + 2);
+    }
+    // a key that is drawn is another every time, and that is the same command
+    let drawn = "render tiny.toml calibration_mm=20 --out drawn -q";
+    room.succeed(drawn);
+    let before = hash("drawn");
+    room.succeed(&format!("{drawn} --force"));
+    assert!(hash("drawn") != before && !room.path("drawn~").exists());
+    room.succeed(&format!("{drawn} --force --key default"));
+    assert!(room.path("drawn~").exists(), "a stated key is a setting");
+    // the truth that stands where a public set goes is kept
+    let truth = hash("drawn");
+    room.succeed("render tiny.toml calibration_mm=20 --out drawn --truth whole --force -q");
+    assert_eq!(hash("drawn~2"), truth);
+    room.succeed("render tiny.toml calibration_mm=20 --out drawn --truth whole --force -q");
+    assert!(!room.path("drawn~3").exists() && !room.path("whole~").exists(), "the same command made both");
 }

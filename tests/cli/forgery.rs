@@ -259,7 +259,7 @@ fn in_a_sandbox_a_program_sees_neither_truth_nor_network_and_cannot_write_the_bl
     let record = json(&room, "run/program.json");
     assert_eq!((&record["answers"]["poses"], &record["options"]["sandbox"]), (&5.into(), &true.into()));
     let not_granted = room.skiagraph(["track", "set", "--exec", command, "--out", "other", "--sandbox"]);
-    assert!(not_granted.code == 2 && not_granted.stderr.contains("ready"), "{}", not_granted.stderr);
+    assert!(not_granted.code == 2 && not_granted.stderr.contains("--readable PATH"), "{}", not_granted.stderr);
 }
 
 #[test]

@@ -129,6 +129,18 @@ fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
 }
 
 #[test]
+fn a_margin_below_zero_is_refused_with_what_it_must_be() {
+    let room = room();
+    let refused = room.skiagraph("gate run --baseline tiny --margin -2mm".split(' '));
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused.stderr.contains("margin `-2mm`: ") && refused.stderr.contains("must be 0 or more"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
 fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     let room = room();
     assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));

@@ -148,3 +148,26 @@ fn names_that_are_formulas_or_control_a_terminal_are_harmless_in_tables() {
     let frames = String::from_utf8(room.read("exported/frames.csv")).unwrap();
     assert!(frames.contains("'=1+1") && !frames.contains('\u{1b}'), "{frames}");
 }
+
+#[test]
+fn a_scenario_where_a_set_belongs_is_told_with_the_command_that_makes_the_set() {
+    let room = room();
+    for command in ["verify tiny.toml", "track tiny.toml --tracker frozen --out run", "export tiny.toml --to coco"] {
+        let said = said(&room, command);
+        assert!(
+            said.contains("SET: tiny.toml is a scenario") && said.contains("skiagraph render tiny.toml --out SET"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn figures_and_pictures_of_a_run_that_was_not_measured_say_to_measure_it() {
+    let room = room();
+    room.succeed("render tiny.toml --out made");
+    room.succeed("track made --tracker frozen --out unmeasured");
+    for option in ["--figures out", "--png out.png"] {
+        let said = said(&room, &format!("report unmeasured {option}"));
+        assert!(said.contains("tracked but not measured; run skiagraph evaluate SET unmeasured"), "{option}: {said}");
+    }
+}

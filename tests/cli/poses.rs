@@ -260,3 +260,41 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
     refused("--poses bad.csv", &["bad.csv", "line 2"]);
 }
+
+#[test]
+fn names_that_are_left_out_stand_in_the_line_that_says_how_a_file_was_read() {
+    let (room, truth) = room();
+    let all: Vec<&str> = names().into_iter().chain(["nose"]).collect();
+    let with_nose: Vec<Vec<[f64; 3]>> =
+        truth.iter().map(|frame| frame.iter().copied().chain([[0.1, 0.2, 1.5]]).collect()).collect();
+    room.write("nose.csv", csv(&with_nose, &all, |place| place));
+    let answer = room.succeed("evaluate set nose.csv");
+    let said = answer.stdout;
+    let line = said.lines().find(|line| line.contains("read nose.csv: ")).unwrap_or_else(|| panic!("{said}"));
+    assert!(line.ends_with("; left out: nose"), "{line}");
+    assert!(answer.stderr.contains("nose.csv has names that were left out: nose"), "{}", answer.stderr);
+    assert!(!answer.stderr.contains("exactly 0, 0, 0"), "{}", answer.stderr);
+}
+
+#[test]
+fn positions_of_exact_zeros_are_noted_with_their_count() {
+    let (room, mut truth) = room();
+    truth[2][3] = [0.0; 3];
+    truth[4][3] = [0.0; 3];
+    room.write("zeros.csv", csv(&truth, &names(), |place| place));
+    let said = room.succeed("evaluate set zeros.csv").stderr;
+    let words = format!("zeros.csv puts 2 of 75 positions at exactly 0, 0, 0, the first `{}` in frame 2: ", names()[3]);
+    assert!(said.contains(&words), "{said}");
+}
+
+/// It printed NaN.
+#[test]
+fn a_shift_that_leaves_no_frame_is_refused_with_the_frames() {
+    let (room, truth) = room();
+    room.write("mine.csv", csv(&truth, &names(), |place| place));
+    for shift in ["400", "-4"] {
+        let refused = room.skiagraph(["evaluate", "set", "mine.csv", "--shift", shift]);
+        let words = format!("mine.csv: --shift {shift} leaves nothing to measure: the file's 5 frames would be");
+        assert!(refused.code == 2 && refused.stderr.contains(&words), "{}", refused.stderr);
+    }
+}

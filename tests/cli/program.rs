@@ -48,6 +48,19 @@ fn the_shell_example_stays_frozen_and_is_measured_as_such() {
     assert!(dry.code == 0 && dry.stdout.contains("frozen.sh keeps to the protocol"), "{}{}", dry.stdout, dry.stderr);
 }
 
+#[test]
+fn a_program_of_no_words_is_refused() {
+    let room = room();
+    for command in ["", "  "] {
+        let refused = room.skiagraph(["track", "set", "--exec", command, "--out", "run"]);
+        assert!(
+            refused.code == 2 && refused.stderr.contains("expected a command line, as in --exec"),
+            "{}",
+            refused.stderr
+        );
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn the_c_example_stays_frozen_too() {

@@ -181,6 +181,29 @@ fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
     room.succeed(&format!("{render} e"));
 }
 
+/// It said "leads out of" of a file that was typed and is not there.
+#[test]
+fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
+    let room = room();
+    fs::create_dir(room.path("recordings")).unwrap();
+    room.write("recordings/walk.txt", "x");
+    for key in ["motion.clip", "actor.robot"] {
+        for typed in ["../recordings/wakl.txt".to_owned(), room.path("recordings/wakl.txt").display().to_string()] {
+            let said = refused(&room, &["check", "mine/tiny.toml", &format!("{key}={typed}")], key);
+            assert!(!said.contains("leads out of"), "{key}: {said}");
+            // of a robot it may be the name of a built-in one
+            let words = if key == "motion.clip" { "there is no file `" } else { "is neither a built-in robot (" };
+            assert!(said.contains(words) && said.contains("recordings/walk.txt`?"), "{key}: {said}");
+        }
+    }
+    // what a file names is not looked for outside: its reader learns nothing of what is there
+    for name in ["../recordings/walk.txt", "../recordings/wakl.txt"] {
+        room.write("mine/b.toml", with(&format!("clip = \"{name}\"")));
+        let said = refused(&room, &["check", "mine/b.toml"], name);
+        assert!(said.contains(", and is not looked for there: ") && !said.contains("no file"), "{said}");
+    }
+}
+
 #[test]
 fn a_sweep_names_what_its_scenario_may_name_and_its_cells_what_was_planned() {
     let room = room();

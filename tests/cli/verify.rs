@@ -21,6 +21,14 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
     assert_eq!((answer.code, answer.stderr.as_str()), (1, ""), "{}", answer.stdout);
     assert!(answer.stdout.contains("FAULT hashes"), "{}", answer.stdout);
     assert!(answer.stdout.contains("observations/cam01/silhouette/000002.png: was changed"), "{}", answer.stdout);
+    // what was not looked at is not said to be right
+    let checks = |stdout: &str, check: &str| {
+        let line = stdout.lines().find(|line| line.split_whitespace().nth(1) == Some(check));
+        line.unwrap_or_else(|| panic!("{check}: {stdout}")).trim().to_owned()
+    };
+    let said = checks(&answer.stdout, "silhouettes");
+    assert!(said.starts_with("-     silhouettes  not checked: 1 of the silhouettes cannot be read; "), "{said}");
+    assert!(checks(&answer.stdout, "formats").starts_with("ok    formats "), "{}", answer.stdout);
     let answer = room.skiagraph(["verify", "set", "--json"]);
     let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
     assert_eq!(
@@ -28,6 +36,10 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
         (1, Some("skiagraph.verify/1"), Some(false))
     );
     assert_eq!(said["checks"][0]["faults"][0]["file"], "observations/cam01/silhouette/000002.png");
+    room.write("set/truth/truth.npz", "nothing");
+    let answer = room.skiagraph(["verify", "set"]);
+    let said = checks(&answer.stdout, "formats");
+    assert_eq!(said, "-     formats      not checked: cannot read truth/truth.npz");
 }
 
 #[test]

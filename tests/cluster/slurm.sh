@@ -118,14 +118,14 @@ define=(sweep plan "$room/tiny.toml" particles=20,40,60 rig.ring.count=1,2 --see
 "$program" "${define[@]}" --out "$room/sweep"
 
 # a submission of nothing first, and one that Slurm refuses: its words are passed on
-"$program" sweep submit "$room/sweep" --engine slurm --dry-run --shards 12 | grep -q 'SLURM_ARRAY_TASK_ID'
-if "$program" sweep submit "$room/sweep" --engine slurm --shards 12 -- --partition=none 2> "$room/refused.txt"; then exit 1; fi
+"$program" sweep submit "$room/sweep" --dry-run --shards 12 | grep -q 'SLURM_ARRAY_TASK_ID'
+if "$program" sweep submit "$room/sweep" --shards 12 -- --partition=none 2> "$room/refused.txt"; then exit 1; fi
 grep -q 'nvalid partition' "$room/refused.txt" || { cat "$room/refused.txt" >&2; exit 1; }
 
 # twelve shards, more than one array of this cluster takes
-"$program" sweep submit "$room/sweep" --engine slurm --shards 12
+"$program" sweep submit "$room/sweep" --shards 12
 code=0
-"$program" sweep submit "$room/sweep" --engine slurm --shards 12 2> "$room/twice.txt" || code=$?
+"$program" sweep submit "$room/sweep" --shards 12 2> "$room/twice.txt" || code=$?
 [ "$code" = 75 ] && grep -q 'still queued or running' "$room/twice.txt" || { cat "$room/twice.txt" >&2; exit 1; }
 
 # once some cells have results, node n1 dies with all that runs on it

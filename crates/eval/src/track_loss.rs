@@ -15,7 +15,7 @@ pub const LOSS_FRAMES: usize = 15;
 /// Share of frames inside a loss.
 pub(super) const FRACTION: Metric = Metric {
     name: "track_loss",
-    title: "Frames lost",
+    title: "Frames far off (mean > 150 mm)",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "markers of the truth",

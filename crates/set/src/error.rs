@@ -155,6 +155,14 @@ impl SetError {
         Self::Malformed { file: file.to_string(), detail: detail.into() }
     }
 
+    /// What is wrong, without the name of the file: for errors that name it themselves.
+    pub(crate) fn into_detail(self) -> String {
+        match self {
+            Self::Malformed { detail, .. } => detail,
+            other => other.to_string(),
+        }
+    }
+
     pub(super) fn inconsistent(detail: impl Into<String>) -> Self {
         Self::Inconsistent { detail: detail.into() }
     }

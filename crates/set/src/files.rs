@@ -5,7 +5,7 @@
 //! silhouettes and truth images are read from there, by the same paths.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -74,6 +74,11 @@ impl SetFiles {
         let listed = files.digests.iter().chain(files.packed_digests()).collect();
         files.complete = complete_lines(directory, files.digests.get(COMPLETE), &listed)?;
         Ok(files)
+    }
+
+    /// Names of all files, those in shards too.
+    pub(super) fn names(&self) -> BTreeSet<String> {
+        self.digests.iter().chain(self.packed_digests()).map(|(name, _)| name.clone()).collect()
     }
 
     /// Whether the set has this file.

@@ -1,7 +1,7 @@
 //! A complete set: the blind side and the truth.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -298,6 +298,14 @@ pub fn holds_only_a_set(directory: &Path) -> bool {
 /// Whether `directory` contains a set, valid or not.
 pub fn is_set(directory: &Path) -> bool {
     directory.join(LISTING).is_file()
+}
+
+/// Names of all files of the set in `directory`, those in shards too.
+///
+/// # Errors
+/// [`SetError`] naming the list that is missing or none.
+pub fn listed_files(directory: &Path) -> Result<BTreeSet<String>, SetError> {
+    SetFiles::open(directory).map(|files| files.names())
 }
 
 /// Reads every file of the set in `directory` and compares it with its SHA-256.

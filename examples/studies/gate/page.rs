@@ -4,21 +4,42 @@ use std::fmt::Write;
 
 use super::Study;
 use super::shapes::{Held, Shapes};
+use super::simulated::Row;
+
+const MADE: &str =
+    "\n## Method\n\nMade by `cargo run --release --example studies -- gate`; all digits are in `gate.json`.\n";
+
+/// Least and greatest of a share over some rows.
+fn range<'a>(rows: impl Iterator<Item = &'a Row>, of: fn(&Row) -> f64) -> String {
+    let (low, high) = rows.map(of).fold((1.0, 0.0), |(low, high), share: f64| (share.min(low), share.max(high)));
+    format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
+}
 
 pub(crate) fn render(study: &Study) -> String {
-    let mut page = String::from("# How far the regression gate can be trusted\n\n");
     let s = &study.simulated;
+    let with = |clips: usize| s.rows.iter().filter(move |row| row.clips == clips && row.seeds == 10);
+    let mut page = format!(
+        "# Reliability of the regression gate\n\n\
+         On simulated runs, the intervals cover the true difference in {} of the cases (nominal 95 %), and a tracker that is worse by exactly \
+         the margin passes in {} (nominal 2.5 %). An unchanged tracker passes in {} with ten seeds of each of six clips, and in {} with \
+         ten seeds of one clip; otherwise the answer is mostly inconclusive. If only one side varies and some runs lose the body, no rule \
+         is reliable (below).\n\n",
+        range(s.rows.iter(), |row| row.covered),
+        range(s.rows.iter(), |row| row.at_margin_passes),
+        range(with(6), |row| row.null_passes),
+        range(with(1), |row| row.null_passes),
+    );
     write!(
         page,
-        "Made by `cargo run --release --example studies -- gate`; all digits are in `gate.json`.\n\n## Simulated runs\n\nRuns whose true \
-         difference is known: every seed has an error of its own (standard deviation {} mm), every run {} frames with \
-         {} mm about it, correlated from frame to frame by {}. {} repetitions a row, so a share of 5 % is known to within \
-         a point. *Paired*: both sides have the same seeds; their own errors are correlated by the number behind it. The \
-         margin is {} mm.\n\n\
-         | clips x seeds | sides | interval holds the difference | no difference: fails at margin 0 | fails | passes | \
+        "## Simulated runs\n\n\
+         Runs with a known true difference. The seeds have errors with a standard deviation of {} mm; every run has {} frames with a \
+         standard deviation of {} mm about the error of its seed, with a correlation of {} between successive frames. The margin is {} mm. Each \
+         row has {} repetitions, so a share of 5 % is known to within one point. *Paired*: both sides have the same seeds; the \
+         number is the correlation of the errors of a seed between the sides.\n\n\
+         | clips x seeds | sides | interval covers the difference | no difference: fails at margin 0 | fails | passes | \
          worse by the margin: fails | passes | worse by twice the margin: fails | passes | t test over frames alarms |\n\
          |---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
-        s.seed_sd_mm, s.frames, s.frame_sd_mm, s.frame_correlation, s.repetitions, s.margin_mm
+        s.seed_sd_mm, s.frames, s.frame_sd_mm, s.frame_correlation, s.margin_mm, s.repetitions
     )
     .ok();
     for row in &s.rows {
@@ -38,22 +59,23 @@ pub(crate) fn render(study: &Study) -> String {
         writeln!(page, "| {} x {} | {sides} | {shares} |", row.clips, row.seeds).ok();
     }
     page.push_str(
-        "\nA test over frames, which are correlated, alarms at most pairs of equal trackers: hence the unit is the run. What \
-         neither passes nor fails is inconclusive.\n",
+        "\nA test over frames gives false alarms for most pairs of equal trackers, because frames are correlated; \
+        therefore the unit is the run. Cases that neither pass nor fail are inconclusive.\n",
     );
     page.push_str(&what_seeds_decide(s));
     if let Some(shapes) = &study.shapes {
         page.push_str(&of_shapes(shapes));
     }
-    let Some(real) = &study.real else { return page };
+    let Some(real) = &study.real else { return page + MADE };
     write!(
         page,
-        "\n## Real runs\n\nThe default scenario with the clips {} and `{}`: {} repetitions, each with {} seeds of its own for \
-         the baseline, gated at {} of `humaneva_mm`. The wrong limbs are a defect of the tracker: the set is the same, its body is not. \
-         Verdicts are of the whole gate (budget, coverage, lost tracks, metrics of the truth). They were made when the interval of ten \
-         seeds of other numbers was a bootstrap; it is Welch's now, which differs little where errors are not skewed.\n\n\
-         | tracker | change | PASS | FAIL | INCONCLUSIVE | worse by, mm: mean (least to greatest) | error, mm |\n\
-         |---|---|--:|--:|--:|--:|--:|\n",
+        "\n## Real runs\n\nThe default scenario with the clips {} and `{}`. There are {} repetitions, each with {} \
+        separate seeds for the baseline, gated at {} of `humaneva_mm`. The wrong limbs are a defect of the tracker: \
+        the set is the same, but the tracker's body is not. Verdicts are those of the whole gate (budget, coverage, \
+        lost tracks, metrics of the truth). They were made when the interval for ten unpaired seeds was a bootstrap. \
+        It is Welch's now, which differs little if errors are not skewed.\n\n\
+        | tracker | change | PASS | FAIL | INCONCLUSIVE | worse by, mm: mean (least to greatest) | error, mm |\n\
+        |---|---|--:|--:|--:|--:|--:|\n",
         real.clips.join(", "),
         real.overrides.join(" "),
         real.repetitions,
@@ -80,12 +102,12 @@ pub(crate) fn render(study: &Study) -> String {
         .ok();
     }
     page.push_str(
-        "\nThe tracker has the actor's own body, so wrong limbs are worse for certain. Fewer particles need not harm a \
-         refined filter: a change is a regression only where the mean of *worse by* is above the margin. Where runs differ \
-         much from seed to seed, as those of the printed filter do, ten seeds leave most questions open, and the gate says \
-         INCONCLUSIVE and how many seeds would settle it.\n",
+        "\nThe tracker has the actor's own body, so wrong limbs are certain to be worse. Fewer particles need not \
+        harm a refined filter: a change is a regression only if the mean of *worse by* is above the margin. If runs \
+        vary much between seeds, as those of the printed filter do, ten seeds leave most questions open; the gate \
+        says INCONCLUSIVE, and how many seeds would decide.\n",
     );
-    page
+    page + MADE
 }
 
 /// Normal quantiles: 97.5 % for the interval's end, 80 % for the power.
@@ -103,15 +125,18 @@ fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
     let bearable = s.margin_mm / ((2.101 + 0.862) * (2.0_f64 / 10.0).sqrt());
     let seen = (2.101 + 0.862) * run * (2.0_f64 / 10.0).sqrt();
     format!(
-        "\n## How many seeds a question needs\n\nA run's mean has a standard deviation of sqrt({}^2 + {of_frames:.2}) = {run:.2} mm here: the seed's own \
-         and that of the mean of {} correlated frames. Two sides of n runs each (clips x seeds) have a difference with the standard error \
-         {run:.2} sqrt(2 / n) mm. A tracker that is worse by twice the margin fails in 80 % of the cases if the margin, {} mm, is at least \
-         ({END} + {POWER}) standard errors, so for\n\n    n >= 2 ({END} + {POWER})^2 {run:.2}^2 / {}^2 = {:.0} runs a side\n\n\
-         which is 6 clips x 9 seeds, as the rows of 6 x 10 seeds show. **Ten seeds of one clip cannot give a power of 80 % at this noise**, by \
-         arithmetic and not for want of a better test: they do so for runs with a standard deviation of at most {bearable:.1} mm, and at this noise \
-         they find in 80 % of the cases what is worse by {seen:.1} mm more than the margin. With only the seeds' own noise of {} mm one clip needs \
-         {:.0} seeds. Seeds that pair, with errors of their own correlated by 0.5, need {:.0} runs a side. The gate says INCONCLUSIVE in between, and how many seeds \
-         would settle it.\n",
+        "\n## How many seeds a question needs\n\n\
+        Here, the mean of a run has a standard deviation of sqrt({}^2 + {of_frames:.2}) = {run:.2} mm: that of the \
+        seed and that of the mean of {} correlated frames. The difference of two sides with n runs each (clips x \
+        seeds) has a standard error of {run:.2} sqrt(2 / n) mm. A tracker that is worse by twice the margin fails in \
+        80 % of the cases if the margin, {} mm, is at least ({END} + {POWER}) standard errors, that is for\n\n    n \
+        >= 2 ({END} + {POWER})^2 {run:.2}^2 / {}^2 = {:.0} runs a side\n\n\
+        which is 6 clips x 9 seeds, in agreement with the rows of 6 x 10 seeds. **Ten seeds of one clip cannot give \
+        a power of 80 % at this noise**, whatever the test. They have this power for runs with a standard deviation \
+        of at most {bearable:.1} mm; at this noise, they have it for a tracker that is worse by {seen:.1} mm more \
+        than the margin. With only the seeds' noise of {} mm, one clip needs {:.0} seeds. Paired seeds, with a \
+        correlation of 0.5, need {:.0} runs a side. In between, the gate says INCONCLUSIVE, and how many seeds would \
+        decide.\n",
         s.seed_sd_mm,
         s.frames,
         s.margin_mm,
@@ -130,12 +155,15 @@ fn percent(share: f64) -> String {
 /// Skewed errors and mixtures, pairs, and clips.
 fn of_shapes(shapes: &Shapes) -> String {
     let mut page = format!(
-        "\n## Errors that are not normal\n\nBoth sides have errors of one shape and one mean, or the run is worse by exactly the margin: \
-         {} repetitions a row, {} of the bootstraps. *Covered*: intervals that hold the true difference (nominal 95 %). *Passes*: what is \
-         worse by exactly the margin passes (nominal 2.5 %). *Fails*: it fails (nominal 2.5 %). *p*: two-sided p values below 5 % of equal \
-         sides. Normal: mean 40, standard deviation 4. Log-normal: median 40, 0.5. Exponential: mean 40. One in ten lost: log-normal about \
-         40 (0.1), one in ten about 300 (0.3).\n\n\
-         | errors | seeds | sides | covered | passes | fails | p |\n|---|--:|---|--:|--:|--:|--:|\n",
+        "\n## Errors that are not normal\n\n\
+        Both sides have errors of the same distribution; either the means are equal, or the run is worse by exactly \
+        the margin. Each row has {} repetitions (bootstraps {}). *Covered*: intervals that cover the true difference \
+        (nominal 95 %). *Passes*: a run that is worse by exactly the margin passes (nominal 2.5 %). *Fails*: it \
+        fails (nominal 2.5 %). *p*: two-sided p values below 5 % with equal sides. Normal: mean 40, standard \
+        deviation 4. Log-normal: median 40, 0.5. Exponential: mean 40. One in ten lost: log-normal about 40 (0.1), \
+        one in ten about 300 (0.3).\n\n\
+        | errors | seeds | sides | covered | passes | fails | p |\n\
+        |---|--:|---|--:|--:|--:|--:|\n",
         shapes.repetitions, shapes.resampled
     );
     let (one_sided, both): (Vec<_>, Vec<_>) = shapes.rows.iter().partition(|row| row.sides == "one side varies");
@@ -149,11 +177,12 @@ fn of_shapes(shapes: &Shapes) -> String {
     let contradictions = shapes.rows.iter().map(|row| row.contradictions).fold(0.0, f64::max);
     write!(
         page,
-        "\nStudent's t of the pairs and Welch's t of other seeds, at any number of seeds: at least {} covered, at most {} wrong passes. \
-         They are SciPy's `ttest_rel` and `ttest_ind(equal_var=False)`, interval and p value of one test: {} of the intervals contradict \
-         their p value.\n\n\
-         Rules that were not chosen, on the same pairs (covered, passes). The BCa bootstrap is what was used from ten seeds on:\n\n\
-         | errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n|---|--:|--:|--:|--:|--:|\n",
+        "\nStudent's t for pairs and Welch's t for other seeds, at any number of seeds: at least {} covered, at most \
+        {} wrong passes. They equal SciPy's `ttest_rel` and `ttest_ind(equal_var=False)`. Interval and p value \
+        belong to the same test: {} of the intervals contradict their p value.\n\n\
+        Rules that were not chosen, on the same pairs (covered, passes). The BCa bootstrap was formerly used from \
+        ten seeds on:\n\n| errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n\
+        |---|--:|--:|--:|--:|--:|\n",
         percent(least),
         percent(worst),
         percent(contradictions)
@@ -167,21 +196,26 @@ fn of_shapes(shapes: &Shapes) -> String {
         writeln!(page, "| {} | {} | {} |", row.shape, row.seeds, rules(row).join(" | ")).ok();
     }
     page.push_str(
-        "\n### Where one side alone varies\n\nThe base is a known number (a tracker without random numbers), so the difference is as skewed \
-         as the run's errors. **No rule holds here**: of five runs of which one in ten is lost, 59 % show no lost one, and nothing in them \
-         says that others are. A gate passes such a run. To see one lost run of one in ten with 97.5 % takes 35 runs, ln 0.025 / ln 0.9; \
-         the line *lost_tracks* of the gate gives the range of the rate that its runs leave open. Skewed errors without lost tracks need \
-         more seeds, or draws on both sides. Covered, passes:\n\n\
-         | errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n|---|--:|--:|--:|--:|--:|\n",
+        "\n### If only one side varies\n\n\
+        The baseline is a known number (a tracker without random numbers), so the difference is as skewed as the \
+        run's errors. **No rule is reliable here**: if one run in ten is lost, 59 % of samples of five runs contain \
+        no lost run, and nothing in them indicates that others are lost. The gate passes such a run. To see at least \
+        one lost run with a probability of 97.5 % takes 35 runs, ln 0.025 / ln 0.9. The line *lost_tracks* of the \
+        gate gives the range of rates that are compatible with its runs. Skewed errors without lost tracks need more \
+        seeds, or draws on both sides. Covered, passes:\n\n\
+        | errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n\
+        |---|--:|--:|--:|--:|--:|\n",
     );
     for row in one_sided {
         writeln!(page, "| {} | {} | {} |", row.shape, row.seeds, rules(row).join(" | ")).ok();
     }
     page.push_str(
-        "\n## Seeds that are shared in part\n\nPaired or not is decided by the number of shared seeds alone: three or more, and half or more \
-         of those of the side with more. False alarms at 5 % with normal errors, whose seeds are correlated between the sides; beside it \
-         those of the narrower interval of both, which was used before:\n\n\
-         | seeds of both sides | shared | correlation | compared | false alarms | the narrower of both |\n|---|--:|--:|---|--:|--:|\n",
+        "\n## Partly shared seeds\n\n\
+        The comparison is paired if three or more seeds are shared, and at least half of those of the side with more \
+        seeds. The table has false alarms at 5 % with normal errors, whose seeds are correlated between the sides, \
+        and beside them those of the narrower of both intervals, which was formerly used:\n\n\
+        | seeds of both sides | shared | correlation | comparison | false alarms | the narrower of both |\n\
+        |---|--:|--:|---|--:|--:|\n",
     );
     for row in &shapes.pairing {
         let how = if row.paired { "paired" } else { "unpaired" };
@@ -191,20 +225,23 @@ fn of_shapes(shapes: &Shapes) -> String {
             .ok();
     }
     page.push_str(
-        "\nSeeds that are shared but not paired make a test too careful, where they are correlated.\n\n\
-         ## What seeds of few clips say about motions\n\nTwo trackers are equal over all motions, and differ by 3 mm (standard deviation) from \
-         motion to motion; seeds of a motion by 1 mm. False alarms about all motions at 5 %, of intervals over seeds within the clips and \
-         over clips:\n\n\
-         | clips x seeds | over seeds | over clips |\n|---|--:|--:|\n",
+        "\nIf shared, correlated seeds are not paired, the test is conservative.\n\n\
+        ## Generalisation from few clips to other motions\n\n\
+        Two trackers are equal on average over all motions. Their difference varies between motions with a standard \
+        deviation of 3 mm, and between seeds of a motion with 1 mm. The table has false alarms at 5 % about all \
+        motions, for intervals over seeds within the clips and for intervals over clips:\n\n\
+        | clips x seeds | over seeds | over clips |\n\
+        |---|--:|--:|\n",
     );
     for row in &shapes.clips {
         let over_clips = row.over_clips.map_or_else(|| "none".to_owned(), percent);
         writeln!(page, "| {} x {} | {} | {over_clips} |", row.clips, row.seeds, percent(row.over_seeds)).ok();
     }
     page.push_str(
-        "\nIntervals over seeds are right about these clips, on which the trackers do differ, and say nothing about others. Hence compare \
-         takes clips as its unit from three on, the gate, which guards the clips of its baseline, only where it is told to or seeds do not \
-         vary, and both say over what their intervals run.\n",
+        "\nIntervals over seeds are correct for these clips, on which the trackers do differ, but say nothing about \
+        other clips. Therefore `compare` takes clips as its unit if there are at least three. The gate guards the \
+        clips of its baseline, and takes clips only if told to or if seeds do not vary. Both name the unit of their \
+        intervals.\n",
     );
     page
 }

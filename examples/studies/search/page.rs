@@ -69,20 +69,59 @@ const KEPT: [&str; 9] = [
     "velocity_error_mm_per_s",
 ];
 
+/// Mean over takes of the mean error over seeds.
+fn average(takes: &Takes, method: &str) -> Option<f64> {
+    let all: Vec<f64> = takes.values().filter_map(|o| o.get(method)).map(|o| mean(&o.humaneva_mm)).collect();
+    (!all.is_empty()).then(|| mean(&all))
+}
+
+/// The errors of a kind of bodies, by method.
+fn averages(results: &Results, bodies: &str) -> String {
+    let of = |method: &str| results.clean.get(bodies).and_then(|takes| average(takes, method));
+    let names = [PAPER, REFINED, CALIBRATED].map(|method| method.name).into_iter();
+    names.filter_map(|method| Some(format!("{method} {:.1} mm", of(method)?))).collect::<Vec<_>>().join(", ")
+}
+
+/// Least and greatest, to these digits.
+fn range(values: &[f64], digits: usize) -> String {
+    let (low, high) = (values.iter().copied().reduce(f64::min), values.iter().copied().reduce(f64::max));
+    format!("{:.digits$} to {:.digits$}", low.unwrap_or(f64::NAN), high.unwrap_or(f64::NAN))
+}
+
+fn found(results: &Results) -> String {
+    let stress = |method: &str| {
+        let all: Vec<f64> = results.stress.values().filter_map(|takes| average(takes, method)).collect();
+        range(&all, 1)
+    };
+    let outcomes = results.clean.values().flat_map(|takes| takes.values()).filter_map(|of| of.get(REFINED.name));
+    let inside: Vec<f64> = outcomes.filter_map(|o| Some(100.0 * mean(o.metrics.get("ellipsoid90")?))).collect();
+    format!(
+        "# Annealed particle filter with refinement and calibration\n\n\
+         Mean HumanEva error over the takes, four clean views:\n\n\
+         - matched bodies: {}\n\
+         - `actor` against a mismatched `tracker25`: {}\n\
+         - `actor` against a mismatched `tracker40`: {}\n\n\
+         Under stress, with matched bodies, the error is {} mm refined and {} mm for the paper's algorithm (range over conditions). The \
+         covariances of the refined estimate are too small: its 90 % ellipsoids contain {} % of the markers (range over takes and \
+         bodies).\n",
+        averages(results, BODIES[0].0),
+        averages(results, BODIES[1].0),
+        averages(results, BODIES[2].0),
+        stress(REFINED.name),
+        stress(PAPER.name),
+        range(&inside, 0),
+    )
+}
+
 pub(crate) fn page(results: &Results, seeds: u32) -> String {
     let listed: Vec<String> = takes::REPORTED.iter().map(takes::Take::in_words).collect();
-    let mut text = format!(
-        "# Search: particles, descent, limbs, and a calibrated body\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, seed by seed, are in \
-         `search.json`. *Paper* is Algorithm 1 as printed, 200 particles x 5 layers (`paper = true`); *refined* is the default: 60 x 5, \
-         then descent on outlines and a new search for limbs; *calibrated* is the same with `tracker_body.calibrate = true`. Four clean \
-         views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MOST_FRAMES} frames of a take; proposals learned from other frames or \
-         another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and 14_27, never on these takes.\n\n\
-         HumanEva error in mm, mean over seeds, 95 % interval over seeds below; *floor* is the error of the truth refitted to the body \
-         that the tracker used; the energy gap is that of the truth (refitted) less that of the estimate; *kept* are the seeds whose \
-         calibrated body the gate kept; *ellipsoids* are those of the covariances that the estimate gives, and should hold 50 and 90 % of \
-         the markers. `-` was not measured.\n"
-    );
+    let mut text = found(results)
+        + "\nTables: HumanEva error in mm, mean over seeds, with the 95 % interval over seeds below. *Paper* is Algorithm 1 as printed, \
+           200 particles x 5 layers (`paper = true`). *Refined* is the default: 60 x 5, then descent on outlines and a search for lost limbs. \
+           *Calibrated* is the same with `tracker_body.calibrate = true`. *Floor* is the error of the truth refitted to the tracker's body, \
+           before and after calibration. The energy gap is that of the truth (refitted) minus that of the estimate. *Kept* counts the \
+           seeds whose calibrated body was kept. *Ellipsoids* are those of the estimate's covariances, and should contain 50 and 90 % of \
+           the markers. `-` was not measured.\n";
     for (name, words) in [
         (BODIES[0].0, "Matched: actor and tracker are the same `tracker25`"),
         (BODIES[1].0, "Mismatch: `actor` against `tracker25` with the standard mismatch"),
@@ -93,27 +132,37 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
     }
     if !results.stress.is_empty() {
         text += &format!(
-            "\n## Under stress\n\nMatched bodies, the first {STRESS_FRAMES} frames of {}; mean over takes and seeds, in mm, the interval \
-             over seeds. *Worse* are takes on which refined is worse than paper beyond the interval of their difference, seed by seed.\n\n{}",
+            "\n## Under stress\n\nMatched bodies, the first {STRESS_FRAMES} frames of {}. Error in mm, mean over takes and seeds, with the \
+             interval over seeds. *Worse* lists takes on which refined is significantly worse than paper (95 % interval of the paired \
+             difference).\n\n{}",
             STRESSED.join(", "),
             stress_table(&results.stress)
         );
     }
     if !results.tuning.is_empty() {
         text += &format!(
-            "\n## Takes on which settings were chosen\n\nNot a measure of what to expect; by `SKIAGRAPH_TUNE=`. The gate compares energies in \
-             the frames of the calibration, with the body as given and calibrated.\n\n{}",
+            "\n## Takes on which settings were chosen\n\nNot representative; made with `SKIAGRAPH_TUNE=`. The gate compares energies in the \
+             frames of the calibration, with the given and the calibrated body.\n\n{}",
             tuning_table(&results.tuning)
         );
     }
     text += TRIED;
-    text + &missing(results) + "\n## Takes\n\nFrames of the files from 1, at 120 Hz: " + &listed.join("; ") + ".\n"
+    text += &missing(results);
+    text + &format!(
+        "\n## Method\n\n\
+         Four clean views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MOST_FRAMES} frames of a take. Proposals were learned from other \
+         frames of the take, or from another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and \
+         14_27, never on these takes. Frames of the files, counted from 1, at 120 Hz: {}.\n\n\
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, for every seed, \
+         are in `search.json`.\n",
+        listed.join("; ")
+    )
 }
 
 const TRIED: &str = "
 ## Tried on the tuning takes, not kept
 
-* Six more steps of narrow width on the answer, whatever its energy: mismatch 16.9 to 16.3 mm, calibrated 13.7 to 13.5, matched 1.2 to 1.3 (seven takes, one \
+* Six more descent steps of narrow width from the result, accepted whatever the energy: mismatch 16.9 to 16.3 mm, calibrated 13.7 to 13.5, matched 1.2 to 1.3 (seven takes, one \
   seed, 640 x 480).
 * 40 steps of the calibration in place of 16: 13.2 to 13.1 mm (16_15, 02_01 and 14_24).
 ";
@@ -143,7 +192,7 @@ fn missing(results: &Results) -> String {
 
 fn clean_table(takes: &Takes) -> String {
     let mut text = String::from(
-        "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames lost, \
+        "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames far off, \
          paper, refined, calibrated | within 50 %, 90 % ellipsoid, refined | the same, calibrated | kept |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let methods = [PAPER, REFINED, CALIBRATED].map(|method| method.name);
@@ -217,7 +266,7 @@ fn count(kept: &[bool]) -> usize {
 
 fn stress_table(stress: &BTreeMap<String, Takes>) -> String {
     let mut text = String::from(
-        "| condition | takes | paper, mm | refined, mm | take by take, refined | worse |\n|---|---|---|---|---|---|\n",
+        "| condition | takes | paper, mm | refined, mm | refined, each take | worse |\n|---|---|---|---|---|---|\n",
     );
     for condition in Condition::STRESS {
         let Some(takes) = stress.get(condition.name()) else { continue };

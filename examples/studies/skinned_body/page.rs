@@ -35,11 +35,12 @@ pub(super) fn write(folder: &Path, known: &Known, turns: &Turns, seeds: u64) -> 
         |case: &Case| -> Vec<&Outcome> { (0..seeds).filter_map(|seed| known.get(&case.key(seed))).collect() };
     let done: Vec<(Case, Vec<&Outcome>)> =
         CASES.into_iter().map(|case| (case, outcomes(&case))).filter(|(_, found)| !found.is_empty()).collect();
-    let mut text = head(&done, seeds);
+    let mut text = found(&done);
     table(&done, &mut text);
     over_time(folder, &done, &mut text)?;
     astray(&done, &mut text);
     ambiguity(turns, &done, &mut text);
+    text += &method(&done, seeds);
     let numbers: BTreeMap<String, Numbers> = done.iter().map(|(case, all)| (name(case), numbers(all))).collect();
     std::fs::write(folder.join("skinned-body.json"), serde_json::to_string_pretty(&numbers)? + "\n")?;
     std::fs::write(folder.join("skinned-body.md"), text)?;
@@ -50,28 +51,49 @@ fn name(case: &Case) -> String {
     format!("{} views, {}, {}", case.views, case.body, case.method)
 }
 
-fn head(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
+/// Mean of one value a seed, for capsules and the skin, in every setting.
+fn both(done: &[(Case, Vec<&Outcome>)], unit: &str, of: fn(&Numbers) -> &Vec<f64>) -> String {
+    let centre = |found: &[&Outcome]| mean(of(&numbers(found))).unwrap_or(f64::NAN);
+    let pairs = done.iter().filter(|(case, _)| case.body == "capsules").filter_map(|(case, capsules)| {
+        let other =
+            |(of, _): &&(Case, Vec<&Outcome>)| of.body == "skin" && of.views == case.views && of.method == case.method;
+        let (_, skin) = done.iter().find(other)?;
+        let (views, method) = (case.views, case.method);
+        Some(format!("{:.1} and {:.1} {unit} ({method}, {views} views)", centre(capsules), centre(skin)))
+    });
+    pairs.collect::<Vec<_>>().join(", ")
+}
+
+fn found(done: &[(Case, Vec<&Outcome>)]) -> String {
+    format!(
+        "# A skinned and a cylindrical body on a long walk\n\n\
+         Position error with capsules and with a skin: {}. Error of the head's orientation: {}. The skin helps most with the \
+         orientation of the head, which capsules cannot show.\n",
+        both(done, "mm", |numbers| &numbers.error_mm),
+        both(done, "degrees", |numbers| &numbers.head_deg),
+    )
+}
+
+fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
     let all = || done.iter().flat_map(|(_, found)| found.iter());
     let iou: Vec<f64> = all().filter_map(|outcome| outcome.segmentation_iou).collect();
     let frames = all().next().map_or(0, |outcome| outcome.error_mm.len());
     format!(
-        "# A skinned against a cylindrical body on a long walk\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- skinned_body` (it resumes); numbers seed by seed and \
-         the hashes of the sets are in `skinned-body.json`. After both experiments of [Skinned APF], section 7. `{SCENARIO}`: the \
-         built-in walk, {frames} frames at 60 Hz along a curve, no two strides alike, performed by `actor` (44 joint angles) in the skin \
-         `person` of 5,000 triangles; images of 320 x 240 pixels, silhouettes by background subtraction (overlap with the exact ones \
-         {:.3}). Every tracker has `tracker25` with the true lengths: once its tapered capsules (*capsules*: truncated cones with round \
-         ends, as those of [Balan 2005]), once the skin `person_coarse` of 1,000 triangles (*skin*). *Paper* is Algorithm 1 as printed, 200 particles \
-         x 5 layers; *default* what ships, 60 x 5 with refinement. Means over frames and seeds with 95 % intervals over seeds. The \
-         recording is not the paper's (HumanEva's may not be passed on), and images are drawn; so what can be compared is which body \
-         does better, not millimetres.\n",
+        "\n## Method\n\n\
+         After both experiments of [Skinned APF], section 7. `{SCENARIO}`: the built-in walk, {frames} frames at 60 Hz along a curve, with \
+         varied strides, performed by `actor` (44 joint angles) with the skin `person` of 5,000 triangles; images of 320 x 240 pixels, \
+         silhouettes by background subtraction (overlap with the exact ones {:.3}). The recording is not the paper's (HumanEva's may not \
+         be redistributed), and the images are rendered. So the ranking of the bodies can be compared with the paper, but not the \
+         millimetres.\n\n\
+         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- skinned_body` (it resumes); numbers for every seed and \
+         the hashes of the sets are in `skinned-body.json`.\n",
         mean(&iou).unwrap_or(f64::NAN)
     )
 }
 
 fn table(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
-    *text += "\n| views | tracker's body | method | position error, mm | body orientation error, degrees | head faces elsewhere by, degrees | \
-              IoU of the estimate | energy gap | ms a frame | seeds |\n|---:|---|---|---|---|---|---|---:|---:|---:|\n";
+    *text += "\n| views | tracker's body | method | position error, mm | body orientation error, degrees | head orientation error, degrees | \
+              IoU of the estimate | energy gap | ms per frame | seeds |\n|---:|---|---|---|---|---|---|---:|---:|---:|\n";
     for (case, found) in done {
         let numbers = numbers(found);
         let frames = found.first().map_or(1, |outcome| outcome.error_mm.len()) as f64;
@@ -91,8 +113,11 @@ fn table(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
         )
         .ok();
     }
-    *text += "\nPosition error is HumanEva's, over its 15 markers; body orientation that of the root. The energy gap is the energy of the \
-              true pose on the tracker's body less that of the estimate. Milliseconds are the clock's, on a machine with other work.\n";
+    *text += "\nMeans over frames and seeds, with 95 % intervals over seeds. Every tracker has `tracker25` with the true lengths: either with \
+              its tapered capsules (*capsules*: truncated cones with round ends, like those of [Balan 2005]) or with the skin \
+              `person_coarse` of 1,000 triangles (*skin*). *Paper* is Algorithm 1 as printed, 200 particles x 5 layers; *default* is 60 x 5 \
+              with refinement. Position error is HumanEva's, over its 15 markers; body orientation is that of the root. The energy gap is the energy of \
+              the true pose on the tracker's body minus that of the estimate. Times are wall-clock times on a machine with other load.\n";
 }
 
 fn numbers(found: &[&Outcome]) -> Numbers {
@@ -115,8 +140,8 @@ fn numbers(found: &[&Outcome]) -> Numbers {
 
 /// Errors over time, as figure 5 of the paper: a plot a quantity for every method before four cameras.
 fn over_time(folder: &Path, done: &[(Case, Vec<&Outcome>)], text: &mut String) -> Result<(), Box<dyn Error>> {
-    *text += "\n## Over time\n\nMean over seeds, the band from the least to the greatest seed. [Skinned APF], figure 5, has position \
-              errors below 80 mm on average and orientation errors about 8 degrees for its skinned body.\n";
+    *text += "\n## Over time\n\nMean over seeds; the band is from the lowest to the highest seed. For its skinned body, [Skinned APF], figure 5, has \
+              mean position errors below 80 mm and orientation errors of about 8 degrees.\n";
     for method in ["paper", "default"] {
         let cases = || done.iter().filter(|(case, _)| case.views == 4 && case.method == method);
         if cases().count() < BODIES.len() {
@@ -165,9 +190,9 @@ fn line(body: &str, colour: Colour, found: &[&Outcome], of: fn(&Outcome) -> &[f3
 fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
     write!(
         text,
-        "\n## Where limbs are mistracked\n\nA limb is mistracked where its outer two markers are off by more than {ASTRAY_MM} mm on average \
-         for {IN_A_ROW} frames in a row. Share of all frames of all seeds, and of the seed with most of it the stretches of frames. \
-         ([Skinned APF] shows the body of [Balan 2005] losing the right arm at frame 35 and the left leg at frame 135.)\n\n\
+        "\n## Where limbs are mistracked\n\nA limb is mistracked if its two outer markers are off by more than {ASTRAY_MM} mm on average \
+         for {IN_A_ROW} frames in a row. The table has the share of all frames of all seeds, and the frame intervals of the worst seed. ([Skinned \
+         APF] shows the body of [Balan 2005] losing the right arm at frame 35 and the left leg at frame 135.)\n\n\
          | views | body | method | {} |\n|---:|---|---|{}\n",
         LIMBS.join(" | "),
         "---|".repeat(LIMBS.len())
@@ -205,21 +230,16 @@ fn stretches(errors: &[f32]) -> Vec<(usize, usize)> {
 
 /// What turning the head costs, beside moving an arm.
 fn ambiguity(turns: &Turns, done: &[(Case, Vec<&Outcome>)], text: &mut String) {
-    *text += "\n## Which way the head faces\n\nOf seven cameras [Skinned APF] (figure 7) says that the head's orientation is not quite \
-              accurate, because a head is close to a sphere. Rise of the energy, in thousandths, when the head of the true pose (refitted to \
-              the tracker's body) is turned about its axis, and when the left upper arm is lifted by as much; mean over every 23rd frame. An \
-              energy that does not rise cannot hold the head.\n\n";
+    *text += "\n## Orientation of the head\n\nFor seven cameras, [Skinned APF] (figure 7) reports that the head's orientation is not accurate, because \
+              a head is close to a sphere. The table shows how much the energy increases, in thousandths, when the head of the true pose (refitted to \
+              the tracker's body) is turned about its axis, and when the left upper arm is lifted by the same angle; mean over every 23rd \
+              frame. If the energy does not increase, the silhouettes do not determine the head's orientation.\n\n";
     let mut angles: Vec<f64> = turns.iter().map(|(.., angle, _, _)| *angle).collect();
     angles.sort_by(f64::total_cmp);
     angles.dedup();
     let titles: Vec<String> = angles.iter().map(|angle| format!("{angle:+.0}°")).collect();
-    writeln!(
-        text,
-        "| views | body | what is turned | {} |\n|---:|---|---|{}",
-        titles.join(" | "),
-        "---:|".repeat(angles.len())
-    )
-    .ok();
+    writeln!(text, "| views | body | part | {} |\n|---:|---|---|{}", titles.join(" | "), "---:|".repeat(angles.len()))
+        .ok();
     for views in [4, 7] {
         for (body, _) in BODIES {
             for (what, of) in [("head", 0), ("left arm", 1)] {
@@ -236,7 +256,7 @@ fn ambiguity(turns: &Turns, done: &[(Case, Vec<&Outcome>)], text: &mut String) {
             }
         }
     }
-    *text += "\nHow far the estimated head and body then face elsewhere:\n\n| views | body | method | head, degrees | body, degrees |\n\
+    *text += "\nErrors of the estimated heading of head and body:\n\n| views | body | method | head, degrees | body, degrees |\n\
               |---:|---|---|---|---|\n";
     for (case, found) in done {
         let numbers = numbers(found);

@@ -34,7 +34,7 @@ pub(super) use self::definition::check_file;
                   skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
                   skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                   skiagraph sweep run sweeps/mine -j 8\n  \
-                  skiagraph sweep submit sweeps/mine --engine slurm --dry-run\n  \
+                  skiagraph sweep submit sweeps/mine --dry-run\n  \
                   skiagraph sweep status sweeps/mine --missing"
 )]
 pub(super) struct Arguments {

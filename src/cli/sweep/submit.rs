@@ -3,35 +3,33 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::super::{CommandError, output};
-use crate::experiment::sweep::{Engine, PlannedSweep, SubmitOptions, submit};
+use crate::experiment::sweep::{PlannedSweep, SubmitOptions, submit};
 
-/// Submit a sweep to a cluster: Slurm's job arrays, or HyperQueue
+/// Submit a sweep to a Slurm cluster
 ///
-/// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and with Slurm a job that
-/// waits for it, submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
+/// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and a job that waits for it,
+/// submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
 #[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph sweep submit sweeps/mine --engine slurm --dry-run\n  \
-                        skiagraph sweep submit sweeps/mine --engine slurm -- --partition=cpu --mem=2G\n  \
-                        skiagraph sweep submit sweeps/mine --engine hq\n\n\
-                        Results are in DIR as they come: skiagraph sweep status DIR. With HyperQueue, gather when its job is\n\
-                        done: hq job wait last && bash DIR/submit/close.sh")]
+#[command(after_help = "Examples:\n  skiagraph sweep submit sweeps/mine --dry-run\n  \
+                        skiagraph sweep submit sweeps/mine -- --partition=cpu --mem=2G\n\n\
+                        Results are in DIR as they come: skiagraph sweep status DIR.")]
 pub(super) struct Arguments {
     /// Directory of the sweep, on a file system that all nodes see
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
-    /// What runs the tasks
-    #[arg(long, value_name = "ENGINE")]
-    engine: Name,
+    /// Accepted because the closing scripts of earlier versions give it
+    #[arg(long, value_name = "ENGINE", default_value = "slurm", value_parser = ["slurm"], hide = true)]
+    engine: String,
 
     /// Minutes that a shard should take
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(5..=30))]
     minutes: u32,
 
-    /// Number of shards, instead of as many as the time asks for
+    /// Number of shards, overriding the automatic count
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     shards: Option<u32>,
 
@@ -42,24 +40,14 @@ pub(super) struct Arguments {
     #[arg(long, hide = true, default_value_t = 0)]
     round: usize,
 
-    /// More arguments of sbatch or hq submit
+    /// More arguments of sbatch
     #[arg(last = true, value_name = "ARGUMENT")]
     extra: Vec<String>,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Name {
-    Slurm,
-    Hq,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let sweep = PlannedSweep::open(&arguments.sweep)?;
     let options = SubmitOptions {
-        engine: match arguments.engine {
-            Name::Slurm => Engine::Slurm,
-            Name::Hq => Engine::HyperQueue,
-        },
         minutes: arguments.minutes,
         shards: arguments.shards.map(|shards| shards as usize),
         round: arguments.round,

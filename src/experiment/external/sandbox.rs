@@ -46,6 +46,23 @@ impl ProgramSandbox {
         }
     }
 
+    /// What to do where a program never works in the sandbox because it, or what it needs, is not seen there: `what`
+    /// happened, and its last lines.
+    pub(super) fn hint(&self, what: &str, errors: &[String]) -> Option<String> {
+        const SAID: [&str; 5] = ["not found", "No such file", "can't open", "cannot open", "ModuleNotFoundError"];
+        // a shell ends with 127 where it finds no program, and with 126 where it may not start it
+        let is_missing = ["exit status: 127", "exit status: 126"].iter().any(|end| what.contains(end));
+        let is_said = errors.iter().any(|line| SAID.iter().any(|words| line.contains(words)));
+        let granted: Vec<String> = self.readable.iter().map(|path| path.display().to_string()).collect();
+        let seen = if granted.is_empty() { "nothing else".to_owned() } else { granted.join(", ") };
+        (is_missing || is_said).then(|| {
+            format!(
+                "in the sandbox it sees the system, the blind side and {seen}: give it its own files with --readable PATH, \
+                 a file or a folder, several times"
+            )
+        })
+    }
+
     /// The command line in the sandbox; `folder` holds the blind side.
     pub(super) fn command(&self, command: &str, folder: &Path, current: Option<PathBuf>) -> Command {
         let mut bwrap = Command::new("bwrap");
@@ -98,6 +115,20 @@ fn resolved(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_program_that_is_not_seen_in_the_sandbox_is_told_how_to_be_seen() {
+        let sandbox = |readable: &[&str]| ProgramSandbox {
+            readable: readable.iter().map(PathBuf::from).collect(),
+            hidden: Vec::new(),
+        };
+        let errors = vec!["python: can't open file '/home/me/t.py': [Errno 2] No such file or directory".to_owned()];
+        let said = sandbox(&[]).hint("it ended before it was ready (exit status: 2)", &errors).unwrap();
+        assert!(said.contains("and nothing else: ") && said.contains("--readable PATH"), "{said}");
+        let said = sandbox(&["a", "b"]).hint("it ended (exit status: 127)", &[]).unwrap();
+        assert!(said.contains("and a, b: "), "{said}");
+        assert_eq!(sandbox(&[]).hint("it ended (exit status: 1)", &["out of memory".to_owned()]), None);
+    }
 
     #[test]
     fn what_is_hidden_is_mounted_after_what_is_granted_around_it_and_the_blind_side_last() {

@@ -409,6 +409,8 @@ impl<'a> Session<'a> {
     }
 
     fn never_ready(&self, what: String, errors: Vec<String>) -> ExperimentError {
+        let hint = self.settings.sandbox.as_ref().and_then(|sandbox| sandbox.hint(&what, &errors));
+        let what = hint.map_or(what.clone(), |hint| format!("{what}; {hint}"));
         ExperimentError::Program { command: self.settings.command.clone(), what, errors }
     }
 }

@@ -51,7 +51,7 @@ pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySh
         ("height".to_owned(), format!("{:.2} m from the lowest to the highest joint", summary.height_m)),
     ];
     BodySheet {
-        title: summary.name.to_uppercase(),
+        title: summary.name.clone(),
         body,
         poses: BodySheet::four_poses(body),
         motion: None,
@@ -68,7 +68,7 @@ pub(super) fn of_skin<'a>(summary: &SkinSummary, body: &'a Humanoid) -> BodyShee
         ("shown on".to_owned(), summary.body.clone()),
     ];
     BodySheet {
-        title: summary.name.to_uppercase(),
+        title: summary.name.clone(),
         body,
         poses: BodySheet::four_poses(body),
         motion: None,
@@ -90,7 +90,7 @@ pub(super) fn of_clip<'a>(summary: &ClipSummary, performed: &'a Retargeted) -> B
     });
     let facts = facts.into_iter().chain(fit).collect();
     BodySheet {
-        title: summary.name.to_uppercase(),
+        title: summary.name.clone(),
         body: &performed.humanoid,
         poses: spread(&performed.motion),
         motion: Some(&performed.motion),
@@ -103,7 +103,7 @@ fn spread(motion: &Motion) -> Vec<(String, Pose)> {
     let last = motion.poses.len().saturating_sub(1);
     let shown = motion.poses.len().clamp(1, 8);
     let frame = |index: usize| index * last / (shown - 1).max(1);
-    (0..shown).filter_map(|i| Some((format!("FRAME {}", frame(i)), motion.poses.get(frame(i))?.clone()))).collect()
+    (0..shown).filter_map(|i| Some((format!("frame {}", frame(i)), motion.poses.get(frame(i))?.clone()))).collect()
 }
 
 fn grouped(title: &str, facts: Vec<(String, String)>, notes: &[String]) -> Vec<FactGroup> {

@@ -120,7 +120,7 @@ pub fn inspect_scenario(
     if let Some(place) = place {
         let stances = contacts.as_ref().map_or_else(Default::default, |c| c.feet.each_ref().map(|foot| foot.stances()));
         let seams = staged.seams.iter().map(|seam| seam.first..seam.end).collect();
-        let title = file.scenario.name.to_uppercase();
+        let title = file.scenario.name.clone();
         place.put(&MotionStrip { title, body, motion: &motion, stances, seams }.png()?)?;
     }
     let roots: Vec<_> = motion.poses.iter().map(|pose| pose.world_from_root.translation.vector.xy()).collect();

@@ -9,9 +9,11 @@ mod csv_file;
 mod layouts;
 mod names;
 mod npz_names;
+mod quaternions;
 mod read_as;
 mod rewriting;
 mod scale;
+mod zeros;
 
 use std::path::{Path, PathBuf};
 
@@ -121,8 +123,8 @@ fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result
     let named = npz_names::named(Npz::from_bytes(&file, &bytes)?, &file, map.as_ref(), body).map_err(malformed)?;
     read_as.columns = named.columns;
     read_as.layout = named.layout.map(str::to_owned);
-    let notes = named.notes.into_iter().map(|note| format!("{file} {note}")).collect();
-    tracked_from(named.npz, path, set, read_as, notes)
+    read_as.left_out = named.left_out;
+    tracked_from(named.npz, path, set, read_as, Vec::new())
 }
 
 /// The estimates of an archive in the file's units, axes and frames.
@@ -135,10 +137,15 @@ fn tracked_from(
 ) -> Result<Tracked, ExperimentError> {
     let file = path.display().to_string();
     let body = &set.blind.start.body;
+    let left_out = read_as.left_out.as_ref().map(|names| format!("has names that were left out: {names}"));
+    let told = left_out.into_iter().chain(zeros::note(&npz));
+    let notes: Vec<String> = notes.into_iter().chain(told.map(|note| format!("{file} {note}"))).collect();
     let npz = rewriting::rewritten(npz, &file, &read_as, body, set.blind.frame_count)
         .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
     estimates.notes.extend(notes);
+    let start = &set.blind.start.pose.world_from_root.rotation;
+    estimates.notes.extend(quaternions::note(&estimates, &read_as, start).map(|note| format!("{file} {note}")));
     Ok(Tracked {
         record: None,
         estimates,
@@ -264,12 +271,10 @@ fn into_tracked(
     }
     read_as.columns = columns.by_marker(&points.names, body);
     read_as.layout = columns.layout.map(str::to_owned);
-    let file = path.display().to_string();
-    let left_out = columns.note.map(|note| format!("{file} {note}"));
-    let notes = points.notes.into_iter().chain(left_out).collect();
+    read_as.left_out = columns.left_out;
     // of BVH the reader has applied the unit
     let in_file = ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
-    let mut tracked = tracked_from(npz, path, set, in_file, notes)?;
+    let mut tracked = tracked_from(npz, path, set, in_file, points.notes)?;
     tracked.read_as = Some(read_as);
     Ok(tracked)
 }

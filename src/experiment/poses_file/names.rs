@@ -22,8 +22,8 @@ pub(super) enum NameKind {
 pub(super) struct NamedColumns {
     pub(super) markers: Vec<(usize, String)>,
     pub(super) joints: Vec<(usize, String)>,
-    /// What was left out.
-    pub(super) note: Option<String>,
+    /// Names of what was left out, in words.
+    pub(super) left_out: Option<String>,
     /// Whose keypoints the names are, where they are not those of this program.
     pub(super) layout: Option<&'static str>,
 }
@@ -119,7 +119,7 @@ pub(super) fn columns(
     let is_read = |column: usize| found.markers.iter().chain(&found.joints).any(|(read, _)| *read == column);
     let left_out = names.iter().enumerate().filter(|(column, _)| !is_read(*column));
     let left_out: Vec<String> = left_out.map(|(_, name)| name.clone()).collect();
-    found.note = (!left_out.is_empty()).then(|| format!("has names that were left out: {}", listed(&left_out)));
+    found.left_out = (!left_out.is_empty()).then(|| listed(&left_out));
     Ok(found)
 }
 
@@ -210,7 +210,7 @@ mod tests {
         let found = columns(&names(&["Pelvis", "Left Knee", "Nose"]), None, &person(), NameKind::Marker).unwrap();
         let known: Vec<&str> = found.markers.iter().map(|(_, name)| name.as_str()).collect();
         assert_eq!(known, ["pelvis", "left_knee"]);
-        assert_eq!(found.note.as_deref(), Some("has names that were left out: Nose"));
+        assert_eq!(found.left_out.as_deref(), Some("Nose"));
         let none = columns(&names(&["a", "b"]), None, &person(), NameKind::Marker).unwrap_err();
         assert!(none.contains("a, b") && none.contains("--joint-map"), "{none}");
         let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person(), NameKind::Marker).unwrap_err();
@@ -243,7 +243,7 @@ mod tests {
         let of = |all: &[&str]| columns(&names(all), Some(&map), &person(), NameKind::Marker).unwrap();
         let found = of(&["LKnee", "right_knee", "nose"]);
         assert_eq!(found.markers, [(0, "left_knee".to_owned()), (1, "right_knee".to_owned())]);
-        assert_eq!(found.note.as_deref(), Some("has names that were left out: nose"));
+        assert_eq!(found.left_out.as_deref(), Some("nose"));
         let found = of(&["left_knee", "LKnee"]);
         assert_eq!(found.markers, [(1, "left_knee".to_owned())]);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::markers_on;
 use super::names::{NameKind, NamedColumns, columns};
-use crate::benchmark_set::with_seed_axis;
+use crate::benchmark_set::{SetError, with_seed_axis};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use crate::npz::{Array, Npz};
@@ -15,8 +15,8 @@ pub(super) struct NamedArchive {
     /// The file's name of every marker.
     pub(super) columns: BTreeMap<String, String>,
     pub(super) layout: Option<&'static str>,
-    /// What was left out.
-    pub(super) notes: Vec<String>,
+    /// Names of what was left out, in words.
+    pub(super) left_out: Option<String>,
 }
 
 /// Arrays of positions with those of their names, and what goes along with their columns.
@@ -37,11 +37,11 @@ pub(super) fn named(
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
 ) -> Result<NamedArchive, String> {
-    let mut npz = with_seed_axis(file, npz).map_err(|e| e.to_string())?;
+    let mut npz = with_seed_axis(file, npz).map_err(SetError::into_detail)?;
     check_map(&npz, file, map)?;
-    let (mut by_marker, mut layout, mut notes) = (BTreeMap::new(), None, Vec::new());
+    let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
     for (array, names_array, kind) in KINDS {
-        let Some(names) = npz.names(file, names_array).map_err(|e| e.to_string())?.map(<[String]>::to_vec) else {
+        let Some(names) = npz.names(file, names_array).map_err(|e| e.detail)?.map(<[String]>::to_vec) else {
             continue;
         };
         let map: Option<BTreeMap<String, String>> = map.map(|map| {
@@ -62,16 +62,17 @@ pub(super) fn named(
         }
         by_marker.extend(found.by_marker(&names, body));
         layout = layout.or(found.layout);
-        notes.extend(found.note.clone());
+        left_out.extend(found.left_out.clone());
         npz = with_columns(&npz, file, [array, names_array], names.len(), &found)?;
     }
-    Ok(NamedArchive { npz, columns: by_marker, layout, notes })
+    let left_out = (!left_out.is_empty()).then(|| left_out.join(", "));
+    Ok(NamedArchive { npz, columns: by_marker, layout, left_out })
 }
 
 fn check_map(npz: &Npz, file: &str, map: Option<&BTreeMap<String, String>>) -> Result<(), String> {
     let mut names = Vec::new();
     for (_, names_array, _) in KINDS {
-        names.extend(npz.names(file, names_array).map_err(|e| e.to_string())?.unwrap_or_default());
+        names.extend(npz.names(file, names_array).map_err(|e| e.detail)?.unwrap_or_default());
     }
     match map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
         Some((theirs, _)) => Err(format!(
@@ -143,7 +144,7 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
         return Err(format!("{name}: has {columns} columns, its names are {width}"));
     }
     let any = vec![None; shape.len()];
-    let numbers = npz.numbers(file, name, &any).map_err(|e| e.to_string())?;
+    let numbers = npz.numbers(file, name, &any).map_err(|e| e.detail)?;
     let size: usize = rest.iter().product();
     let rows = numbers.chunks_exact((width * size).max(1));
     let chosen: Vec<f64> = rows
@@ -175,7 +176,7 @@ mod tests {
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["left_knee", "pelvis"]);
         let numbers = found.npz.f64s("p", "estimate_markers", &[Some(1), Some(2), Some(2), Some(3)]).unwrap();
         assert_eq!(numbers, [[0.0; 3], [2.0; 3], [0.0; 3], [2.0; 3]].as_flattened());
-        assert_eq!(found.notes, ["has names that were left out: tail"]);
+        assert_eq!(found.left_out.as_deref(), Some("tail"));
         assert_eq!(found.columns["left_knee"], "LKnee");
         let refused = named(npz, "p", Some(&map("RKnee", "left_knee")), &person()).err().unwrap();
         assert!(refused.contains("\"RKnee\"") && refused.contains("marker_names"), "{refused}");
@@ -193,5 +194,15 @@ mod tests {
         let misspelt = archive(&["pelvis", "left_kne"]);
         let found = named(misspelt.clone(), "p", None, &person()).unwrap();
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["pelvis", "left_kne"]);
+    }
+
+    /// The file's name stood twice in the message: the caller puts it in front.
+    #[test]
+    fn what_is_wrong_is_said_without_the_name_of_the_file() {
+        let mut npz = archive(&["pelvis"]);
+        npz.push("seeds", Array::new(&[2], vec![0_i64, 1]));
+        let refused = named(npz, "theirs.npz", None, &person()).err().unwrap();
+        assert!(refused.starts_with("has several seeds, and arrays without an axis of seeds"), "{refused}");
+        assert!(!refused.contains("theirs.npz"), "{refused}");
     }
 }

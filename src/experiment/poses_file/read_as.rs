@@ -41,6 +41,9 @@ pub struct ReadAs {
     /// Whose keypoints its names are, where they are not those of this program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
+    /// Columns that were not read, in words; a note of the run names them too.
+    #[serde(skip)]
+    pub(in crate::experiment) left_out: Option<String>,
     /// The file's name of every marker that it gives.
     #[serde(skip)]
     pub(in crate::experiment) columns: BTreeMap<String, String>,
@@ -82,6 +85,7 @@ impl ReadAs {
             shift_frames: declared.shift,
             offset_m: declared.offset_m,
             layout: None,
+            left_out: None,
             columns: BTreeMap::new(),
             order,
         }
@@ -105,6 +109,7 @@ impl ReadAs {
         parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
         parts.extend(self.shift_frames.map(|shift| format!("frame 0 is the set's frame {shift} (--shift)")));
         parts.extend(self.offset_m.map(|[x, y, z]| format!("moved by {x}, {y}, {z} m (--offset)")));
+        parts.extend(self.left_out.as_ref().map(|names| format!("left out: {names}")));
         format!("read {}: {}", self.file, parts.join("; "))
     }
 }

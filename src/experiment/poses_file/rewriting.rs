@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use super::read_as::ReadAs;
-use crate::benchmark_set::with_seed_axis;
+use crate::benchmark_set::{SetError, with_seed_axis};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::npz::{Array, Npz, Values};
 
@@ -48,7 +48,7 @@ impl SetFromFile {
 /// # Errors
 /// What cannot be done with these arrays.
 pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid, frames: usize) -> Result<Npz, String> {
-    let mut npz = with_seed_axis(file, npz).map_err(|e| e.to_string())?;
+    let mut npz = with_seed_axis(file, npz).map_err(SetError::into_detail)?;
     let matrix = read_as.order.set_from_file();
     let to_set = SetFromFile { metres: read_as.metres_per_unit.unwrap_or(1.0), matrix, offset: read_as.offset() };
     if to_set.metres != 1.0 || matrix != Matrix3::identity() || to_set.offset != Vector3::zeros() {
@@ -89,7 +89,7 @@ fn map_numbers(npz: &Npz, file: &str, change: &dyn Fn(&str, &mut [f64])) -> Resu
             continue;
         }
         let any = vec![None; array.shape.len()];
-        let mut numbers = npz.numbers(file, name, &any).map_err(|e| e.to_string())?;
+        let mut numbers = npz.numbers(file, name, &any).map_err(|e| e.detail)?;
         change(name, &mut numbers);
         found.push(name, Array::new(&array.shape, numbers));
     }
@@ -111,7 +111,7 @@ fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Resul
             found.push(name, array.clone());
             continue;
         }
-        let names = npz.names(file, name).map_err(|e| e.to_string())?.unwrap_or_default();
+        let names = npz.names(file, name).map_err(|e| e.detail)?.unwrap_or_default();
         let swapped: Vec<String> = names.iter().map(|name| other_side(name, &known)).collect();
         found.push(name, Array::names(swapped.iter().map(String::as_str)));
     }
@@ -140,6 +140,21 @@ fn shifted(npz: &Npz, shift: i64, frames: usize) -> Result<Npz, String> {
         return Err(format!("--shift: expected at most {MOST_FRAMES} frames either way"));
     }
     let is_of_frames = |name: &str| [ROOT, ANGLES, COVARIANCE].contains(&name) || POINTS.contains(&name);
+    let given = npz.iter().filter(|(name, _)| is_of_frames(name)).find_map(|(_, array)| array.shape.get(1).copied());
+    // frame 0 is the start pose, and is not measured where there are others
+    let first_scored = usize::from(frames > 1);
+    let is_left = |given: usize| {
+        (0..given)
+            .any(|row| row.checked_add_signed(shift as isize).is_some_and(|to| (first_scored..frames).contains(&to)))
+    };
+    if let Some(given) = given.filter(|given| *given > 0 && !is_left(*given)) {
+        return Err(format!(
+            "--shift {shift} leaves nothing to measure: the file's {given} frames would be the frames {shift} to {} of the \
+             set, which has the frames 0 to {}, the first of them the start pose",
+            shift + given as i64 - 1,
+            frames - 1
+        ));
+    }
     let mut found = Npz::default();
     for (name, array) in npz.iter() {
         match (is_of_frames(name), array.shape.as_slice()) {
@@ -233,13 +248,23 @@ mod tests {
 
     #[test]
     fn a_shift_moves_every_frame_and_the_rest_is_lost() {
-        for shift in [2_i64, 0, -3, 9] {
+        for shift in [2_i64, 0, -3] {
             let found = read(archive(), &PosesDeclared { shift: Some(shift), ..PosesDeclared::default() }).unwrap();
             for (frame, markers) in found.sequences[0].markers.iter().enumerate() {
                 let from = frame.checked_add_signed(-shift as isize).filter(|from| *from < 5);
                 let expected = from.map_or([None; 15], |from| estimates().sequences[0].markers[from]);
                 assert_eq!(*markers, expected, "{shift}, frame {frame}");
             }
+        }
+        for shift in [5, 400, -4, -5] {
+            let declared = PosesDeclared { shift: Some(shift), ..PosesDeclared::default() };
+            let refused = read(archive(), &declared).unwrap_err();
+            let words = format!(
+                "--shift {shift} leaves nothing to measure: the file's 5 frames would be the frames {shift} to {} of the set, \
+                 which has the frames 0 to 4",
+                shift + 4
+            );
+            assert!(refused.starts_with(&words), "{refused}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! Indices as job arrays write them: `3,7-8`.
 
-/// Indices in ascending order, ranges joined: `3,7-8`. Slurm's and HyperQueue's `--array` take it.
+/// Indices in ascending order, ranges joined: `3,7-8`. Slurm's `--array` takes it.
 pub fn to_ranges(indices: &[usize]) -> String {
     let mut ranges: Vec<[usize; 2]> = Vec::new();
     for index in indices {

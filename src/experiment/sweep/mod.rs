@@ -49,7 +49,6 @@ pub use plan::{Draft, Planned, PlannedSweep};
 pub use plan_file::{BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SweepCell};
 pub use record::{CellRecord, Environment, Status};
 pub use run::{Best, Ran, RunOptions, RunProgress, SweepWatch, in_words, run_some, run_sweep};
-pub use script::Engine;
 pub(super) use script::quoted;
 pub use shard::shard;
 pub use status::{SweepStatus, sweep_status};

@@ -1,5 +1,4 @@
-//! Scripts for the engines of clusters. What they do is left to `skiagraph sweep cell --shard`: an engine only decides
-//! where and when.
+//! Scripts for Slurm. What they do is left to `skiagraph sweep cell --shard`: Slurm only decides where and when.
 
 use std::path::Path;
 
@@ -7,15 +6,6 @@ use std::path::Path;
 pub(super) const ROUNDS: usize = 3;
 /// How often a task that said "try again" (exit code 75) is begun again.
 const RETRIES: usize = 5;
-
-/// An engine that runs tasks on a cluster.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
-    /// Slurm's job arrays.
-    Slurm,
-    /// HyperQueue's task arrays.
-    HyperQueue,
-}
 
 /// What scripts are written for.
 #[derive(Clone, Copy, Debug)]
@@ -32,75 +22,50 @@ pub(super) struct Job<'a> {
     pub(super) minutes: u64,
     /// How often the sweep was submitted again.
     pub(super) round: usize,
-    /// More arguments of the engine.
+    /// More arguments of `sbatch`.
     pub(super) extra: &'a [String],
 }
 
 /// The script of one task: one shard.
-pub(super) fn task(engine: Engine, job: &Job<'_>) -> String {
+pub(super) fn task(job: &Job<'_>) -> String {
     let (program, root) = (quoted(job.program), quoted(job.root));
-    let run = format!("{program} sweep cell {root} --shard \"$shard/{}\"", job.shards);
-    match engine {
-        Engine::Slurm => format!(
-            "#!/bin/bash\n\
-             #SBATCH --job-name=skiagraph-{name}\n\
-             #SBATCH --output={log}/%A_%a.txt\n\
-             #SBATCH --open-mode=append\n\
-             #SBATCH --cpus-per-task=1\n\
-             #SBATCH --time={minutes}\n\
-             #SBATCH --requeue\n\
-             shard=$((SLURM_ARRAY_TASK_ID + ${{SKIAGRAPH_OFFSET:-0}}))\n\
-             {run}\n\
-             code=$?\n\
-             # 75: try again. Some sites do so themselves (RequeueExit), others have to be asked.\n\
-             if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {RETRIES} ]; then\n\
-             \x20 scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" && sleep 60\n\
-             fi\n\
-             exit \"$code\"\n",
-            name = job.name,
-            log = in_directive(&job.root.join("log")),
-            minutes = job.minutes,
-        ),
-        Engine::HyperQueue => format!(
-            "#!/bin/bash\n\
-             # HyperQueue gives a task that lost its worker to another one, and never repeats a task that failed.\n\
-             shard=$HQ_TASK_ID\n\
-             for attempt in $(seq {RETRIES}); do\n\
-             \x20 {run}\n\
-             \x20 code=$?\n\
-             \x20 [ \"$code\" = 75 ] || break\n\
-             \x20 sleep 10\n\
-             done\n\
-             exit \"$code\"\n"
-        ),
-    }
+    format!(
+        "#!/bin/bash\n\
+         #SBATCH --job-name=skiagraph-{name}\n\
+         #SBATCH --output={log}/%A_%a.txt\n\
+         #SBATCH --open-mode=append\n\
+         #SBATCH --cpus-per-task=1\n\
+         #SBATCH --time={minutes}\n\
+         #SBATCH --requeue\n\
+         shard=$((SLURM_ARRAY_TASK_ID + ${{SKIAGRAPH_OFFSET:-0}}))\n\
+         {program} sweep cell {root} --shard \"$shard/{shards}\"\n\
+         code=$?\n\
+         # 75: try again. Some sites do so themselves (RequeueExit), others have to be asked.\n\
+         if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {RETRIES} ]; then\n\
+         \x20 scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" && sleep 60\n\
+         fi\n\
+         exit \"$code\"\n",
+        name = job.name,
+        log = in_directive(&job.root.join("log")),
+        minutes = job.minutes,
+        shards = job.shards,
+    )
 }
 
 /// The script of the job that ends a sweep: it submits again what is missing, and gathers.
-pub(super) fn closer(engine: Engine, job: &Job<'_>) -> String {
+pub(super) fn closer(job: &Job<'_>) -> String {
     let (program, root) = (quoted(job.program), quoted(job.root));
-    let head = match engine {
-        Engine::Slurm => format!(
-            "#!/bin/bash\n\
-             #SBATCH --job-name=skiagraph-{}-close\n\
-             #SBATCH --output={}/close_%j.txt\n\
-             #SBATCH --time=60\n",
-            job.name,
-            in_directive(&job.root.join("log")),
-        ),
-        Engine::HyperQueue => "#!/bin/bash\n".to_owned(),
-    };
+    let head = format!(
+        "#!/bin/bash\n\
+         #SBATCH --job-name=skiagraph-{}-close\n\
+         #SBATCH --output={}/close_%j.txt\n\
+         #SBATCH --time=60\n",
+        job.name,
+        in_directive(&job.root.join("log")),
+    );
     let more: String = job.extra.iter().map(|argument| format!(" {}", quoted(Path::new(argument)))).collect();
     let more = if more.is_empty() { more } else { format!(" --{more}") };
-    let again = format!(
-        "{program} sweep submit {root} --engine {} --shards {} --round {}{more}",
-        match engine {
-            Engine::Slurm => "slurm",
-            Engine::HyperQueue => "hq",
-        },
-        job.shards,
-        job.round + 1,
-    );
+    let again = format!("{program} sweep submit {root} --shards {} --round {}{more}", job.shards, job.round + 1);
     let again = match job.round + 1 < ROUNDS {
         true => format!("exec {again}\n"),
         false => format!(
@@ -153,7 +118,7 @@ mod tests {
     #[test]
     fn slurms_task_runs_its_shard_and_asks_for_another_try() {
         let root = Path::new("/scratch/it's/walk");
-        let script = task(Engine::Slurm, &job(root, &[]));
+        let script = task(&job(root, &[]));
         assert_parses(&script);
         for words in [
             "#SBATCH --output=/scratch/it's/walk/log/%A_%a.txt\n",
@@ -167,27 +132,17 @@ mod tests {
     }
 
     #[test]
-    fn hyperqueues_task_runs_its_shard_and_tries_again_itself() {
-        let script = task(Engine::HyperQueue, &job(Path::new("/scratch/walk"), &[]));
-        assert_parses(&script);
-        assert!(script.contains("shard=$HQ_TASK_ID\n") && script.contains("--shard \"$shard/40\""), "{script}");
-        assert!(script.contains("[ \"$code\" = 75 ] || break") && !script.contains("SLURM"), "{script}");
-    }
-
-    #[test]
     fn the_closer_gathers_or_submits_again_and_gives_up_in_the_end() {
         let extra = ["--partition=long jobs".to_owned()];
         let first = job(Path::new("/scratch/walk"), &extra);
-        let script = closer(Engine::Slurm, &first);
+        let script = closer(&first);
         assert_parses(&script);
         assert!(
-            script.contains(
-                "sweep submit /scratch/walk --engine slurm --shards 40 --round 1 -- '--partition=long jobs'\n"
-            ),
+            script.contains("sweep submit /scratch/walk --shards 40 --round 1 -- '--partition=long jobs'\n"),
             "{script}"
         );
         assert!(script.contains("if [ -z \"$missing\" ]; then exec") && script.contains("sweep gather /scratch/walk"));
-        let last = closer(Engine::Slurm, &Job { round: ROUNDS - 1, ..first });
+        let last = closer(&Job { round: ROUNDS - 1, ..first });
         assert_parses(&last);
         assert!(!last.contains("sweep submit") && last.contains("--allow-partial"), "{last}");
     }

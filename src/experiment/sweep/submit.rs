@@ -1,4 +1,4 @@
-//! Hands a sweep to a cluster's engine.
+//! Hands a sweep to Slurm.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,14 +11,14 @@ use super::index_ranges::to_ranges;
 use super::plan::{PlannedSweep, put};
 use super::plan_file::SweepCell;
 use super::record::SweepResults;
-use super::script::{Engine, Job, closer, quoted, task};
+use super::script::{Job, closer, quoted, task};
 use super::shard::shard;
 use crate::experiment::error::output;
 use crate::experiment::place::LockedPlace;
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::plain;
 
-/// The folder of scripts and of engines' logs.
+/// The folder of scripts and of Slurm's logs.
 const SCRIPTS: &str = "submit";
 const LOGS: &str = "log";
 /// What was submitted last.
@@ -31,8 +31,6 @@ const SLACK: u64 = 4;
 /// How a sweep is to be submitted.
 #[derive(Clone, Debug)]
 pub struct SubmitOptions {
-    /// Which engine.
-    pub engine: Engine,
     /// Minutes that a shard should take.
     pub minutes: u32,
     /// Number of shards; by the estimated time where it is not said.
@@ -41,7 +39,7 @@ pub struct SubmitOptions {
     pub round: usize,
     /// Write and submit nothing.
     pub dry_run: bool,
-    /// More arguments of `sbatch` or `hq submit`.
+    /// More arguments of `sbatch`.
     pub extra: Vec<String>,
 }
 
@@ -63,7 +61,6 @@ pub struct Submission {
 #[derive(Debug, Serialize, Deserialize)]
 struct Submitted {
     schema: String,
-    engine: String,
     shards: usize,
     jobs: Vec<String>,
 }
@@ -72,7 +69,7 @@ struct Submitted {
 /// missing and gathers.
 ///
 /// # Errors
-/// [`ExperimentError::Engine`] with the engine's own words, [`ExperimentError::Busy`] while another process submits or
+/// [`ExperimentError::Engine`] with Slurm's own words, [`ExperimentError::Busy`] while another process submits or
 /// jobs of this sweep are still queued.
 pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
     let cells = sweep.cells()?;
@@ -98,14 +95,11 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         extra: &options.extra,
     };
     let folder = root.join(SCRIPTS);
-    let scripts = vec![
-        (folder.join("shard.sh"), task(options.engine, &job)),
-        (folder.join("close.sh"), closer(options.engine, &job)),
-    ];
+    let scripts = vec![(folder.join("shard.sh"), task(&job)), (folder.join("close.sh"), closer(&job))];
     let mut submission =
         Submission { shards, array: to_ranges(&parts), scripts, commands: Vec::new(), jobs: Vec::new() };
     if options.dry_run {
-        let limit = array_limit(options).unwrap_or(USUAL_ARRAY);
+        let limit = array_limit().unwrap_or(USUAL_ARRAY);
         // numbers of jobs are known once they are submitted
         submission.commands = commands(options, &submission.scripts, &blocks(&parts, limit))
             .iter()
@@ -121,7 +115,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
     if parts.is_empty() {
         return Ok(submission);
     }
-    let limit = array_limit(options)?;
+    let limit = array_limit()?;
     for folder in [&folder, &root.join(LOGS)] {
         fs::create_dir_all(folder).map_err(output(folder, "create the directory"))?;
     }
@@ -133,16 +127,12 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         command.iter_mut().for_each(|part| *part = part.replace(JOBS, &submission.jobs.join(":")));
         submission.commands.push(in_words(&command));
         let said = called(&command)?;
-        // `123;cluster` of sbatch --parsable, `Job submitted successfully, job ID: 3` of hq
-        let number = said.trim().split(';').next().unwrap_or_default().rsplit(' ').next().unwrap_or_default();
+        // `123` or `123;cluster`
+        let number = said.trim().split(';').next().unwrap_or_default();
         submission.jobs.push(number.to_owned());
     }
-    let submitted = Submitted {
-        schema: "skiagraph.sweep_submitted/1".to_owned(),
-        engine: format!("{:?}", options.engine),
-        shards,
-        jobs: submission.jobs.clone(),
-    };
+    let schema = "skiagraph.sweep_submitted/1".to_owned();
+    let submitted = Submitted { schema, shards, jobs: submission.jobs.clone() };
     put(&sweep.root.join(SUBMITTED), &to_json(&submitted)?)?;
     Ok(submission)
 }
@@ -183,41 +173,24 @@ fn commands(
     let script = |at: usize| scripts[at].0.display().to_string();
     let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     let mut commands: Vec<Vec<String>> = Vec::new();
-    match options.engine {
-        Engine::Slurm => {
-            for (offset, indices) in blocks {
-                let mut command = words(&["sbatch", "--parsable"]);
-                command.push(format!("--array={}", to_ranges(indices)));
-                command.push(format!("--export=ALL,SKIAGRAPH_OFFSET={offset}"));
-                command.extend(options.extra.iter().cloned());
-                command.push(script(0));
-                commands.push(command);
-            }
-            let mut command = words(&["sbatch", "--parsable"]);
-            command.push(format!("--dependency=afterany:{JOBS}"));
-            command.extend(options.extra.iter().cloned());
-            command.push(script(1));
-            commands.push(command);
-        }
-        Engine::HyperQueue => {
-            let parts: Vec<usize> =
-                blocks.iter().flat_map(|(offset, indices)| indices.iter().map(move |index| offset + index)).collect();
-            let mut command = words(&["hq", "submit", "--cpus=1", "--stdout=none", "--stderr=none"]);
-            command.push(format!("--array={}", to_ranges(&parts)));
-            command.extend(options.extra.iter().cloned());
-            command.extend(words(&["--", "bash"]));
-            command.push(script(0));
-            commands.push(command);
-        }
+    for (offset, indices) in blocks {
+        let mut command = words(&["sbatch", "--parsable"]);
+        command.push(format!("--array={}", to_ranges(indices)));
+        command.push(format!("--export=ALL,SKIAGRAPH_OFFSET={offset}"));
+        command.extend(options.extra.iter().cloned());
+        command.push(script(0));
+        commands.push(command);
     }
+    let mut command = words(&["sbatch", "--parsable"]);
+    command.push(format!("--dependency=afterany:{JOBS}"));
+    command.extend(options.extra.iter().cloned());
+    command.push(script(1));
+    commands.push(command);
     commands
 }
 
 /// The greatest array that the cluster takes.
-fn array_limit(options: &SubmitOptions) -> Result<usize, ExperimentError> {
-    if options.engine == Engine::HyperQueue {
-        return Ok(usize::MAX);
-    }
+fn array_limit() -> Result<usize, ExperimentError> {
     let config = called(&["scontrol", "show", "config"].map(str::to_owned))?;
     let value = |line: &str| line.strip_prefix("MaxArraySize")?.split('=').nth(1)?.trim().parse().ok();
     Ok(config.lines().find_map(value).unwrap_or(USUAL_ARRAY))
@@ -227,7 +200,7 @@ fn array_limit(options: &SubmitOptions) -> Result<usize, ExperimentError> {
 fn refuse_queued(sweep: &PlannedSweep) -> Result<(), ExperimentError> {
     let Ok(bytes) = fs::read(sweep.root.join(SUBMITTED)) else { return Ok(()) };
     let Ok(last) = serde_json::from_slice::<Submitted>(&bytes) else { return Ok(()) };
-    if last.engine != "Slurm" || last.jobs.is_empty() {
+    if last.jobs.is_empty() {
         return Ok(());
     }
     // squeue refuses numbers that it has forgotten: then none of them is there
@@ -287,7 +260,6 @@ mod tests {
     #[test]
     fn the_closer_depends_on_all_arrays() {
         let options = SubmitOptions {
-            engine: Engine::Slurm,
             minutes: 15,
             shards: None,
             round: 0,
@@ -306,11 +278,5 @@ mod tests {
                 "sbatch --parsable --dependency=afterany:@JOBS@ --partition=cpu /s/close.sh",
             ]
         );
-        let hq = SubmitOptions { engine: Engine::HyperQueue, extra: Vec::new(), ..options };
-        let commands: Vec<String> = super::commands(&hq, &scripts, &blocks(&[1, 2, 3, 5], usize::MAX))
-            .iter()
-            .map(|command| in_words(command))
-            .collect();
-        assert_eq!(commands, ["hq submit --cpus=1 --stdout=none --stderr=none --array=1-3,5 -- bash /s/shard.sh"]);
     }
 }

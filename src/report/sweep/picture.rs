@@ -17,6 +17,7 @@ use crate::report::drawing::{
 };
 use crate::report::lettering::draw_text;
 use crate::report::plots::{ScatterPlot, log_ticks};
+use crate::report::round_ticks::round_ticks;
 
 /// Settings that have a row.
 const BEST: u8 = 10;
@@ -107,10 +108,9 @@ fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]:
     let part = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
     let x = |value: f64| area[0] + area[2] * part(libm::log10(value), x_range);
     let y = |value: f64| area[1] + area[3] * (1.0 - part(value.clamp(y_range[0], y_range[1]), y_range));
-    for value in round_values(y_range) {
+    for (value, words) in round_ticks(y_range) {
         stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
-        let digits = if y_range[1] - y_range[0] < 8.0 { 2 } else { 0 };
-        draw_text_to(picture, &format!("{value:.digits$}"), [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
+        draw_text_to(picture, &words, [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
     }
     for cost in log_ticks(x_range, 8) {
         stroke(picture, &[[x(cost), area[1]], [x(cost), area[1] + area[3]]], GRID, 1.0, false);
@@ -138,16 +138,6 @@ fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]:
             dot(picture, [x(point.x), y(point.y)], 4.5, *colour);
         }
     }
-}
-
-/// Round values within a range, about five.
-fn round_values([low, high]: [f64; 2]) -> Vec<f64> {
-    let rough = ((high - low) / 5.0).max(1e-9);
-    let power = libm::pow(10.0, libm::floor(libm::log10(rough)));
-    let step =
-        [1.0, 2.0, 5.0].into_iter().map(|digit| digit * power).find(|step| *step >= rough).unwrap_or(10.0 * power);
-    let first = libm::ceil(low / step);
-    (0_u8..12).map(|count| (first + f64::from(count)) * step).take_while(|value| *value <= high).collect()
 }
 
 fn short_cost(value: f64) -> String {
@@ -250,11 +240,5 @@ mod tests {
         let means: Vec<f64> = best_settings(&input).iter().filter_map(|point| point.mean).collect();
         assert!(means.is_sorted() && !means.is_empty(), "{means:?}");
         assert_eq!([0.5, 12.3, 25_000.0].map(short_cost), ["0.50", "12", "25k"]);
-    }
-
-    #[test]
-    fn ticks_are_round_and_within_their_range() {
-        assert_eq!(round_values([0.0, 97.0]), [0.0, 20.0, 40.0, 60.0, 80.0]);
-        assert_eq!(round_values([0.0, 1.0]).len(), 6);
     }
 }

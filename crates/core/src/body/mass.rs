@@ -7,7 +7,8 @@ use super::{Humanoid, LinkFrames};
 impl Humanoid {
     /// Kilograms of all links together.
     pub fn total_mass(&self) -> f64 {
-        self.links.iter().filter_map(|l| l.inertia.as_ref()).map(|i| i.mass).sum()
+        // a sum of nothing is the negative zero
+        self.links.iter().filter_map(|l| l.inertia.as_ref()).map(|i| i.mass).sum::<f64>() + 0.0
     }
 
     /// Centre of mass in the world, metres; `None` where no link has mass.
@@ -27,6 +28,15 @@ impl Humanoid {
 #[cfg(test)]
 mod tests {
     use crate::body::shipped;
+
+    /// "mass -0.00 kg"
+    #[test]
+    fn a_body_without_masses_weighs_nothing_without_a_sign() {
+        let mut body = shipped("actor").unwrap();
+        body.links.iter_mut().for_each(|link| link.inertia = None);
+        assert!(body.total_mass() == 0.0 && body.total_mass().is_sign_positive());
+        assert_eq!(format!("{:.2}", body.total_mass()), "0.00");
+    }
 
     #[test]
     fn both_robots_weigh_73_kg_and_balance_where_a_standing_adult_does() {

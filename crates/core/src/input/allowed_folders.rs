@@ -43,9 +43,10 @@ impl AllowedFolders {
         self
     }
 
-    /// Also this file or folder, if it is there.
+    /// Also this file or folder. One that is not there is allowed too, so that its reader says that it is not there.
     pub fn allow(&mut self, place: &Path) {
-        self.places.extend(fs::canonicalize(or_here(place)));
+        let place = or_here(place);
+        self.places.push(fs::canonicalize(place).unwrap_or_else(|_| without_links(place)));
     }
 
     /// Also everything that another allows.
@@ -78,7 +79,7 @@ impl AllowedFolders {
         Err(io::Error::new(
             ErrorKind::PermissionDenied,
             format!(
-                "leads out of {below}: a file may name files below its own folder or project (the nearest folder above it \
+                "leads out of {below}, and is not looked for there: a file may name files below its own folder or project (the nearest folder above it \
                 with .git or {PROJECT_FILE}) and below folders given on the command line; --allow-outside lifts this"
             ),
         ))

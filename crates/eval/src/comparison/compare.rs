@@ -60,6 +60,15 @@ fn draws_in_words(sets: &[&MeasuredClip]) -> String {
     }
 }
 
+/// Draws of a clip that the other side lacks, named by their set hashes; nothing without any.
+fn draws_alone(clip: &str, side: &str, mine: &[&MeasuredClip], theirs: &[&MeasuredClip]) -> Option<String> {
+    let is_alone = |set: &&&MeasuredClip| theirs.iter().all(|their| set_difference(set, their).is_some());
+    let hashes: Vec<String> = mine.iter().filter(is_alone).map(|set| format!("{:.12}", set.set_hash)).collect();
+    let (plural, are) = if hashes.len() == 1 { ("", "is") } else { ("s", "are") };
+    let named = hashes.join(", ");
+    (!hashes.is_empty()).then(|| format!("draw{plural} {named} of `{clip}` {are} in `{side}` only"))
+}
+
 /// Base and another side on what they have in common.
 struct TwoSides<'a> {
     names: [&'a str; 2],
@@ -99,13 +108,13 @@ impl<'a> TwoSides<'a> {
         };
         let mut skipped = [alone(base.1, other.1, base.0), alone(other.1, base.1, other.0)].concat();
         for name in runs.clips().into_iter().filter(|_| runs.same_sets) {
-            let common = runs.sets.iter().filter(|set| set.clip == name).count();
-            for (side, runs) in [base, other] {
-                let more = runs.sets_of(name).len() - common;
-                skipped.extend((more > 0).then(|| format!("{more} draw(s) of `{name}` are in `{side}` only")));
+            for (side, mine, theirs) in [(base.0, base.1, other.1), (other.0, other.1, base.1)] {
+                skipped.extend(draws_alone(name, side, &mine.sets_of(name), &theirs.sets_of(name)));
             }
         }
-        Ok(Self { names: [base.0, other.0], other: other.1, runs: runs.with_unit(unit), skipped })
+        let runs = runs.with_unit(unit);
+        skipped.extend(runs.seeds_left_out([base.0, other.0]));
+        Ok(Self { names: [base.0, other.0], other: other.1, runs, skipped })
     }
 
     fn compared(mut self, asked: Option<IntervalUnit>) -> Result<AgainstBase, NotComparable> {

@@ -103,6 +103,15 @@ impl<'a> MatchedRuns<'a> {
         }
     }
 
+    /// Whether pairs of seeds are compared, and some seeds of either side have none.
+    pub(in crate::evaluation) fn leaves_seeds_out(&self) -> bool {
+        let is_partly_shared = |set: &MatchedSet<'_>| set.seeds_alone().iter().any(|seeds| !seeds.is_empty());
+        self.unit == IntervalUnit::Seeds
+            && !self.are_copies()
+            && self.paired()
+            && self.sets.iter().any(is_partly_shared)
+    }
+
     /// Other minus base over the units.
     pub(crate) fn difference(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Option<Difference> {
         difference(&self.values(of), self.paired(), self.unit)
@@ -175,6 +184,19 @@ impl MatchedSet<'_> {
     fn fewest_seeds(&self) -> usize {
         let count = |side: &[&MeasuredClip]| side.iter().map(|run| run.seeds.len()).sum::<usize>();
         count(&self.base).min(count(&self.other))
+    }
+
+    /// Seeds of the base and of the other side that the other lacks, in order.
+    pub(in crate::evaluation) fn seeds_alone(&self) -> [Vec<u64>; 2] {
+        let seeds = |side: &[&MeasuredClip]| side.iter().flat_map(|run| run.seeds.clone()).collect::<BTreeSet<u64>>();
+        let (base, other) = (seeds(&self.base), seeds(&self.other));
+        [base.difference(&other).copied().collect(), other.difference(&base).copied().collect()]
+    }
+
+    /// Seeds that both sides have.
+    pub(in crate::evaluation) fn seeds_in_common(&self) -> usize {
+        let alone = self.seeds_alone()[0].len();
+        self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(alone)
     }
 
     fn do_pair(&self) -> bool {

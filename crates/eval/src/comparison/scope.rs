@@ -1,7 +1,7 @@
 //! What intervals run over, and what they cannot speak of, in words.
 
 use super::interval_unit::IntervalUnit;
-use super::matched_runs::MatchedRuns;
+use super::matched_runs::{MatchedRuns, MatchedSet};
 use super::measured_runs::{MeasuredClip, seeds_in_words};
 use crate::interval::FEWEST_RUNS;
 use crate::interval_words::WITHOUT_SEEDS;
@@ -13,6 +13,25 @@ impl MatchedRuns<'_> {
     /// What the intervals run over and what they cannot speak of; `asked` is the unit that was asked for.
     pub(crate) fn scope(&self, asked: Option<IntervalUnit>) -> String {
         format!("{}{}", in_words(self, asked), repeated(self))
+    }
+
+    /// Seeds that are left out because the other side has none to pair them with; `names` are the sides'.
+    pub(in crate::evaluation) fn seeds_left_out(&self, names: [&str; 2]) -> Vec<String> {
+        if !self.leaves_seeds_out() {
+            return Vec::new();
+        }
+        let of_set = |set: &MatchedSet<'_>| -> Vec<String> {
+            let is_draw = self.sets.iter().filter(|other| other.clip == set.clip).count() > 1;
+            let hash = set.base.first().filter(|_| is_draw).map(|run| format!(", draw {:.12}", run.set_hash));
+            let place = format!("`{}`{}", set.clip, hash.unwrap_or_default());
+            let alone = set.seeds_alone().into_iter().zip(names).filter(|(seeds, _)| !seeds.is_empty());
+            let said = |(seeds, name): (Vec<u64>, &str)| {
+                let (plural, are, have) = if seeds.len() == 1 { ("", "is", "has") } else { ("s", "are", "have") };
+                format!("seed{plural} {} of {place} {are} in `{name}` only and {have} no pair", seeds_in_words(&seeds))
+            };
+            alone.map(said).collect()
+        };
+        self.sets.iter().flat_map(of_set).collect()
     }
 }
 
@@ -44,7 +63,11 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
                     counted(seeds, "seed")
                 );
             }
-            of(&counted(seeds, "seed"), "other motions or other draws of the observation's noise")
+            let what = match matched.leaves_seeds_out() {
+                true => counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds"),
+                false => counted(seeds, "seed"),
+            };
+            of(&what, "other motions or other draws of the observation's noise")
         }
         IntervalUnit::Draws => {
             let draws = range(matched.clips().iter().map(|clip| draws(matched, clip)));
@@ -147,6 +170,32 @@ mod tests {
             "intervals run over 20 seeds of one clip (walk, 1.7 s): they say nothing about other motions or other draws \
              of the observation's noise"
         );
+    }
+
+    /// It said "intervals run over 5 to 8 seeds" of five pairs, and not which three seeds were left out.
+    #[test]
+    fn partly_shared_seeds_are_counted_in_pairs_and_those_without_a_pair_are_named() {
+        let side = |first, seeds: u32| {
+            let mut runs = MeasuredRuns::default();
+            let errors: Vec<f64> = (0..seeds).map(|seed| 30.0 + f64::from(seed * seed % 7)).collect();
+            runs.add("walk", fixture::clip("a", first, &errors)).unwrap();
+            runs
+        };
+        let (base, other) = (side(0, 5), side(1, 7));
+        let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(None);
+        let said = matched.scope(None);
+        assert!(said.starts_with("intervals run over 4 pairs of seeds of one clip (walk, 1.7 s): "), "{said}");
+        assert_eq!(
+            matched.seeds_left_out(["main", "mine"]),
+            [
+                "seed 0 of `walk` is in `main` only and has no pair",
+                "seeds 5 to 7 of `walk` are in `mine` only and have no pair"
+            ]
+        );
+        let unpaired = side(3, 12);
+        let matched = MatchedRuns::on_same_sets(&base, &unpaired).with_unit(None);
+        assert!(!matched.paired() && matched.seeds_left_out(["main", "mine"]).is_empty(), "nothing is left out");
+        assert!(matched.scope(None).starts_with("intervals run over 5 to 12 seeds of"), "{}", matched.scope(None));
     }
 
     #[test]

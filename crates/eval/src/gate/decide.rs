@@ -221,7 +221,8 @@ impl<'a> Sides<'a> {
         let known = lost_tracks(self.sets().map(|(_, base, _)| base))?;
         let new = lost_tracks(self.sets().map(|(_, _, run)| run))?;
         let found = known.difference(&new);
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        // zero has no minus
+        let percent = |share: f64| format!("{:.0} %", (100.0 * share).round() + 0.0);
         let reason = format!(
             "{} of {} runs lost the body, baseline {} of {}; difference {} ({} to {})",
             new.count,

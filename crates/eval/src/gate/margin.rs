@@ -37,6 +37,9 @@ pub enum MarginError {
     /// It is not a number with a unit.
     #[error("margin `{0}`: expected a number of 0 or more with its unit, as in 2mm, 1.5deg, 0.02 or 5%")]
     Malformed(String),
+    /// It is below zero.
+    #[error("margin `{0}`: a margin is how much worse a run may be, whichever way that is, so it must be 0 or more")]
+    Negative(String),
     /// A share of the whole or more: meant as a percentage.
     #[error("margin {margin} of {metric}: it is a share, from 0 to 1; did you mean {margin}%?")]
     Whole {
@@ -79,6 +82,9 @@ impl FromStr for Margin {
     fn from_str(text: &str) -> Result<Self, MarginError> {
         let malformed = || MarginError::Malformed(text.chars().take(40).collect());
         let trimmed = text.trim();
+        if trimmed.strip_prefix('-').is_some_and(|rest| rest.parse::<Self>().is_ok()) {
+            return Err(MarginError::Negative(text.chars().take(40).collect()));
+        }
         let end = trimmed.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(trimmed.len());
         let (number, unit) = (&trimmed[..end], trimmed[end..].trim());
         let value: f64 = number.parse().map_err(|_| malformed())?;
@@ -104,6 +110,7 @@ impl TryFrom<WrittenMargin> for Margin {
             WrittenMargin::Number(value) if value.is_finite() && value >= 0.0 => {
                 Ok(Self { value, unit: MarginUnit::None })
             }
+            WrittenMargin::Number(value) if value < 0.0 => Err(MarginError::Negative(value.to_string())),
             WrittenMargin::Number(value) => Err(MarginError::Malformed(value.to_string())),
         }
     }
@@ -203,6 +210,13 @@ mod tests {
         for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2furlongs", "infmm", "1..2"] {
             assert!(text.parse::<Margin>().is_err(), "{text}");
         }
+        for text in ["-2mm", " -0.02", "-5%", "-2 mm"] {
+            let refused = text.parse::<Margin>().unwrap_err();
+            assert_eq!(refused, MarginError::Negative(text.to_owned()), "{text}");
+            assert!(refused.to_string().ends_with(", so it must be 0 or more"), "{refused}");
+        }
+        let refused = serde_json::from_str::<Margin>("-2").unwrap_err().to_string();
+        assert!(refused.starts_with("margin `-2`: ") && refused.contains("must be 0 or more"), "{refused}");
         let other = "2deg".parse::<Margin>().unwrap().resolve("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
         assert_eq!(other.to_string(), "margin 2 ° of humaneva_mm: expected mm, or a percentage");
     }

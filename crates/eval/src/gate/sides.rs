@@ -76,7 +76,7 @@ impl<'a> Sides<'a> {
                 return Err(GateRefusal::SeedPolicy { clip: clip.to_owned(), baseline, run });
             }
             if known != new {
-                let how = if self.matched.paired() { "those in common are paired" } else { "not paired" };
+                let how = if self.matched.paired() { "those in common are paired" } else { "they are not paired" };
                 notes.push(format!(
                     "`{clip}`: seeds {} against the baseline's {}: {how}",
                     seeds_in_words(&run.seeds),
@@ -84,6 +84,9 @@ impl<'a> Sides<'a> {
                 ));
             }
         }
+        notes.extend(
+            self.matched.seeds_left_out(["the baseline", "the run"]).into_iter().map(|out| format!("left out: {out}")),
+        );
         Ok(notes)
     }
 

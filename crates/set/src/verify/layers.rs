@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, Thoroughness, surface};
+use super::{Fault, Outcome, Thoroughness, but_for, surface};
 use crate::body::{DepthImage, Humanoid};
 use crate::camera::Camera;
 use crate::depth_png;
@@ -31,16 +31,16 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     }
     let (truth, rig) = parts.scene()?;
     let filming = parts.filming()?;
-    let mut faults = Vec::new();
+    let (mut faults, mut skipped) = (Vec::new(), 0);
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     for index in 0..rig.cameras.len() {
         let observer = LayerObserver::from_filming(truth, &filming, index, wanted(files, parts, index, &numbers));
         let of_frame = |at: usize| {
-            let (number, mut faults) = (numbers[at], Vec::new());
+            let (number, mut faults, mut skipped) = (numbers[at], Vec::new(), 0);
             if (how.stop)() {
-                return faults;
+                return (faults, skipped);
             }
-            let Some(expected) = observer.look(number) else { return faults };
+            let Some(expected) = observer.look(number) else { return (faults, skipped) };
             let opened_s = filming.row_s(index, truth.frames[number].time_s, 0);
             let camera = &filming.camera_at(index, opened_s);
             let path = exr_layers::path(index, number);
@@ -52,15 +52,21 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
                     let wrong = if own.is_empty() { surface::faults(&image, &expected, camera) } else { Vec::new() };
                     faults.extend(own.into_iter().chain(wrong).map(|detail| Fault::new(&path, detail)));
                 }
-                Err(error) if error.is_of_hashes() => {}
+                Err(error) if error.is_of_hashes() => skipped += 1,
                 Err(error) => faults.push(error.into()),
             }
-            faults.extend(depth_png_fault(files, index, number, &expected.depth));
-            faults
+            match depth_png_fault(files, index, number, &expected.depth) {
+                Ok(fault) => faults.extend(fault),
+                Err(UnreadImage) => skipped += 1,
+            }
+            (faults, skipped)
         };
-        faults.extend(parallel::map(numbers.len(), of_frame).concat());
+        for (found, unread) in parallel::map(numbers.len(), of_frame) {
+            faults.extend(found);
+            skipped += unread;
+        }
     }
-    Ok((format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults))
+    but_for(skipped, "images", format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults)
 }
 
 /// What has to be drawn to check the images of a camera: the layers that any of them has.
@@ -78,17 +84,25 @@ fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize])
     wanted
 }
 
+/// An image that is missing or was changed, as the check of the hashes says.
+struct UnreadImage;
+
 /// The depth in millimetres, where the set has it.
-fn depth_png_fault(files: &SetFiles, camera: usize, number: usize, expected: &DepthImage) -> Option<Fault> {
+fn depth_png_fault(
+    files: &SetFiles,
+    camera: usize,
+    number: usize,
+    expected: &DepthImage,
+) -> Result<Option<Fault>, UnreadImage> {
     let path = depth_png::path(camera, number);
     if !files.has(&path) {
-        return None;
+        return Ok(None);
     }
     let found = files.read(&path).and_then(|b| depth_png::decode(&path, &b, [expected.width, expected.height]));
     let found = match found {
         Ok(found) => found,
-        Err(error) if error.is_of_hashes() => return None,
-        Err(error) => return Some(error.into()),
+        Err(error) if error.is_of_hashes() => return Err(UnreadImage),
+        Err(error) => return Ok(Some(error.into())),
     };
     let is_halfway = |depth: f32| ((f64::from(depth) * 1000.0).fract() - 0.5).abs() < ROUNDING;
     let is_wrong = |(found, depth): &(&u16, &f32)| {
@@ -110,10 +124,10 @@ fn depth_png_fault(files: &SetFiles, camera: usize, number: usize, expected: &De
         _ => "",
     };
     let pixels = found.len();
-    (wrong > TOLERANCE_PX).then(|| {
+    Ok((wrong > TOLERANCE_PX).then(|| {
         let detail = format!("{wrong} of {pixels} pixels have other millimetres than the body's depth is there{why}");
         Fault::new(&path, detail)
-    })
+    }))
 }
 
 /// The truth images of a camera in a frame.

@@ -3,7 +3,7 @@
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
 use super::set_observer::SetObserver;
-use super::{Fault, Outcome, Thoroughness};
+use super::{Fault, Outcome, Thoroughness, but_for};
 use crate::KEY_FILE;
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
@@ -29,7 +29,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     let rounding = Rounding::new(truth, &filming, &facts, seed);
     let of_frame = |index: usize| {
         if (how.stop)() {
-            return Vec::new();
+            return (Vec::new(), 0);
         }
         let frames = truth.frames.len();
         let frame = Redrawn { files, rig, observing: &observing, rounding: &rounding, number: numbers[index], frames };
@@ -37,11 +37,12 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
         (how.tick)();
         faults
     };
-    let faults = parallel::map(numbers.len(), of_frame).concat();
+    let (faults, skipped): (Vec<Vec<Fault>>, Vec<usize>) = parallel::map(numbers.len(), of_frame).into_iter().unzip();
+    let (faults, skipped) = (faults.concat(), skipped.iter().sum::<usize>());
     let taken = |frame: &usize| (0..rig.cameras.len()).filter(|camera| filming.has_image(*camera, *frame)).count();
     let redrawn: usize = numbers.iter().map(taken).sum();
     let how_made = if exact { String::new() } else { format!(", {}", facts.in_words()) };
-    Ok((format!("{redrawn} silhouettes redrawn{how_made}"), faults))
+    but_for(skipped, "silhouettes", format!("{redrawn} silhouettes redrawn{how_made}"), faults)
 }
 
 /// A frame to be redrawn.
@@ -56,9 +57,10 @@ struct Redrawn<'a> {
 }
 
 impl Redrawn<'_> {
-    fn faults(&self) -> Vec<Fault> {
+    /// What is wrong, and how many images could not be read.
+    fn faults(&self) -> (Vec<Fault>, usize) {
         let expected = self.observing.observe(self.number);
-        let mut faults = Vec::new();
+        let (mut faults, mut skipped) = (Vec::new(), 0);
         for (index, camera) in self.rig.cameras.iter().enumerate() {
             if !expected.has_image(index) {
                 continue;
@@ -70,11 +72,11 @@ impl Redrawn<'_> {
                 Ok(found) if self.is_sound(&expected.silhouettes[index], &found, index) => {}
                 Ok(found) => faults.push(Fault::new(&path, self.explain(&expected, index, &found))),
                 // what is missing or was changed is named by other checks
-                Err(error) if error.is_of_hashes() => {}
+                Err(error) if error.is_of_hashes() => skipped += 1,
                 Err(error) => faults.push(error.into()),
             }
         }
-        faults
+        (faults, skipped)
     }
 
     /// Whether a mask is the expected one, but for pixels that rounding may decide.

@@ -13,7 +13,7 @@ use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
 use crate::start_file::{self, Start};
 use crate::{
-    RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
+    KEY_FILE, RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
     filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
 };
 
@@ -81,6 +81,19 @@ impl ReadParts {
         faults.extend(parts.missing(files));
         faults.extend(parts.rates(files));
         (parts, faults)
+    }
+
+    /// Files without which the others cannot be checked, and that could not be read.
+    pub(super) fn unread(&self) -> Vec<&'static str> {
+        let parts = [
+            (self.manifest.is_some(), manifest::PATH),
+            (self.rig.is_some(), cameras_file::PATH),
+            (self.start.is_some(), start_file::PATH),
+            (self.truth.is_some(), truth_file::PATH),
+            (self.facts.is_some(), manifest::FACTS_PATH),
+            (self.key.is_some(), KEY_FILE),
+        ];
+        parts.into_iter().filter(|(is_read, _)| !is_read).map(|(_, path)| path).collect()
     }
 
     /// Counts, in words.

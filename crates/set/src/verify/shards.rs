@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, Thoroughness};
+use super::{Fault, Outcome, Thoroughness, but_for};
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
@@ -53,19 +53,20 @@ pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadPar
     let (truth, rig) = parts.scene()?;
     let of_shard = |index: usize| {
         if (how.stop)() {
-            return (0, Vec::new());
+            return (Some(0), Vec::new());
         }
         let (files, kind, shard, count) = shards[index];
         let plan = ShardPlan { shards: count, frames: truth.frames.len() };
         let path = tar_path(kind, shard);
-        let Some(folder) = files.folder() else { return (0, Vec::new()) };
+        let Some(folder) = files.folder() else { return (Some(0), Vec::new()) };
         let looking = Looking { files, truth, rig, path: &path, full: &folder.join(&path) };
         looking.look(&expected_files(files, kind, rig.cameras.len(), plan.frames_of(shard)))
     };
     let found = parallel::map(shards.len(), of_shard);
-    let files: usize = found.iter().map(|(files, _)| files).sum();
+    let files: usize = found.iter().filter_map(|(files, _)| *files).sum();
+    let skipped = found.iter().filter(|(files, _)| files.is_none()).count();
     let faults = found.into_iter().flat_map(|(_, faults)| faults).collect();
-    Ok((format!("{files} files in {} shards", shards.len()), faults))
+    but_for(skipped, "shards", format!("{files} files in {} shards", shards.len()), faults)
 }
 
 /// Name and content of every file of a shard, in its order.
@@ -101,16 +102,16 @@ struct Looking<'a> {
 }
 
 impl Looking<'_> {
-    /// How many files were compared, and what is wrong.
-    fn look(&self, expected: &[(String, Content)]) -> (usize, Vec<Fault>) {
+    /// How many files were compared, `None` where the shard cannot be read, and what is wrong.
+    fn look(&self, expected: &[(String, Content)]) -> (Option<usize>, Vec<Fault>) {
         let opened = File::open(self.full).and_then(|mut shard| Ok((tar_places(&mut shard)?, shard)));
         let (places, mut shard) = match opened {
             Ok(opened) => opened,
             // the check of the hashes names what is missing
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return (0, Vec::new()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return (None, Vec::new()),
             // so does it one that was cut off
-            Err(_) if self.files.check(self.path).is_err() => return (0, Vec::new()),
-            Err(error) => return (0, vec![Fault::new(self.path, format!("cannot be looked through: {error}"))]),
+            Err(_) if self.files.check(self.path).is_err() => return (None, Vec::new()),
+            Err(error) => return (Some(0), vec![Fault::new(self.path, format!("cannot be looked through: {error}"))]),
         };
         let mut details: Vec<String> = extra_files(&places, expected).collect();
         let mut at = 0;
@@ -130,7 +131,7 @@ impl Looking<'_> {
         }
         details.extend(wrong_end(&mut shard, at));
         let told = details.into_iter().take(MOST_FAULTS).map(|detail| Fault::new(self.path, detail)).collect();
-        (expected.len(), told)
+        (Some(expected.len()), told)
     }
 
     /// Header, content and padding of a file.

@@ -54,11 +54,17 @@ mod tests {
 
     #[test]
     fn what_is_no_calibration_is_refused_with_its_line() {
-        let why = |text: &str| read(text).err().unwrap();
-        assert!(why(&SAMPLE.replace("240.25", "x")).contains("line 2: expected a number"));
-        assert!(why(&SAMPLE.replace("4500", "")).contains("found 21"));
-        assert!(why(&"1 ".repeat(26)).contains("found more"));
-        assert!(why(&SAMPLE.replace("\n0\n", "\n0.1\n")).contains("skew"));
-        assert!(why(&SAMPLE.replace("4500", "nan")).contains("expected a number"));
+        for (text, why) in [
+            (SAMPLE.replace("240.25", "x"), "line 2: expected a number, found a word"),
+            (SAMPLE.replace("4500", ""), "expected 22 or 25 numbers (fc cc alpha kc R T om), found 21"),
+            ("1 ".repeat(26), "line 1: expected 22 or 25 numbers (fc cc alpha kc R T om), found more"),
+            (
+                SAMPLE.replace("\n0\n", "\n0.1\n"),
+                "number 5, the skew alpha, is 0.1; only cameras without skew can be used",
+            ),
+            (SAMPLE.replace("4500", "nan"), "line 8: expected a number, found a word"),
+        ] {
+            assert_eq!(read(&text).err().as_deref(), Some(why));
+        }
     }
 }
