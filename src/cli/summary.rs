@@ -1,12 +1,20 @@
 //! The summary table of a run.
 
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
-use crate::experiment::{MethodComparison, MethodRecord, RunRecord};
+use crate::experiment::{Hint, MethodComparison, MethodRecord, RunRecord};
 use crate::report::aliases;
 
 /// Whether a metric is in the table; `--json` and the report have all. Coverage has a column of its own.
 fn is_shown(name: &str) -> bool {
     name != "coverage" && MAIN_METRICS.contains(&name)
+}
+
+/// The joint map of a hint as a file that can be saved.
+fn joint_map_lines(hint: &Hint) -> Option<String> {
+    let quoted = |text: &String| toml::Value::String(text.clone()).to_string();
+    let line = |(theirs, ours): (&String, &String)| format!("{} = {}\n", quoted(theirs), quoted(ours));
+    let lines: String = hint.joint_map.iter().map(line).collect();
+    (!lines.is_empty()).then(|| format!("# joints.toml, for --joint-map joints.toml\n{lines}"))
 }
 
 /// What may have been misread, then the summary table: mean, 95 % interval, coverage, and the frozen tracker's value;
@@ -17,6 +25,7 @@ pub(super) fn table(record: &RunRecord) -> String {
     let plural = if seeds == 1 { "" } else { "s" };
     let mut lines: Vec<String> = Vec::new();
     lines.extend(record.hint.as_ref().map(|hint| format!("The estimate may have been misread: {}.\n", hint.text)));
+    lines.extend(record.hint.as_ref().and_then(joint_map_lines));
     lines.extend([
         format!(
             "{}: {} on {} frames at {} Hz, {seeds} seed{plural}, {model}",

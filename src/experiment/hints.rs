@@ -240,10 +240,9 @@ impl FileAdvice<'_> {
             told.text += &format!(". Say {}", told.options.join(" "));
         }
         if !told.joint_map.is_empty() {
-            let lines: Vec<String> =
-                told.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} = {ours:?}")).collect();
-            let lines = lines.join(", ");
-            told.text += &format!(". Give a --joint-map with the lines {lines}");
+            let names: Vec<String> =
+                told.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} is {ours:?}")).collect();
+            told.text += &format!(". Give a --joint-map: {}", names.join(", "));
         }
         if kinds.contains(&MisreadingKind::Offset) {
             told.text += ". The offset was found by the truth: say it only if the file's origin is there";

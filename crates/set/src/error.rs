@@ -156,7 +156,8 @@ impl SetError {
     }
 
     /// What is wrong, without the name of the file: for errors that name it themselves.
-    pub(crate) fn into_detail(self) -> String {
+    #[doc(hidden)]
+    pub fn into_detail(self) -> String {
         match self {
             Self::Malformed { detail, .. } => detail,
             other => other.to_string(),

@@ -104,7 +104,7 @@ impl<'a> MatchedRuns<'a> {
     }
 
     /// Whether pairs of seeds are compared, and some seeds of either side have none.
-    pub(in crate::evaluation) fn leaves_seeds_out(&self) -> bool {
+    pub(crate) fn leaves_seeds_out(&self) -> bool {
         let is_partly_shared = |set: &MatchedSet<'_>| set.seeds_alone().iter().any(|seeds| !seeds.is_empty());
         self.unit == IntervalUnit::Seeds
             && !self.are_copies()
@@ -187,14 +187,14 @@ impl MatchedSet<'_> {
     }
 
     /// Seeds of the base and of the other side that the other lacks, in order.
-    pub(in crate::evaluation) fn seeds_alone(&self) -> [Vec<u64>; 2] {
+    pub(crate) fn seeds_alone(&self) -> [Vec<u64>; 2] {
         let seeds = |side: &[&MeasuredClip]| side.iter().flat_map(|run| run.seeds.clone()).collect::<BTreeSet<u64>>();
         let (base, other) = (seeds(&self.base), seeds(&self.other));
         [base.difference(&other).copied().collect(), other.difference(&base).copied().collect()]
     }
 
     /// Seeds that both sides have.
-    pub(in crate::evaluation) fn seeds_in_common(&self) -> usize {
+    pub(crate) fn seeds_in_common(&self) -> usize {
         let alone = self.seeds_alone()[0].len();
         self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(alone)
     }

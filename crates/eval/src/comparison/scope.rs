@@ -16,7 +16,7 @@ impl MatchedRuns<'_> {
     }
 
     /// Seeds that are left out because the other side has none to pair them with; `names` are the sides'.
-    pub(in crate::evaluation) fn seeds_left_out(&self, names: [&str; 2]) -> Vec<String> {
+    pub(crate) fn seeds_left_out(&self, names: [&str; 2]) -> Vec<String> {
         if !self.leaves_seeds_out() {
             return Vec::new();
         }

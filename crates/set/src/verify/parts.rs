@@ -13,8 +13,9 @@ use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
 use crate::start_file::{self, Start};
 use crate::{
-    KEY_FILE, RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
-    filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
+    KEY_FILE, RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file,
+    exr_layers, filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file,
+    truth_file,
 };
 
 /// What a set consists of; `None` for a part that cannot be read.
