@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 
 /// `skiagraph run tiny.toml` with changes must be refused with a message that holds all of `words`.
 fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY, shipped};
-use super::support::{python_with_numpy, skip};
+use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::{python_with_numpy, skip};
 
 /// `$SKIAGRAPH_TEST_CHROMIUM`, else the first that is found; `None` (said as `skip` does) where there is none.
 fn chromium() -> Option<PathBuf> {

@@ -4,7 +4,7 @@ use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
 
 use super::same_numbers::report;
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind and other size, and calibration.
 fn scenario() -> String {

@@ -2,7 +2,7 @@
 
 use skiagraph::benchmark_set::{BlindSet, layer_channels};
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 #[test]
 fn colour_images_look_as_their_settings_say_without_segmentation_too() {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// A room with two runs on one set, and one on another set of the same name.
 fn room() -> Sandbox {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, shipped};
+use crate::sandbox::{Sandbox, shipped};
 
 fn run(room: &Sandbox, contact: &str) -> (Value, String) {
     let scenario = shipped("scenarios/smoke/contact.toml");

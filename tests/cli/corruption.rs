@@ -1,6 +1,6 @@
 //! Observations that are corrupted on purpose.
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 fn observation(room: &Sandbox, set: &str) -> toml::Table {
     let text = String::from_utf8(room.read(&format!("{set}/set.toml"))).unwrap();

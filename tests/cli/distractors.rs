@@ -2,7 +2,7 @@
 
 use skiagraph::benchmark_set::BenchmarkSet;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// Between the second camera and the actor, in a skin.
 const PASSER_BY: &str = "[[distractor]]\nname = \"passer-by\"\nskin = \"person_coarse\"\n\

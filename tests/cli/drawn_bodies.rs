@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 use crate::support::test_data;
 
 const SIMPLE: &str = "gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf";

@@ -1,6 +1,6 @@
 //! `skiagraph export`, and cameras of other tools' files in scenarios.
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 #[test]
 fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {

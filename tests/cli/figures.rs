@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// Names of the files in a folder, in alphabetical order.
 fn names(room: &Sandbox, folder: &str) -> Vec<String> {

@@ -3,7 +3,7 @@
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::npz::Npz;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// Beside the ring of [`TINY`], which has two cameras.
 pub(super) const MOVING: &str = "[[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\

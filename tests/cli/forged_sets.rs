@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use skiagraph::benchmark_set::{Thoroughness, Verification, verify};
 use skiagraph::npz::{Array, Npz, Values};
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 fn digest(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()

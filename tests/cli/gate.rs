@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// A room with a run of five seeds and its baseline.
 fn room() -> Sandbox {

@@ -9,7 +9,7 @@ use skiagraph::body::{LANDMARKS, Markers};
 use skiagraph::evaluation::{AxisOrder, with_sides_exchanged};
 use skiagraph::npz::{Array, Npz, Values};
 
-use super::sandbox::Sandbox;
+use crate::sandbox::Sandbox;
 
 /// Two seconds of walking in small images.
 const WALK: &str = r#"

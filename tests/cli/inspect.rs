@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 
 fn json(room: &Sandbox, arguments: &[&str]) -> serde_json::Value {
     let answer = room.skiagraph(["inspect"].iter().chain(arguments).chain(&["--json"]));

@@ -11,7 +11,7 @@ use skiagraph::benchmark_set::{BenchmarkSet, BlindSet};
 use skiagraph::observation::{Corruption, tracker_rig};
 use skiagraph::retarget::SegmentLengths;
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 
 const KEY: &str = "00112233445566778899aabbccddeeff";
 

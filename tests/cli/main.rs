@@ -1,9 +1,12 @@
 //! The command line as its users meet it.
 
 mod bad_input;
+mod blindfold;
 mod browser;
 mod calibration;
 mod check;
+mod claimed_numbers;
+mod clear_errors;
 mod colour;
 mod compare;
 mod contact;
@@ -14,6 +17,7 @@ mod drawn_bodies;
 mod edited;
 mod existing_outputs;
 mod export;
+mod external_estimates;
 mod figures;
 mod filming;
 mod forged_sets;
@@ -26,6 +30,7 @@ mod keys;
 mod memory;
 mod messages;
 mod options;
+mod outputs;
 mod poses;
 mod program;
 mod props;
@@ -47,5 +52,6 @@ mod support;
 mod sweep;
 mod train;
 mod units;
+mod units_of_recordings;
 mod verdicts;
 mod verify;

@@ -7,7 +7,7 @@ use std::time::Duration;
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// The greatest memory of a command that succeeds, bytes, as the system counts it.
 fn peak_of(room: &Sandbox, arguments: &str) -> f64 {

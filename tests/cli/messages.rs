@@ -1,6 +1,6 @@
 //! Mistakes that are easily made, and what is said of them.
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 fn room() -> Sandbox {
     let room = Sandbox::new();

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 fn particles(room: &Sandbox, run: &str) -> Option<u64> {
     let record: serde_json::Value = serde_json::from_slice(&room.read(&format!("{run}/track.json"))).unwrap();

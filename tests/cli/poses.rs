@@ -6,7 +6,7 @@ use serde_json::Value;
 use skiagraph::benchmark_set::TruthSet;
 use skiagraph::body::LANDMARKS;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// A room with a set, and its true markers, `[frame][marker]`, metres.
 fn room() -> (Sandbox, Vec<Vec<[f64; 3]>>) {

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY, shipped};
-use super::support::{python_with_numpy, skip};
+use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::{python_with_numpy, skip};
 
 fn room() -> Sandbox {
     let room = Sandbox::new();

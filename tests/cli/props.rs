@@ -4,7 +4,7 @@ use serde_json::Value;
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::npz::{Array, Npz, Values};
 
-use super::sandbox::Sandbox;
+use crate::sandbox::Sandbox;
 
 /// The first ten thirtieths of a second, at 60 Hz.
 const FRAMES: usize = 21;

@@ -2,7 +2,7 @@
 
 use skiagraph::benchmark_set::BlindSet;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 const NO_TRUTH: &str = "public has no truth: it was rendered with --truth; give the folder with `--truth DIR`";
 

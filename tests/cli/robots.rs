@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, shipped};
+use crate::sandbox::{Sandbox, shipped};
 use crate::support::test_data;
 
 /// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits

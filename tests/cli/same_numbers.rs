@@ -3,7 +3,7 @@
 use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates};
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// `run.json` without the part that may differ.
 fn run_json(room: &Sandbox, run: &str) -> Value {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 
 fn shipped_scenarios() -> Vec<PathBuf> {
     let toml_files = |folder: &Path| {

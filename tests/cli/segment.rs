@@ -1,6 +1,6 @@
 //! `skiagraph segment` on small images.
 
-use super::sandbox::Sandbox;
+use crate::sandbox::Sandbox;
 
 /// A colour image: a background whose brightness changes with `period`, and a square.
 fn image(period: u8, noise: u8, square: bool) -> Vec<u8> {

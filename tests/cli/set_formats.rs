@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-use super::sandbox::{Sandbox, TINY, shipped};
-use super::support::python_with_numpy;
+use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::python_with_numpy;
 
 const DOCUMENT: &str = "docs/sets.md";
 

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::browser::browse;
 use super::filming::{MOVING, scenario as filmed};
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// The JSON of a script element.
 fn data_of(page: &str, id: &str) -> Value {

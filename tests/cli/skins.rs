@@ -7,7 +7,7 @@ use skiagraph::body::{Humanoid, Landmark, shipped as shipped_robot, shipped_skin
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::retarget::{RetargetOptions, retarget, with_skin};
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 use crate::support::test_data;
 
 /// File, and how far a joint may be from the nearest vertex of the skin, metres: shoulders and hips of robots are

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{Sandbox, TINY, shipped};
 
 const SECRET: &str = "hunter2correcthorse";
 

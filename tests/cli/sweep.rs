@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use assert_cmd::cargo::cargo_bin;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 const TABLES: [&str; 2] = ["runs.csv", "runs.jsonl"];
 
@@ -307,7 +307,7 @@ fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
         }
     }
     // the file that was not there arrives
-    let walk = fs::read(super::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
+    let walk = fs::read(crate::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("late.txt", walk);
     assert!(room.skiagraph(["sweep", "run", "s1", "--json"]).stdout.contains("\"run\": 0"));
     let again = room.skiagraph(["sweep", "run", "s1", "--json", "--retry-failed"]);
@@ -393,7 +393,7 @@ fn a_plan_or_a_scenario_that_changed_is_refused_with_the_difference() {
 #[test]
 fn a_recording_that_changed_is_refused() {
     let room = room();
-    let walk = fs::read(super::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
+    let walk = fs::read(crate::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("walk.txt", &walk);
     room.succeed("sweep plan tiny.toml motion.clip=walk.txt particles=6,12 --out s");
     room.write("walk.txt", [walk.as_slice(), b"\n"].concat());

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Unwatched, Watch, train};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
 

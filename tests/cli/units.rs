@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// A room with five draws of the noise of one clip, each with a run of a tracker that draws no random numbers.
 fn room_of_draws() -> Sandbox {

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::sandbox::{Sandbox, TINY};
-use super::support::{python_with_numpy, skip};
+use crate::sandbox::{Sandbox, TINY};
+use crate::support::{python_with_numpy, skip};
 
 fn record(room: &Sandbox, run: &str) -> Value {
     serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap()

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 #[test]
 fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {

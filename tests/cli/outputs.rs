@@ -1,11 +1,7 @@
 //! Results are never lost: to a second process, to an interruption, to a kill, to another kind of run, or to a mistaken
 //! `--out`.
 
-#[path = "cli/sandbox.rs"]
-#[allow(dead_code, reason = "each test binary uses its own part")]
-mod sandbox;
-
-use sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 /// A walk that takes long to draw and to write, even on a fast machine.
 #[cfg(unix)]
@@ -16,7 +12,7 @@ fn inputs_are_never_replaced_whatever_the_user_asks_for() {
     let room = Sandbox::new();
     std::fs::create_dir(room.path("mine")).unwrap();
     room.write("mine/tiny.toml", TINY);
-    let bvh = std::fs::read(sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
+    let bvh = std::fs::read(crate::sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
     room.write("jump.bvh", &bvh);
     room.succeed("render mine/tiny.toml --out set -q");
     room.succeed("train embedded:walk --model gpdm --out walk.model -q");
@@ -113,7 +109,7 @@ mod signals {
     use std::time::{Duration, Instant};
 
     use super::LONG;
-    use super::sandbox::{Sandbox, TINY};
+    use crate::sandbox::{Sandbox, TINY};
 
     /// The most that a command may take to end after Ctrl-C.
     const A_SECOND: Duration = Duration::from_secs(1);
@@ -196,7 +192,7 @@ mod signals {
     fn an_interrupted_inspection_leaves_nothing_and_says_130() {
         let room = Sandbox::new();
         let mut lines: Vec<String> = Vec::new();
-        let bvh = std::fs::read_to_string(super::sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
+        let bvh = std::fs::read_to_string(crate::sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
         let (head, frames) = bvh.split_once("Frame Time").unwrap();
         let (rate, rows) = frames.split_once('\n').unwrap();
         let rows: Vec<&str> = rows.lines().filter(|row| !row.trim().is_empty()).collect();

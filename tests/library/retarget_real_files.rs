@@ -1,8 +1,6 @@
 //! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything
 //! leaps. Clips are thinned so that the table is quick also unoptimised.
 
-mod support;
-
 use std::collections::BTreeMap;
 
 use skiagraph::body::{Landmark, Markers, shipped};
@@ -13,7 +11,7 @@ const THINNING: usize = 6;
 
 /// Every sixth frame where there are more than 100 a second.
 fn thinned(relative: &str) -> Option<Clip> {
-    let path = support::test_data("mocap")?.join(relative);
+    let path = crate::support::test_data("mocap")?.join(relative);
     let mut clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
     if clip.frames_per_second > 100.0 {
         clip.frames = clip.frames.into_iter().step_by(THINNING).collect();
@@ -169,7 +167,7 @@ fn a_recording_and_its_bvh_conversion_give_the_same_legs() {
 fn a_walk_of_the_actor_refits_to_the_trackers_body() {
     let Some(clip) = thinned("cmu_asf_amc/49_01.amc") else { return };
     let truth = retargeted(&clip, "actor");
-    let mean = support::refit_to_the_trackers_body_m(&truth);
+    let mean = crate::support::refit_to_the_trackers_body_m(&truth);
     assert!(mean < 0.025, "{mean} m");
 }
 
@@ -199,7 +197,7 @@ fn a_walk_on_a_floor_recorded_askew_is_turned_level() {
 
 #[test]
 fn leaps_of_a_recording_are_noted() {
-    let Some(path) = support::test_data("mocap/cmu_asf_amc/16_15.amc") else { return };
+    let Some(path) = crate::support::test_data("mocap/cmu_asf_amc/16_15.amc") else { return };
     let mut clip = read(&path, &ReadOptions::default()).unwrap();
     clip.frames.truncate(12);
     let notes = retargeted(&clip, "actor").report.notes;

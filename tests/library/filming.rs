@@ -12,9 +12,6 @@ use skiagraph::raster::Mask;
 use skiagraph::scene::GroundTruth;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
-#[path = "support/made_up_set.rs"]
-mod made_up_set;
-
 const RATE: f64 = 60.0;
 const SIZE: [u32; 2] = [160, 120];
 
@@ -23,7 +20,7 @@ fn actor() -> Humanoid {
 }
 
 fn cameras() -> Vec<Camera> {
-    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, SIZE);
+    let camera = |name, eye, distortion| crate::made_up_set::camera(name, eye, distortion, SIZE);
     vec![
         camera("front", [3.0, 0.8, 1.3], [0.0; 5]),
         camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]),
@@ -41,7 +38,7 @@ fn motion(frames: usize) -> Motion {
         Isometry3::from_parts(Translation3::new(0.03 * frame as f64, 0.1, 0.97), turn)
     };
     let angle = |frame: usize, i: usize| 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
-    made_up_set::motion(&actor(), frames, RATE, root, angle)
+    crate::made_up_set::motion(&actor(), frames, RATE, root, angle)
 }
 
 fn still(frames: usize) -> GroundTruth {
@@ -83,7 +80,7 @@ fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
 fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
     let step = Vector3::new(0.0625, -0.03125, 0.0);
     let place = |frame: usize| Translation3::from(Vector3::new(0.0, 0.1, 0.97) + step * frame as f64);
-    let walk = made_up_set::motion(
+    let walk = crate::made_up_set::motion(
         &actor(),
         5,
         RATE,
@@ -261,7 +258,7 @@ fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_w
 fn filmed_set() -> BenchmarkSet {
     let slow = CameraTiming { every: 3, offset_s: 0.004, line_delay_s: 5e-5 };
     let filming = FilmingRig::new(rig(), vec![Some(moving())], vec![CameraTiming::default(), slow]).unwrap();
-    made_up_set::assemble_filmed("filmed", &filming, &motion(8), &ObservationSettings::default())
+    crate::made_up_set::assemble_filmed("filmed", &filming, &motion(8), &ObservationSettings::default())
 }
 
 #[test]
@@ -290,7 +287,7 @@ fn a_set_says_where_its_cameras_are_and_which_took_an_image_and_is_read_back() {
 
 #[test]
 fn a_set_of_cameras_that_stand_still_is_what_it_always_was() {
-    let (set, folder) = (made_up_set::assemble("still", cameras(), &motion(3)), tempfile::tempdir().unwrap());
+    let (set, folder) = (crate::made_up_set::assemble("still", cameras(), &motion(3)), tempfile::tempdir().unwrap());
     set.write(folder.path()).unwrap();
     let text = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
     assert!(text("set.toml").contains("skiagraph.set/1") && text("cameras.json").contains("skiagraph.cameras/1"));

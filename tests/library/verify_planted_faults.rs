@@ -17,10 +17,7 @@ use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTim
 use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::observation::ObservationSettings;
 
-#[path = "verify_planted_faults/forged.rs"]
 mod forged;
-#[path = "support/made_up_set.rs"]
-mod made_up_set;
 
 const FRAMES: usize = 5;
 const WIDTH: u32 = 160;
@@ -36,7 +33,7 @@ static SET: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 /// Smaller, with all layers.
 static LAYERS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
-    let set = made_up_set::assemble("with layers", cameras([64, 48]), &motion());
+    let set = crate::made_up_set::assemble("with layers", cameras([64, 48]), &motion());
     let layers = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
     set.write_with_layers(directory.path(), &layers).unwrap();
     directory
@@ -45,7 +42,7 @@ static LAYERS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 fn observed(settings: &str) -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
     let settings: ObservationSettings = toml::from_str(settings).unwrap();
-    let set = made_up_set::assemble_observed("observed", cameras([WIDTH, HEIGHT]), &motion(), &settings);
+    let set = crate::made_up_set::assemble_observed("observed", cameras([WIDTH, HEIGHT]), &motion(), &settings);
     set.write_with_layers(directory.path(), &[]).unwrap();
     directory
 }
@@ -63,7 +60,7 @@ static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 /// The first camera moves; the second takes every other image, late and row after row.
 static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
-    let set = made_up_set::assemble_filmed("filmed", &filming(), &motion(), &ObservationSettings::default());
+    let set = crate::made_up_set::assemble_filmed("filmed", &filming(), &motion(), &ObservationSettings::default());
     set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts, Layer::Normals]).unwrap();
     directory
 });
@@ -83,12 +80,12 @@ fn filming() -> FilmingRig {
 }
 
 fn render(directory: &Path) {
-    let set = made_up_set::assemble("for faults", cameras([WIDTH, HEIGHT]), &motion());
+    let set = crate::made_up_set::assemble("for faults", cameras([WIDTH, HEIGHT]), &motion());
     set.write_with_layers(directory, &[Layer::Depth, Layer::Parts]).unwrap();
 }
 
 fn cameras(size: [u32; 2]) -> Vec<Camera> {
-    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, size);
+    let camera = |name, eye, distortion| crate::made_up_set::camera(name, eye, distortion, size);
     let front = camera("front", [3.0, 0.8, 1.3], [0.0; 5]);
     vec![front, camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01])]
 }
@@ -100,7 +97,7 @@ fn motion() -> Motion {
         Isometry3::from_parts(Translation3::new(0.06 * frame as f64, 0.1, 0.97), turn)
     };
     let angle = |frame: usize, i: usize| 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
-    made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle)
+    crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle)
 }
 
 /// A copy of the set, to be spoiled.

@@ -7,8 +7,6 @@ use skiagraph::contact::{ContactRule, GroundContacts, GroundQuality};
 use skiagraph::experiment::Staged;
 use skiagraph::scenario::ScenarioFile;
 
-mod support;
-
 fn scenario(name: &str) -> ScenarioFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/editing").join(name);
     ScenarioFile::open(&path, &[]).unwrap()
@@ -26,7 +24,7 @@ fn greatest_speeds(motion: &Motion) -> Vec<f64> {
 
 #[test]
 fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_than_in_its_sources() {
-    let Some(folder) = support::test_data("mocap") else { return };
+    let Some(folder) = crate::support::test_data("mocap") else { return };
     let file = scenario("long_walk.toml");
     let staged = Staged::new(&file, Some(&folder)).unwrap();
     assert_eq!((staged.frames(), staged.seams.len()), (529, 3));
@@ -57,7 +55,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
 
 #[test]
 fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motion() {
-    let Some(folder) = support::test_data("mocap") else { return };
+    let Some(folder) = crate::support::test_data("mocap") else { return };
     let staged = Staged::new(&scenario("walk_jog_stop_gesture.toml"), Some(&folder)).unwrap();
     assert_eq!((staged.seams.len(), staged.sources.len()), (3, 4));
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());

@@ -1,8 +1,6 @@
 //! The recordings that come with this project, read, retargeted, measured, planted and simulated: what the tests on
 //! other people's recordings check, where those recordings are not at hand.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 
 use skiagraph::body::shipped;
@@ -77,7 +75,7 @@ fn planted_feet_neither_skate_nor_sink() {
 #[test]
 fn the_actor_refits_to_the_trackers_body() {
     let truth = on("actor", &jumps());
-    let mean = support::refit_to_the_trackers_body_m(&truth);
+    let mean = crate::support::refit_to_the_trackers_body_m(&truth);
     assert!(mean < 0.025, "{mean} m");
 }
 

@@ -1,8 +1,6 @@
 //! Issue 12: a recording in centimetres whose rest pose lies was read in decimetres, and an actor of 7,360 kg was
 //! drawn. Units are told from motion and bones, whatever the rest pose, and a body that is none asks for its unit.
 
-mod support;
-
 use std::f64::consts::FRAC_PI_2;
 use std::fs;
 
@@ -268,7 +266,7 @@ fn unit_of(clip: &Clip, text: &str, file: &str) -> f64 {
 
 #[test]
 fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
-    let Some(folder) = support::test_data("mocap/bvh") else { return };
+    let Some(folder) = crate::support::test_data("mocap/bvh") else { return };
     let cmu = 0.0254 / 0.45;
     let table = [
         ("cmu_mb_01_01", cmu),
@@ -313,7 +311,7 @@ fn formats_that_know_their_up_axis_do_not_guess_it() {
         &ReadOptions::default(),
     );
     assert!(said(&bvh.unwrap().notes));
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     for name in ["49_01", "16_03", "02_04", "14_24"] {
         let clip = skiagraph::mocap::read(&folder.join(format!("{name}.amc")), &ReadOptions::default()).unwrap();
         assert!(

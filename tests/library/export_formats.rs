@@ -14,10 +14,6 @@ use skiagraph::experiment::{Destination, RenderOptions, Unwatched, render_with};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::scenario::ScenarioFile;
 
-#[path = "support/made_up_set.rs"]
-mod made_up_set;
-mod support;
-
 const FRAMES: usize = 4;
 const WATCH: ExportWatch<'_> = ExportWatch { tick: &|| (), stop: &|| false };
 
@@ -27,7 +23,7 @@ static SET: LazyLock<(BenchmarkSet, tempfile::TempDir)> = LazyLock::new(|| {
 });
 
 fn write_set(directory: &Path) -> BenchmarkSet {
-    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, [90, 70]);
+    let camera = |name, eye, distortion| crate::made_up_set::camera(name, eye, distortion, [90, 70]);
     let ideal = camera("ideal", [3.0, 0.4, 1.3], [0.0; 5]);
     let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
     let near = camera("near", [1.0, -1.1, 0.7], [0.1, -0.02, 0.0, 0.0, 0.0]);
@@ -36,8 +32,8 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), turn)
     };
     let angle = |frame: usize, i: usize| 0.2 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
-    let motion = made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
-    let set = made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
+    let motion = crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
+    let set = crate::made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
     set
 }
@@ -57,12 +53,12 @@ fn read_back(format: ExportFormat) {
 }
 
 fn read_back_from(format: ExportFormat, out: &Path, set: &Path) {
-    let Some(python) = support::python_with_numpy() else { return };
+    let Some(python) = crate::support::python_with_numpy() else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_exports.py");
     let answer = Command::new(python).arg(script).arg(format.name()).args([out, set]).output().unwrap();
     let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     if answer.status.code() == Some(77) {
-        return support::skip(&format!("no reader of {}: {}", format.name(), said(&answer.stdout).trim()));
+        return crate::support::skip(&format!("no reader of {}: {}", format.name(), said(&answer.stdout).trim()));
     }
     assert!(answer.status.success(), "{}{}", said(&answer.stdout), said(&answer.stderr));
 }

@@ -1,17 +1,14 @@
 //! Recordings of markers: a known motion is written as C3D and TRC, read, retargeted and compared with what it was.
 
-#[path = "support/c3d.rs"]
-mod c3d;
-
 use std::collections::BTreeMap;
 
-use c3d::Numbers;
+use crate::c3d::Numbers;
 use nalgebra::{Point3, Vector3};
 use skiagraph::body::{Humanoid, LANDMARKS, Landmark, Markers, Motion, shipped, shipped_skin};
 use skiagraph::mocap::{ReadOptions, UpAxis, parse_deepmimic, parse_markers};
 use skiagraph::retarget::{RetargetOptions, Retargeted, retarget, with_skin};
 
-const WALK: &str = include_str!("../scenarios/motions/humanoid3d_walk.txt");
+const WALK: &str = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
 
 /// A walk of the actor in the skin `person`: two cycles.
 fn walk() -> (Humanoid, Motion) {
@@ -150,7 +147,7 @@ fn joint_centres_in_a_c3d_give_the_motion_back_to_a_few_millimetres_however_numb
     let (labels, frames) = centres(&truth);
     let mut first = None;
     for numbers in [Numbers::IntelFloats, Numbers::IntelWhole, Numbers::DecFloats, Numbers::SgiFloats] {
-        let bytes = c3d::bytes(&labels, &frames, 60.0, Some("+Z"), numbers);
+        let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), numbers);
         let clip = parse_markers(&bytes, "walk.c3d", &ReadOptions::default()).unwrap();
         assert_eq!(clip.frames_per_second, 60.0);
         let knee = clip.skeleton.find("left_knee").unwrap();
@@ -171,7 +168,7 @@ fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimet
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (labels, frames) = worn_in(&body, &motion);
-    let bytes = c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
     let clip = parse_markers(&bytes, "walk.c3d", &ReadOptions::default()).unwrap();
     for joint in ["left_hip", "left_knee", "left_ankle", "left_shoulder", "left_elbow", "left_wrist", "neck"] {
         let index = clip.skeleton.find(joint).unwrap();
@@ -196,7 +193,7 @@ fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimet
 fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
     let (body, motion) = walk();
     let (labels, frames) = worn_in(&body, &motion);
-    let bytes = c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let c3d = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
     let names: Vec<String> = labels.iter().map(|label| format!("{label}\t\t")).collect();
     let mut trc = format!(
@@ -224,7 +221,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
     let (body, motion) = walk();
     let (labels, mut frames) = worn_in(&body, &motion);
     let whole = parse_markers(
-        &c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats),
+        &crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats),
         "a.c3d",
         &ReadOptions::default(),
     );
@@ -233,7 +230,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
     (40..43).for_each(|frame| frames[frame][knee] = None);
     (20..46).for_each(|frame| frames[frame][ankle] = None);
     frames.iter_mut().for_each(|frame| frame[thigh] = None);
-    let bytes = c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
     let clip = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
     let notes = clip.notes.join("\n");
     assert!(notes.contains("interpolated: LKNE 3 (at most 3 in a row)"), "{notes}");
@@ -252,7 +249,7 @@ fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
     let (mut labels, frames) = centres(&truth);
     let knee = labels.iter().position(|label| label == "left_knee").unwrap();
     labels[knee] = "Point 7".to_owned();
-    let bytes = c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let message = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("do not tell left_knee") && message.contains("not known: Point 7"), "{message}");
     assert!(message.contains("`marker_map` of `[motion]`, as left_knee = \"LABEL\""), "{message}");
@@ -265,7 +262,7 @@ fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
 fn damaged_files_are_refused_with_what_was_expected() {
     let (body, motion) = walk();
     let (labels, frames) = centres(&landmarks(&body, &motion));
-    let good = c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
+    let good = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let message = |bytes: &[u8]| parse_markers(bytes, "a.c3d", &ReadOptions::default()).unwrap_err().to_string();
     assert!(message(b"").contains("second byte is 0x50"));
     assert!(message(&good[..600]).contains("a.c3d: "));
@@ -277,6 +274,6 @@ fn damaged_files_are_refused_with_what_was_expected() {
     let options = ReadOptions { up: Some(UpAxis::Y), ..ReadOptions::default() };
     let lying = parse_markers(&good, "a.c3d", &options).unwrap();
     assert!(lying.stature() > 1.0);
-    let one = c3d::bytes(&labels, &frames[..1], 60.0, Some("+Z"), Numbers::IntelFloats);
+    let one = crate::c3d::bytes(&labels, &frames[..1], 60.0, Some("+Z"), Numbers::IntelFloats);
     assert!(message(&one).contains("at least 2 frames, found 1"));
 }

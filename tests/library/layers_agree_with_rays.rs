@@ -5,13 +5,10 @@
 //! Robots and skins that ship take random poses, among props in some views; cameras stand far, near, or look past the
 //! body, half of them through a lens that distorts.
 
-#[path = "support/ray_scene.rs"]
-mod ray_scene;
-
+use crate::ray_scene::{Hit, PlainCamera, RayScene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use ray_scene::{Hit, PlainCamera, RayScene};
 use skiagraph::body::{Humanoid, LANDMARKS, Motion, Pose, Prop, Solid, shipped, shipped_skin};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::{LayerImages, LayerObserver, WantedLayers};

@@ -1,7 +1,5 @@
 //! A recorded walk that is simulated on the ground; `examples/studies/simulation.rs` measures more of them.
 
-mod support;
-
 use skiagraph::body::shipped;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{SimulationSettings, simulate};
@@ -10,7 +8,7 @@ use skiagraph::retarget::{RetargetOptions, retarget};
 /// The left arm of this recording is lost in its first two frames.
 #[test]
 fn a_recorded_walk_keeps_its_balance_with_a_fifth_of_its_weight_at_most() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let clip = read(&folder.join("16_15.amc"), &ReadOptions::default()).unwrap().without_inserted_rest_pose();
     let walk = retarget(&clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap();
     let motion = walk.motion.resampled(&walk.humanoid, 60.0).unwrap();

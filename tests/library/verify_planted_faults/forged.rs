@@ -5,7 +5,7 @@ use skiagraph::camera::{CameraRig, FilmingRig};
 use skiagraph::npz::Values;
 use skiagraph::observation::ObservationSettings;
 
-use super::{CORRUPTED, Copy, FILMED, HEIGHT, LAYERS, SEGMENTED, WIDTH, cameras, filming, made_up_set, motion, number};
+use super::{CORRUPTED, Copy, FILMED, HEIGHT, LAYERS, SEGMENTED, WIDTH, cameras, filming, motion, number};
 
 fn floats(values: Values, change: impl Fn(usize, f64) -> f64) -> Values {
     match values {
@@ -59,7 +59,7 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
         [(FilmingRig::from(&CameraRig { cameras: cameras([WIDTH, HEIGHT]) }), false), (filming(), true)]
     {
         let set = Copy(tempfile::tempdir().unwrap());
-        made_up_set::assemble_filmed("told", &filming, &motion(), &settings).write(set.0.path()).unwrap();
+        crate::made_up_set::assemble_filmed("told", &filming, &motion(), &settings).write(set.0.path()).unwrap();
         let found = set.verified();
         assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
         let spoil = |change: &dyn Fn(&Copy)| {
@@ -166,7 +166,7 @@ fn a_few_pixels_may_be_decided_by_rounding_and_then_they_are_no_fault() {
     let directory = tempfile::tempdir().unwrap();
     let mut seen = cameras([WIDTH, HEIGHT]);
     seen.iter_mut().for_each(|camera| camera.pinhole.principal_point[0] += 3e-5);
-    made_up_set::assemble("rounded", seen, &motion()).write(directory.path()).unwrap();
+    crate::made_up_set::assemble("rounded", seen, &motion()).write(directory.path()).unwrap();
     let set = Copy::of(&directory);
     set.json("cameras.json", |json| {
         for camera in 0..2 {

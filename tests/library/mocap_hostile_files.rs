@@ -15,14 +15,14 @@ const MOTION: &str = "#!OML\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 9.3 17.8 -17.3 
 
 /// The first rows of a recording that ships, its header told so.
 fn bvh() -> String {
-    let text = include_str!("../scenarios/motions/01_01.bvh");
+    let text = include_str!("../../scenarios/motions/01_01.bvh");
     let head: Vec<&str> = text.lines().take(192).collect();
     head.join("\n").replace("Frames: 2752", "Frames: 5")
 }
 
 /// The first rows of a clip that ships.
 fn deepmimic() -> String {
-    let text = include_str!("../scenarios/motions/humanoid3d_walk.txt");
+    let text = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
     let rows: Vec<&str> = text.lines().take(9).collect();
     format!("{}\n]}}", rows.join("\n").trim_end_matches(','))
 }

@@ -10,15 +10,11 @@ use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence, Estimates};
 use skiagraph::body::shipped;
 use skiagraph::npz::{Array, Npz, Values};
 
-#[path = "support/made_up_set.rs"]
-mod made_up_set;
-mod support;
-
 const FRAMES: usize = 5;
 
 /// The body turns, walks and swings every joint a little.
 fn write_set(directory: &Path) -> BenchmarkSet {
-    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, [320, 240]);
+    let camera = |name, eye, distortion| crate::made_up_set::camera(name, eye, distortion, [320, 240]);
     let ideal = camera("ideal", [3.5, 0.4, 1.3], [0.0; 5]);
     let lens = camera("lens", [-1.0, 3.2, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
     let near = camera("near", [1.5, -1.3, 0.7], [0.1, -0.02, 0.0, 0.0, 0.0]);
@@ -27,8 +23,8 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), turn)
     };
     let angle = |frame: usize, i: usize| 0.15 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
-    let motion = made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
-    let set = made_up_set::assemble("for others", vec![ideal, lens, near], &motion);
+    let motion = crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
+    let set = crate::made_up_set::assemble("for others", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
     set
 }
@@ -85,7 +81,7 @@ fn joints_projected_by_opencvs_formula_land_in_the_silhouette_files() {
 
 #[test]
 fn numpy_reads_a_set_and_what_numpy_writes_is_read() {
-    let Some(python) = support::python_with_numpy() else { return };
+    let Some(python) = crate::support::python_with_numpy() else { return };
     let (set_directory, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let set = write_set(set_directory.path());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_set.py");

@@ -8,8 +8,6 @@
 //! highest and the ankle within 20 mm of its lowest. Neither the ground, nor the body's solids, nor its retargeting
 //! come into it.
 
-mod support;
-
 use skiagraph::body::shipped;
 use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
@@ -23,7 +21,7 @@ const TOLERANCE: usize = 6;
 
 #[test]
 fn contact_begins_where_the_heel_strikes() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let (mut hits, mut missed, mut extra, mut lags) = (0, 0, 0, Vec::new());
     for (clip, labels) in LABELS {
         let recording = read(&folder.join(format!("{clip}.amc")), &ReadOptions::default()).unwrap();
@@ -51,7 +49,7 @@ fn contact_begins_where_the_heel_strikes() {
 /// The labels are what the rule says.
 #[test]
 fn the_labels_follow_their_rule() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     for (clip, labels) in LABELS {
         let recording = read(&folder.join(format!("{clip}.amc")), &ReadOptions::default()).unwrap();
         for (ankle, labels) in ["lfoot", "rfoot"].into_iter().zip(labels) {

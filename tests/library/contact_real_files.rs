@@ -1,27 +1,24 @@
 //! Contact of real walks: labels that do not depend on the frame rate, and walks planted on the ground. The study
 //! `contact` does the same with all walks at all rates.
 
-mod support;
 #[allow(dead_code, reason = "the study uses the rest")]
-#[path = "support/walks.rs"]
-mod walks;
 
 /// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75
 /// frames apart.
 #[test]
 fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_slowest() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     for name in ["16_17", "16_22", "02_01"] {
-        let found = walks::same_stances(&folder, name);
+        let found = crate::walks::same_stances(&folder, name);
         assert!(found.is_same, "{}", found.line);
     }
 }
 
 #[test]
 fn fixed_walks_neither_skate_nor_sink() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     for (name, fps) in [("16_22", 30.0), ("35_02", 30.0), ("16_22", 60.0), ("35_34", 120.0)] {
-        let (_, shortcomings) = walks::planted(&folder, name, fps);
+        let (_, shortcomings) = crate::walks::planted(&folder, name, fps);
         assert!(shortcomings.is_empty(), "{shortcomings:#?}");
     }
 }

@@ -1,9 +1,6 @@
 //! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the
 //! ground; glTF files against the skins that they were made of.
 
-#[path = "support/glb.rs"]
-mod glb;
-
 use std::fs;
 use std::sync::Arc;
 
@@ -59,7 +56,7 @@ fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that
 
 #[test]
 fn linear_blending_agrees_with_numpy_to_a_micrometre() {
-    let table: Blended = serde_json::from_str(include_str!("skin_blend.json")).unwrap();
+    let table: Blended = serde_json::from_str(include_str!("../skin_blend.json")).unwrap();
     let parts = SkinParts {
         name: "random".into(),
         blending: Blending::Linear,
@@ -219,7 +216,7 @@ fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
     let original = shipped_skin("person_coarse").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("figure.glb");
-    std::fs::write(&path, glb::bytes(&original)).unwrap();
+    std::fs::write(&path, crate::glb::bytes(&original)).unwrap();
     let read = read_skin(&path).unwrap();
     assert_eq!((read.name.as_str(), &read.triangles), ("figure", &original.triangles));
     for (a, b) in read.vertices.iter().zip(&original.vertices) {
@@ -248,7 +245,7 @@ fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
 
 #[test]
 fn a_cut_glb_is_refused_wherever_it_is_cut() {
-    let whole = glb::bytes(&shipped_skin("person_coarse").unwrap());
+    let whole = crate::glb::bytes(&shipped_skin("person_coarse").unwrap());
     for share in [0.01, 0.1, 0.3, 0.5, 0.9, 0.999] {
         let cut = &whole[..(share * whole.len() as f64) as usize];
         let error = skiagraph::body::skin_from_gltf("cut.glb", cut).unwrap_err().to_string();

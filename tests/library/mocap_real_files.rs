@@ -1,7 +1,5 @@
 //! Real recordings: counts, rates, heights and speeds as the test data's manifest has them, and its traps.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
@@ -9,7 +7,7 @@ use sha2::{Digest, Sha256};
 use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_bvh, read};
 
 fn recordings() -> Option<PathBuf> {
-    support::test_data("mocap")
+    crate::support::test_data("mocap")
 }
 
 fn load(path: &Path) -> Clip {
@@ -166,7 +164,7 @@ fn deepmimic_clips_have_the_manifests_frames_rates_and_speeds_and_stand_on_the_g
 /// large).
 #[test]
 fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
-    let Some(path) = support::test_data("robots/pybullet_humanoid/humanoid.urdf") else { return };
+    let Some(path) = crate::support::test_data("robots/pybullet_humanoid/humanoid.urdf") else { return };
     let robot = urdf_rs::read_file(path).unwrap();
     let clip = load(&shipped().join("humanoid3d_walk.txt"));
     for (index, joint) in clip.skeleton.joints.iter().enumerate().skip(1) {
@@ -331,7 +329,7 @@ fn what_ships_is_what_its_readme_says() {
         let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         assert!(readme.contains(&format!("{hash}  {name}")), "{name}: {hash}");
     }
-    if let Some(original) = support::test_data("mocap/bvh/cmu_mb_01_01.bvh") {
+    if let Some(original) = crate::support::test_data("mocap/bvh/cmu_mb_01_01.bvh") {
         assert_eq!(std::fs::read(original).unwrap(), std::fs::read(shipped().join("01_01.bvh")).unwrap());
     }
 }

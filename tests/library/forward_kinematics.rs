@@ -1,8 +1,6 @@
 //! Forward kinematics against pinocchio: `forward_kinematics.csv` holds what pinocchio 4.1.0 made of random
 //! configurations of the shipped robots and of foreign ones (a ball joint given to it as three hinges).
 
-mod support;
-
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
@@ -17,7 +15,7 @@ struct Configuration {
 
 fn configurations() -> BTreeMap<(String, String), Configuration> {
     let mut all: BTreeMap<(String, String), Configuration> = BTreeMap::new();
-    let mut reader = csv::Reader::from_reader(include_str!("forward_kinematics.csv").as_bytes());
+    let mut reader = csv::Reader::from_reader(include_str!("../forward_kinematics.csv").as_bytes());
     for record in reader.records() {
         let record = record.unwrap();
         let number = |i: usize| record[4 + i].parse::<f64>().unwrap();
@@ -39,7 +37,7 @@ fn configurations() -> BTreeMap<(String, String), Configuration> {
 fn robot(file: &str) -> Option<Humanoid> {
     match file.strip_prefix("robots/") {
         Some(name) => Some(shipped(name.trim_end_matches(".urdf")).unwrap()),
-        None => support::test_data(&format!("robots/{file}")).map(|path| Humanoid::load(&path).unwrap()),
+        None => crate::support::test_data(&format!("robots/{file}")).map(|path| Humanoid::load(&path).unwrap()),
     }
 }
 

@@ -1,8 +1,6 @@
 //! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after
 //! it nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
 
-mod support;
-
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
@@ -75,7 +73,7 @@ fn greatest_acceleration(body: &Humanoid, motion: &Motion) -> f64 {
 #[test]
 fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
     for file in ["cmu_3dsmax_131_01.bvh", "mocapbank_test.bvh"] {
-        let Some(path) = support::test_data(&format!("mocap/bvh/{file}")) else { return };
+        let Some(path) = crate::support::test_data(&format!("mocap/bvh/{file}")) else { return };
         let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
         let clip = clip.resampled(30.0).unwrap();
         for robot in ["actor", "tracker25"] {
@@ -94,7 +92,7 @@ fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
 /// about, by up to 540 m/s^2 and 181 mm.
 #[test]
 fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
-    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let clip = read(&folder.join("14_27_f0001-0900.amc"), &ReadOptions::default()).unwrap();
     let clip = clip.crop(0..400).unwrap().resampled(60.0).unwrap();
     let sits = retarget(&clip, &shipped("tracker25").unwrap(), &RetargetOptions::default()).unwrap();

@@ -9,12 +9,7 @@ use serde_json::Value;
 use skiagraph::benchmark_set::BlindSet;
 use skiagraph::npz::{Array, Npz, Values};
 
-#[path = "cli/sandbox.rs"]
-#[allow(dead_code, reason = "the command line's tests use the rest")]
-mod sandbox;
-mod support;
-
-use sandbox::{Sandbox, TINY};
+use crate::sandbox::{Sandbox, TINY};
 
 const NAN: f64 = f64::NAN;
 
@@ -79,7 +74,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
-    let Some(python) = support::python_with_numpy() else { return };
+    let Some(python) = crate::support::python_with_numpy() else { return };
     let room = room(30);
     fs::create_dir(room.path("out")).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/score_estimate.py");

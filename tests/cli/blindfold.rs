@@ -1,8 +1,6 @@
 //! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test
 //! knew files by their names alone.
 
-mod support;
-
 use std::fs;
 use std::path::PathBuf;
 
@@ -150,7 +148,7 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
 
 #[test]
 fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one_take_are_not() {
-    let Some(folder) = support::test_data("mocap") else { return };
+    let Some(folder) = crate::support::test_data("mocap") else { return };
     let mut files: Vec<PathBuf> =
         fs::read_dir(folder.join("cmu_asf_amc")).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == "amc"));

@@ -1,8 +1,6 @@
 //! Recordings that fell over in `simulate` within a second with a fifth of their weight as help, and stay up;
 //! `examples/studies/simulation.rs` measures all.
 
-mod support;
-
 use skiagraph::body::shipped;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{SimulationReport, SimulationSettings, simulate};
@@ -10,7 +8,7 @@ use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// A clip on a robot at 60 Hz as a scenario has it: first resampled, then retargeted.
 fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationReport> {
-    let path = support::test_data("mocap/cmu_asf_amc")?.join(format!("{clip}.amc"));
+    let path = crate::support::test_data("mocap/cmu_asf_amc")?.join(format!("{clip}.amc"));
     let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose().resampled(60.0).unwrap();
     let performed = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
     let settings = SimulationSettings { root_wrench, ..SimulationSettings::default() };

@@ -1,0 +1,41 @@
+//! The library from outside: against independent code, real files, and its own promises.
+
+mod annealed_particle_filter;
+#[path = "../support/c3d.rs"]
+mod c3d;
+mod contact_real_files;
+mod conventions;
+mod editing_real_files;
+mod export_formats;
+mod filming;
+mod fixed_feet_never_sink;
+mod forward_kinematics;
+#[path = "../support/glb.rs"]
+mod glb;
+mod heel_strikes;
+mod joint_map_keys;
+mod kinematics_agree_with_rapier;
+mod layering;
+mod layers_agree_with_rays;
+#[path = "../support/made_up_set.rs"]
+mod made_up_set;
+mod markers;
+mod mocap_hostile_files;
+mod mocap_real_files;
+mod opencv_projection;
+#[path = "../support/ray_scene.rs"]
+mod ray_scene;
+mod retarget_real_files;
+mod set_for_others;
+mod shipped_recordings;
+mod silhouettes_agree_with_rays;
+mod simulated_walks_stay_up;
+mod simulation_real_files;
+mod skin;
+#[path = "../support/mod.rs"]
+mod support;
+mod verdicts_of_runs;
+mod verify_planted_faults;
+#[path = "../support/walks.rs"]
+#[allow(dead_code, reason = "a study uses the rest")]
+mod walks;
