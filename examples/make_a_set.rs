@@ -9,7 +9,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use skiagraph::experiment::{Destination, Unwatched, draw, render};
+use skiagraph::experiment::{Destination, NoProgress, draw, render};
 use skiagraph::scenario::ScenarioFile;
 
 /// The walk that comes with this program, seen by two small cameras.
@@ -32,8 +32,8 @@ size_px = [160, 120]
 fn main() -> Result<(), Box<dyn Error>> {
     let scenario = ScenarioFile::parse(SCENARIO, "in this example", ".".into(), &[])?;
     let (set, notes) = match std::env::args_os().nth(1) {
-        None => draw(&scenario, None, &Unwatched)?,
-        Some(folder) => render(&scenario, None, Destination { path: Path::new(&folder), force: false }, &Unwatched)?,
+        None => draw(&scenario, None, &NoProgress)?,
+        Some(folder) => render(&scenario, None, Destination { path: Path::new(&folder), force: false }, &NoProgress)?,
     };
     notes.iter().for_each(|note| println!("note: {note}"));
     println!("{} frames of {} cameras", set.blind.frame_count, set.blind.rig.cameras.len());

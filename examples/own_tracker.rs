@@ -10,7 +10,7 @@
 use std::error::Error;
 
 use skiagraph::body::{Humanoid, Pose};
-use skiagraph::experiment::{Measures, Unwatched, draw, track_with};
+use skiagraph::experiment::{Measures, NoProgress, draw, track_with};
 use skiagraph::observation::Observation;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
@@ -63,18 +63,18 @@ impl Tracker for CoordinateSearch {
 fn main() -> Result<(), Box<dyn Error>> {
     let short = ["motion.loop_to_s=1.0", "rig.ring.size_px=[160, 120]"].map(str::to_owned);
     let scenario = ScenarioFile::built_in(&short)?;
-    let (set, _) = draw(&scenario, None, &Unwatched)?;
+    let (set, _) = draw(&scenario, None, &NoProgress)?;
 
     // the tracker's body, cameras and start pose are all that it is told
     let (body, start) = (&set.blind.start.body, &set.blind.start.pose);
     let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
     likelihood()?;
-    let tracked = track_with(&set.blind, &[0], &Unwatched, |_seed| {
+    let tracked = track_with(&set.blind, &[0], &NoProgress, |_seed| {
         let likelihood = likelihood().expect("it was made above");
         Box::new(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
     })?;
 
-    let measures = Measures::new(&set, &tracked, &Unwatched)?;
+    let measures = Measures::new(&set, &tracked, &NoProgress)?;
     for name in ["humaneva_mm", "body_orientation_deg", "silhouette_iou"] {
         let own = &measures.summary.metrics[name];
         let frozen = &measures.frozen.metrics[name];

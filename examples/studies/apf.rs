@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, RunRecord, Unwatched, run};
+use skiagraph::experiment::{Destination, NoProgress, RunRecord, run};
 use skiagraph::report::plots::{Bar, BarGroup, BarPlot, Colour};
 use skiagraph::scenario::ScenarioFile;
 
@@ -85,7 +85,7 @@ fn measure(
     let file = ScenarioFile::open(file, &overrides)?;
     let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("runs/apf").join(format!("{scenario}-{bodies}"));
     let to = Destination { path: &out, force: false };
-    let record = run(&file, Some(mocap), to, &Unwatched)?.record;
+    let record = run(&file, Some(mocap), to, &NoProgress)?.record;
     accuracy(&record).ok_or_else(|| format!("{scenario} {bodies}: a metric is missing").into())
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use skiagraph::benchmark_set::silhouette_to_png;
-use skiagraph::experiment::Staged;
+use skiagraph::experiment::PreparedScene;
 use skiagraph::observation::{
     BackgroundMixture, BackgroundSettings, Cleaning, Image, ImageSettings, Observer, OnlineBackground, OnlineSettings,
     Risk, SceneCamera, Segmenter,
@@ -57,7 +57,7 @@ const OURS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or("python3".to_owned());
-    let staged = Staged::new(&ScenarioFile::built_in(&[])?, None)?;
+    let staged = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
     let (mut tables, mut ours_f1, mut theirs_f1) = (String::new(), Vec::new(), Vec::new());
     for contrast in CONTRASTS {
         tables += &format!(
@@ -102,7 +102,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 }
 
 /// Writes the images for OpenCV and segments them.
-fn ours(staged: &Staged, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
+fn ours(staged: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
     let mut counts = [Count::default(); 4];
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     for seed in SEEDS {

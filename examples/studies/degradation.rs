@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use skiagraph::camera::{Camera, Distortion};
-use skiagraph::experiment::{Measures, Models, Staged, Unwatched, draw, track};
+use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, draw, track};
 use skiagraph::observation::{AXES, CorruptionAxis};
 use skiagraph::scenario::ScenarioFile;
 
@@ -75,11 +75,11 @@ fn measure(
         return Ok(());
     }
     let file = scenario(axis, level, seed, "")?;
-    let (set, _) = draw(&file, None, &Unwatched)?;
+    let (set, _) = draw(&file, None, &NoProgress)?;
     for (name, settings) in missing {
         let settings = scenario(axis, level, seed, settings)?.scenario.tracker();
-        let tracked = track(&set.blind, &settings, &[seed], None, &mut Models::default(), &Unwatched)?;
-        let measures = Measures::new(&set, &tracked, &Unwatched)?;
+        let tracked = track(&set.blind, &settings, &[seed], None, &mut Models::default(), &NoProgress)?;
+        let measures = Measures::new(&set, &tracked, &NoProgress)?;
         let metrics = &measures.seeds[0].evaluation.metrics;
         let outcome = Outcome {
             humaneva_mm: metrics["humaneva_mm"].mean,
@@ -106,7 +106,7 @@ fn scenario(axis: &CorruptionAxis, level: f64, seed: u64, tracker: &str) -> Resu
     if axis.name != "lens_ignored" {
         return Ok(ScenarioFile::built_in(&overrides)?);
     }
-    let staged = Staged::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
+    let staged = PreparedScene::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
     let cameras: String = staged.rig.cameras.iter().map(with_lens).collect();
     let walk = skiagraph::scenario::DEFAULT_SCENARIO;
     let (before, ring) = walk.split_once("[rig.ring]").ok_or("a ring")?;

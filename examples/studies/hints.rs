@@ -13,7 +13,7 @@ use skiagraph::camera::Camera;
 use skiagraph::evaluation::{
     AxisOrder, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading, with_sides_exchanged,
 };
-use skiagraph::experiment::{Measures, Models, Tracked, Unwatched, draw, track};
+use skiagraph::experiment::{Measures, Models, NoProgress, Tracked, draw, track};
 use skiagraph::scenario::ScenarioFile;
 
 const SEEDS: u64 = 20;
@@ -109,9 +109,9 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 fn of_setting(overrides: &[&str]) -> Result<Count, Box<dyn Error>> {
     let overrides: Vec<String> = COMMON.iter().chain(overrides).map(|text| (*text).to_owned()).collect();
     let file = ScenarioFile::built_in(&overrides)?;
-    let (set, _) = draw(&file, None, &Unwatched)?;
+    let (set, _) = draw(&file, None, &NoProgress)?;
     let seeds: Vec<u64> = (0..SEEDS).collect();
-    let all = track(&set.blind, &file.scenario.tracker(), &seeds, None, &mut Models::default(), &Unwatched)?;
+    let all = track(&set.blind, &file.scenario.tracker(), &seeds, None, &mut Models::default(), &NoProgress)?;
     let truth: Vec<Markers> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
     let cameras = [set.blind.rig.cameras.iter().map(Camera::centre).collect()];
     let mut count = Count::default();
@@ -120,7 +120,7 @@ fn of_setting(overrides: &[&str]) -> Result<Count, Box<dyn Error>> {
         one.estimates.seeds = vec![*seed];
         one.estimates.sequences = vec![all.estimates.sequences[index].clone()];
         one.search = vec![all.search[index].clone()];
-        let measures = Measures::new(&set, &one, &Unwatched)?;
+        let measures = Measures::new(&set, &one, &NoProgress)?;
         count.errors.push(measures.seeds[0].evaluation.metrics["humaneva_mm"].mean);
         let honest = &one.estimates.sequences[0].markers;
         count.told.extend(found(&truth, honest, &cameras).map(|found| format!("{:?}", found.correction.kinds())));

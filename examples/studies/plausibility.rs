@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, MethodRecord, Unwatched, compare};
+use skiagraph::experiment::{Destination, MethodRecord, NoProgress, compare};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";
@@ -80,7 +80,7 @@ fn run(
     let file = ScenarioFile::open(&root.join(SCENARIO), overrides)?;
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     let out = root.join("runs/plausibility").join(name.chars().map(plain).collect::<String>());
-    let done = compare(&file, Some(mocap), Destination { path: &out, force: true }, &Unwatched)?;
+    let done = compare(&file, Some(mocap), Destination { path: &out, force: true }, &NoProgress)?;
     let methods: BTreeMap<_, _> = done.comparison.methods.iter().map(|(n, m)| (n.clone(), values(m))).collect();
     for (method, values) in &methods {
         eprintln!("{name}, {method}: {}", COLUMNS.map(|(metric, title, n)| cell(values, metric, title, n)).join(", "));

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::Serialize;
 use skiagraph::body::SilhouettePainter;
 use skiagraph::evaluation::{Interval, ValueRange, intersection_over_union, mean_interval};
-use skiagraph::experiment::{Destination, Staged, Unwatched, run};
+use skiagraph::experiment::{Destination, NoProgress, PreparedScene, run};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/walk.toml";
@@ -74,7 +74,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         overlaps.insert(title.to_owned(), overlap(&file)?);
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let out = root.join("runs/skin").join(title.chars().map(plain).collect::<String>());
-        let record = run(&file, None, Destination { path: &out, force: true }, &Unwatched)?.record;
+        let record = run(&file, None, Destination { path: &out, force: true }, &NoProgress)?.record;
         frames = record.frames;
         let value = |(name, ..): &(&str, &str, usize)| {
             let metric = record.summary.metrics.get(*name)?;
@@ -95,7 +95,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 
 /// The overlap of actor and tracker's body in the refitted true poses.
 fn overlap(file: &ScenarioFile) -> Result<Overlap, Box<dyn Error>> {
-    let staged = Staged::new(file, None)?;
+    let staged = PreparedScene::new(file, None)?;
     let (actor, body, cameras) = (&staged.ground_truth.actor, &staged.start.body, &staged.rig.cameras);
     let mut painters: Vec<SilhouettePainter> = cameras.iter().map(SilhouettePainter::new).collect();
     let motion = staged.ground_truth.motion();

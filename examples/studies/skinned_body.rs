@@ -15,7 +15,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::BenchmarkSet;
-use skiagraph::experiment::{Unwatched, draw};
+use skiagraph::experiment::{NoProgress, draw};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/long_walk.toml";
@@ -102,7 +102,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         let missing: Vec<u64> = (0..seeds).filter(|seed| !known.contains_key(&case.key(*seed))).collect();
         let file = case.file(root)?;
         if !missing.is_empty() || case.method == "default" {
-            set = Some(draw(&file, None, &Unwatched)?.0);
+            set = Some(draw(&file, None, &NoProgress)?.0);
         }
         for seed in missing {
             let Some(set) = &set else { continue };

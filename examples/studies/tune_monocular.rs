@@ -20,7 +20,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use skiagraph::body::{Landmark, LinkFrames, Motion, Pose, Solid};
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::{Models, Staged, Tracked, Unwatched, draw, track};
+use skiagraph::experiment::{Models, NoProgress, PreparedScene, Tracked, draw, track};
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
@@ -95,7 +95,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 
 fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
-    let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
+    let (set, _) = draw(&file, Some(mocap), &NoProgress)?;
     let mut models = Models::default();
     for method in methods {
         let (kind, overrides) = method.split_once(',').unwrap_or((method, ""));
@@ -104,7 +104,7 @@ fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) ->
         let overrides: Vec<String> = overrides.map(|o| format!("tracker.{kind}.{o}")).collect();
         let settings = ScenarioFile::parse(&text, method, PathBuf::new(), &overrides)?.scenario.tracker();
         let seeds: Vec<u64> = (0..seeds).collect();
-        let tracked = track(&set.blind, &settings, &seeds, set.truth.refitted.as_ref(), &mut models, &Unwatched)?;
+        let tracked = track(&set.blind, &settings, &seeds, set.truth.refitted.as_ref(), &mut models, &NoProgress)?;
         println!("{}", row(take.0, method, &set, &tracked));
     }
     Ok(())
@@ -114,7 +114,7 @@ fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) ->
 /// about its ankles alone: mean and deviation over frames.
 fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
-    let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
+    let (set, _) = draw(&file, Some(mocap), &NoProgress)?;
     let Some(refitted) = &set.truth.refitted else { return Ok(()) };
     let body = &set.blind.start.body;
     let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default())?;
@@ -174,7 +174,8 @@ fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
 
 /// Millimetres a second, over the frames tracked.
 fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let staged = Staged::new(&ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?, Some(mocap))?;
+    let staged =
+        PreparedScene::new(&ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?, Some(mocap))?;
     let (body, motion) = (&staged.start.body, &staged.refitted);
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
     let seconds = (frames.len() - 1) as f64 / motion.frames_per_second;

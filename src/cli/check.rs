@@ -11,7 +11,7 @@ use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::body::DrawnShares;
-use crate::experiment::{CameraView, ExperimentError, RunCost, Soundness, check, unusable_files};
+use crate::experiment::{CameraView, CheckReport, ExperimentError, RunCost, check, unusable_files};
 use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
 /// Check a scenario: list every error, or estimate what a run costs
@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
     match file {
         Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
-            Ok(soundness) => return tell(arguments, &file, &soundness, volume),
+            Ok(check_report) => return tell(arguments, &file, &check_report, volume),
             Err(found) => errors = found.into_iter().map(|error| error.about(&file.origin)).collect(),
         },
         Some(file) => errors.extend(unusable_files(&file, mocap.as_deref())),
@@ -62,14 +62,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 fn tell(
     arguments: &Arguments,
     file: &ScenarioFile,
-    soundness: &Soundness,
+    check_report: &CheckReport,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
     if arguments.json {
-        output::print_json(soundness)?;
+        output::print_json(check_report)?;
     } else {
-        output::print(&in_words(&file.origin, soundness))?;
-        volume.notes(&soundness.notes);
+        output::print(&in_words(&file.origin, check_report))?;
+        volume.notes(&check_report.notes);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -87,7 +87,7 @@ fn error_as_json(error: &ExperimentError) -> Value {
     }
 }
 
-fn in_words(origin: &str, s: &Soundness) -> String {
+fn in_words(origin: &str, s: &CheckReport) -> String {
     let model = if s.matched { "matched" } else { "mismatched" };
     let cost = match s.likelihood_evaluations {
         0 => String::new(),

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::folders::expect_set_and_run;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
 use crate::benchmark_set::{FARTHEST_M, SetPlace};
@@ -166,7 +166,7 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
     expect_set_and_run("evaluate", &arguments.set, &run)?;
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let done = evaluate_run(set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::folders::expect_set;
 use super::output_arguments::OutputArguments;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::SetPlace;
@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let mut places = Vec::new();
     for to in &arguments.to {
         let place = place(arguments, *to)?;
-        let progress = Progress::new(volume);
+        let progress = TerminalProgress::new(volume);
         export_set(set, *to, arguments.output.destination(&place), &progress).map_err(|e| e.about(&arguments.set))?;
         drop(progress);
         volume.written(&place);

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::file_access::FileAccess;
 use super::folders::expect_run;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
@@ -136,7 +136,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         allow_outside: arguments.access.allow_outside,
     };
     if let Some(most) = arguments.add_seeds {
-        let progress = Progress::new(volume);
+        let progress = TerminalProgress::new(volume);
         let written = add_missing_seeds(&arguments.runs, &baseline, &rules, most, from, &progress)?;
         drop(progress);
         written.iter().for_each(|folder| volume.written(folder));
@@ -144,7 +144,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let mut outcome = gate_run(&arguments.runs, &baseline, &rules)?;
     let is_open = outcome.verdict == GateVerdict::Inconclusive && outcome.unit == IntervalUnit::Seeds;
     if let Some(count) = arguments.add_seeds.filter(|_| is_open) {
-        let progress = Progress::new(volume);
+        let progress = TerminalProgress::new(volume);
         let written = add_seeds(&arguments.runs, count, from, &progress);
         drop(progress);
         match written {

@@ -8,10 +8,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
-use crate::experiment::{Stage, Watch};
+use crate::experiment::{Progress, Stage};
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
-pub(super) struct Progress {
+pub(super) struct TerminalProgress {
     state: Mutex<ProgressState>,
     visible: bool,
     volume: Volume,
@@ -23,7 +23,7 @@ struct ProgressState {
     stage: Option<(Stage, usize, Instant)>,
 }
 
-impl Progress {
+impl TerminalProgress {
     pub(super) fn new(volume: Volume) -> Self {
         let state = ProgressState { bar: ProgressBar::hidden(), stage: None };
         let visible = !volume.quiet && std::io::stderr().is_terminal();
@@ -73,7 +73,7 @@ impl ProgressState {
     }
 }
 
-impl Watch for Progress {
+impl Progress for TerminalProgress {
     fn begin(&self, stage: Stage, frames: usize) {
         let mut state = self.state();
         state.end_stage(self.volume);
@@ -109,7 +109,7 @@ impl Watch for Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for TerminalProgress {
     fn drop(&mut self) {
         let volume = self.volume;
         self.state().end_stage(volume);

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 use serde_json::Value;
 
 use super::output_arguments::OutputArguments;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -160,7 +160,7 @@ fn one_set(
     key: KeySource,
     volume: Volume,
 ) -> Result<(BlindSet, Value), CommandError> {
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(place);
     let options = RenderOptions { whole: arguments.truth.as_deref(), shards: arguments.shards, key };
     let (BenchmarkSet { blind, .. }, notes) =

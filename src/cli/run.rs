@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::output_arguments::OutputArguments;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_with(more)?;
     let RunPlace { path: out, note } = RunPlace::new(&file, arguments.out.as_deref())?;
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(&out);
     if !file.scenario.methods.is_empty() {
         return run_methods(arguments, &file, to, progress, note, volume);
@@ -75,7 +75,7 @@ fn run_methods(
     arguments: &Arguments,
     file: &ScenarioFile,
     to: Destination<'_>,
-    progress: Progress,
+    progress: TerminalProgress,
     note: Option<String>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::output_arguments::OutputArguments;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{SegmentInput, segment};
@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         settings,
         online: (arguments.method == Method::Online).then_some(online),
     };
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let segmented = segment(&input, arguments.output.destination(&arguments.out), &progress)?;
     drop(progress);
     volume.written(&arguments.out);

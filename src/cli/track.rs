@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::folders::expect_set;
 use super::output_arguments::OutputArguments;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::is_public;
@@ -133,7 +133,7 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
     let settings = TrackerSettings::named(arguments.tracker.as_deref().unwrap_or_default())
         .and_then(|settings| settings.overridden(&arguments.overrides))
         .map_err(ScenarioError::from)?;
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(out);
     let tracked = track_set_calibrating(&arguments.set, &settings, seeds, arguments.calibrate, to, &progress)
         .map_err(|e| e.about(&arguments.set))?;
@@ -187,7 +187,7 @@ fn run_program(
     out: &Path,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(out);
     let record = track_set_with_program(&arguments.set, &arguments.program(command), seeds, to, &progress)
         .map_err(|e| e.about(&arguments.set))?;
@@ -227,7 +227,7 @@ fn told(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
 }
 
 fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let found =
         check_program(&arguments.set, &arguments.program(command), &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::file_access::FileAccess;
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{ClipOptions, Destination, ExperimentError, LearnedModel, TrainingInput, train as learn};
@@ -106,7 +106,7 @@ impl From<ModelArgument> for ModelKind {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let input = arguments.input()?;
     let rate = input.motions.first().map_or(60.0, |motion| motion.frames_per_second);
     let to = Destination { path: &arguments.out, force: arguments.force };

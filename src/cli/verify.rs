@@ -9,7 +9,7 @@ use serde_json::json;
 use super::CommandError;
 use super::folders::expect_set;
 use super::output::{self, counted};
-use super::progress::Progress;
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use crate::benchmark_set::{Checked, FULL_HASH_COVERS, SET_HASH_COVERS, SetPlace, Verification};
 use crate::experiment::verify_set;
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     expect_set(&arguments.set)?;
-    let progress = Progress::new(volume);
+    let progress = TerminalProgress::new(volume);
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let found = verify_set(set, arguments.every as usize, &progress);
     drop(progress);

@@ -10,7 +10,7 @@ use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 use super::error::read_file;
 use super::{Destination, ExperimentError, put_file, read_runs};
 use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
-use crate::input::{excerpt, foreign, is_ours, limits, unquoted};
+use crate::input::{excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::json_tree;
 
 /// Where baselines are, unless one is told.
@@ -119,7 +119,7 @@ impl Baseline {
                 )));
             }
             other => {
-                let found = other.filter(|_| is_ours(&bytes)).map_or_else(|| "none".to_owned(), excerpt);
+                let found = other.filter(|_| is_own_output(&bytes)).map_or_else(|| "none".to_owned(), excerpt);
                 return Err(malformed(format!("expected the schema {SCHEMA}, found {found}")));
             }
         }

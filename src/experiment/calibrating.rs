@@ -1,7 +1,7 @@
 //! Calibrates the tracker's body of a set, from its blind side alone, by what a tracker answers in the first frames.
 
 use super::ExperimentError;
-use super::watch::{Watch, advance};
+use super::progress::{Progress, advance};
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::tracker::{
@@ -20,7 +20,7 @@ pub(super) fn calibrated(
     set: &BlindSet,
     settings: SilhouetteSettings,
     tracker: &mut dyn Tracker,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<BodyCalibration, ExperimentError> {
     let frames = frames(set);
     let mut seen = Vec::with_capacity(frames.len());
@@ -30,7 +30,7 @@ pub(super) fn calibrated(
         if frames.contains(&frame) {
             seen.push((observation, pose));
         }
-        advance(watch)?;
+        advance(progress)?;
     }
     Ok(calibrate(&set.start.body, &set.rig, settings, &seen)?)
 }

@@ -9,14 +9,14 @@ use super::cost::{RunCost, cost};
 use super::learning::Models;
 use super::robots::{RobotChoice, robot};
 use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
-use super::staging::Staged;
-use super::{ExperimentError, LearnedModel, Unwatched, clip_file};
+use super::scene_preparation::PreparedScene;
+use super::{ExperimentError, LearnedModel, NoProgress, clip_file};
 use crate::body::{DrawnShares, Humanoid};
 use crate::scenario::ScenarioFile;
 
 /// Facts about a valid scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Soundness {
+pub struct CheckReport {
     /// `skiagraph.check/1`.
     pub schema: &'static str,
     /// `true`.
@@ -68,13 +68,13 @@ pub struct Soundness {
 ///
 /// # Errors
 /// All that `run` would refuse, each an [`ExperimentError`] that names the file, line or key.
-pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soundness, Vec<ExperimentError>> {
+pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<CheckReport, Vec<ExperimentError>> {
     let missing = unusable_files(file, mocap_directory);
     if !missing.is_empty() {
         return Err(missing);
     }
     let begin = Instant::now();
-    let mut staged = Staged::new(file, mocap_directory).map_err(|error| vec![error])?;
+    let mut staged = PreparedScene::new(file, mocap_directory).map_err(|error| vec![error])?;
     let staging_s = begin.elapsed().as_secs_f64();
     let views = views(&staged);
     let CamerasInside { refused: mut errors, told } = CamerasInside::new(file, &staged);
@@ -86,10 +86,16 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
     }
     let cost = cost(file, &staged, staging_s).map_err(|error| vec![error])?;
     let path = ActorPath::new(&staged);
-    Ok(soundness(file, staged, path, views, cost))
+    Ok(check_report(file, staged, path, views, cost))
 }
 
-fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: RunCost) -> Soundness {
+fn check_report(
+    file: &ScenarioFile,
+    staged: PreparedScene,
+    path: ActorPath,
+    views: Vec<CameraView>,
+    cost: RunCost,
+) -> CheckReport {
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
     let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
@@ -97,7 +103,7 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
     let mut notes = staged.notes.clone();
     notes.extend(doubts(&staged));
-    Soundness {
+    CheckReport {
         schema: "skiagraph.check/1",
         sound: true,
         scenario: scenario.name.clone(),
@@ -162,9 +168,9 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
 }
 
 /// What is wrong with the models of files for this body, rate and test.
-fn unfit_models(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
+fn unfit_models(file: &ScenarioFile, staged: &PreparedScene) -> Vec<ExperimentError> {
     let mut models = Models::new(file, &staged.sources);
     let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
-    trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &Unwatched).err()).collect()
+    trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &NoProgress).err()).collect()
 }

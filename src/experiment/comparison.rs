@@ -9,13 +9,13 @@ use serde::Serialize;
 use super::error::output;
 use super::inputs::Inputs;
 use super::learning::Models;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::progress::Progress;
+use super::provenance::ResultKind;
 use super::rendering::draw;
 use super::run::MethodRun;
 use super::same_settings::MadeBy;
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
-use super::watch::Watch;
 use super::{Destination, ExperimentError, TrackTiming, to_json};
 use crate::evaluation::Summary;
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
@@ -93,13 +93,13 @@ pub fn compare(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
     Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
     let other = MadeBy::run(&scenario_text(scenario)?)?.difference_at(to.path);
     let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
-    let (set, notes) = draw(file, mocap_directory, watch)?;
+    let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
     let mut models = Models::new(file, &set.truth.recordings);
     let mut compared =
@@ -109,7 +109,7 @@ pub fn compare(
         fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
         let alone = Scenario { tracker: Some(settings.clone()), methods: BTreeMap::new(), ..scenario.clone() };
         let attempt = MethodRun { directory: &directory, folder: name, scenario: &alone, set: &set, seeds: &seeds };
-        let done = attempt.run(&mut models, watch)?;
+        let done = attempt.run(&mut models, progress)?;
         let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
         let record = MethodRecord {
             tracker: settings.name().to_owned(),

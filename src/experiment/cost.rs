@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::learning::Models;
 use super::measuring::Measures;
 use super::observing::Observing;
-use super::staging::Staged;
+use super::scene_preparation::PreparedScene;
 use super::tracking::track;
-use super::{ExperimentError, Unwatched, memory};
+use super::{ExperimentError, NoProgress, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, RigMoments, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
@@ -76,7 +76,7 @@ struct MeasuredTimes {
 ///
 /// # Errors
 /// [`ExperimentError`] where the sample cannot be drawn or tracked.
-pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Result<RunCost, ExperimentError> {
+pub(super) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
     let (frames, seeds) = (staged.frames() as f64, f64::from(scenario.seeds));
     let trackers = scenario.trackers();
@@ -126,7 +126,11 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
 }
 
 /// Draws and measures some frames, as many as fit; `two` is the set of two frames and the seconds that it took.
-fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Result<MeasuredTimes, ExperimentError> {
+fn sample(
+    file: &ScenarioFile,
+    staged: &PreparedScene,
+    two: &(BenchmarkSet, f64),
+) -> Result<MeasuredTimes, ExperimentError> {
     let (few, few_s) = two;
     let threads = rayon::current_num_threads().max(1);
     // a thread draws a frame in about half the time of two, or, where two were drawn at a time, in all of it
@@ -141,8 +145,8 @@ fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Re
         more => (set.bytes() as f64 - few.bytes() as f64) / more as f64,
     };
     let frozen = TrackerSettings::Frozen(FrozenSettings {});
-    let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &Unwatched)?;
-    let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &Unwatched).is_ok());
+    let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &NoProgress)?;
+    let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &NoProgress).is_ok());
     Ok(MeasuredTimes {
         frame_render_s: if frames < threads { frame_s / threads as f64 } else { set_s / frames as f64 },
         // this one seed and the floor
@@ -154,7 +158,7 @@ fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Re
 }
 
 /// Seconds that the background takes to be recorded and learned, told from one and two images a period.
-fn background_s(file: &ScenarioFile, staged: &Staged) -> Result<f64, ExperimentError> {
+fn background_s(file: &ScenarioFile, staged: &PreparedScene) -> Result<f64, ExperimentError> {
     let observation = &file.scenario.observation;
     if observation.silhouette != SilhouetteSource::Segmented {
         return Ok(0.0);
@@ -178,7 +182,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// The set of the first `count` frames.
-fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<BenchmarkSet, ExperimentError> {
+fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<BenchmarkSet, ExperimentError> {
     let count = count.min(staged.frames());
     let whole = &staged.ground_truth;
     let ground_truth = GroundTruth {
@@ -248,7 +252,7 @@ impl Speed {
                 ..AnnealedParticleFilterSettings::default()
             };
             let settings = TrackerSettings::AnnealedParticleFilter(settings);
-            let tracked = track(&two.blind, &settings, &[0], None, &mut Models::default(), &Unwatched)?;
+            let tracked = track(&two.blind, &settings, &[0], None, &mut Models::default(), &NoProgress)?;
             let seconds = tracked.record.map_or(0.0, |record| record.timing.seconds);
             Ok(seconds / two.blind.frame_count as f64)
         };
@@ -275,13 +279,13 @@ impl Speed {
     }
 }
 
-fn pixels(staged: &Staged) -> impl Iterator<Item = f64> + Clone + '_ {
+fn pixels(staged: &PreparedScene) -> impl Iterator<Item = f64> + Clone + '_ {
     staged.rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
 /// Most memory while a set is drawn: the truth twice, files of `in_memory` bytes, what cameras need to be ready, and a
 /// thread's image.
-fn render_memory(file: &ScenarioFile, staged: &Staged, in_memory: f64) -> f64 {
+fn render_memory(file: &ScenarioFile, staged: &PreparedScene, in_memory: f64) -> f64 {
     let truth = &staged.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
@@ -303,7 +307,7 @@ fn render_memory(file: &ScenarioFile, staged: &Staged, in_memory: f64) -> f64 {
 }
 
 /// Most memory that layers take while they are written.
-fn layers_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
+fn layers_memory(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
     let largest = pixels(staged).fold(0.0, f64::max);
     let a_thread = 40.0 * largest;
     let all = a_thread * rayon::current_num_threads() as f64;
@@ -311,7 +315,7 @@ fn layers_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
 }
 
 /// What tracking and measuring add: observed views, particles, and what is kept of every frame.
-fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
+fn tracking_memory(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
     let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
     let degrees = staged.start.body.degrees_of_freedom.len() as f64;
     let trackers = file.scenario.trackers();
@@ -325,7 +329,7 @@ fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
 }
 
 /// Size of `poses.npz`, `search.npz`, `per_frame.csv`, page and picture, of all methods.
-fn run_bytes(file: &ScenarioFile, staged: &Staged) -> f64 {
+fn run_bytes(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
     let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
     let numbers =
         |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;

@@ -8,10 +8,10 @@ use super::ExperimentError;
 use super::destination::Destination;
 use super::error::output;
 use super::inputs::Inputs;
-use super::ours::{ResultKind, is_ours};
 use super::ownership;
 use super::partial_directory::PartialDirectory;
-use super::watch::{Stage, Watch, advance};
+use super::progress::{Progress, Stage, advance};
+use super::provenance::{ResultKind, is_own_output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
@@ -61,7 +61,7 @@ pub fn export_set(
     set: SetPlace<'_>,
     to: ExportTo,
     place: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(), ExperimentError> {
     Inputs::new(set.folders()).keep_from(place.path)?;
     let there = exports_in(place.path);
@@ -71,27 +71,27 @@ pub fn export_set(
     }
     let folder = PartialDirectory::begin(place.path, ResultKind::Export, place.force)?;
     let set = set.read()?;
-    watch.begin(Stage::Export, set.blind.frame_count);
+    progress.begin(Stage::Export, set.blind.frame_count);
     match to {
         ExportTo::Format(format) => {
-            let told = ExportWatch { tick: &|| watch.advance(), stop: &|| watch.interrupted() };
+            let told = ExportWatch { tick: &|| progress.advance(), stop: &|| progress.interrupted() };
             export(&set, format, folder.folder(), told)?;
         }
-        ExportTo::Animation => animations(&set, &folder, watch)?,
+        ExportTo::Animation => animations(&set, &folder, progress)?,
     }
     folder.finish()
 }
 
 /// Formats that have a folder of their own in this one, which is no export itself.
 fn exports_in(folder: &Path) -> Vec<&'static str> {
-    if is_ours(folder, ResultKind::Export) {
+    if is_own_output(folder, ResultKind::Export) {
         return Vec::new();
     }
     let is_there = |name: &&str| ownership::is_signed(&folder.join(name));
     ExportTo::names().map(|(name, _)| name).filter(is_there).collect()
 }
 
-fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) -> Result<(), ExperimentError> {
+fn animations(set: &BenchmarkSet, folder: &PartialDirectory, progress: &dyn Progress) -> Result<(), ExperimentError> {
     if set.blind.moments.is_some() {
         let detail = "apng: its pictures are of cameras that stand still and take an image of every frame at its time, and \
                       those of this set do not";
@@ -106,8 +106,8 @@ fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) 
         write_animation(&mut file, camera, frames, set.blind.frames_per_second, |frame| {
             // a frame of the first camera counts as one of the set
             if index == 0 {
-                advance(watch)?;
-            } else if watch.interrupted() {
+                advance(progress)?;
+            } else if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
             let mask = set.blind.observation(frame)?.silhouettes.swap_remove(index);

@@ -6,8 +6,8 @@ use nalgebra::Point3;
 
 use super::error::read_file;
 use super::inputs::Inputs;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::provenance::ResultKind;
 use super::run_picture::{StoredMethods, stored_columns, stored_methods, stored_run};
 use super::run_reading::{is_unmeasured, unmeasured_in_words};
 use super::search_file::{SearchRecord, search_from_npz};

@@ -4,7 +4,7 @@ use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::RigMoments;
 use crate::body::Motion;
-use crate::camera::{CameraError, CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig, RigMoment};
+use crate::camera::{CameraError, CameraKeyframe, CameraPath, CameraRig, CameraTiming, RigMoment, TimedRig};
 use crate::input::excerpt;
 use crate::observation::{Corruption, tracker_rig};
 use crate::rng::KeyedSeed;
@@ -12,7 +12,7 @@ use crate::scenario::{CameraTimingSettings, KeyframeSettings, ScenarioFile, did_
 use crate::scene::GroundTruth;
 
 /// How the cameras of `rig` film `motion`. What is said of cameras that are left out is passed over.
-pub(super) fn filming(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<FilmingRig, ExperimentError> {
+pub(super) fn filming(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let mut paths = vec![None; rig.cameras.len()];
     let mut timings = vec![CameraTiming::default(); rig.cameras.len()];
@@ -35,7 +35,7 @@ pub(super) fn filming(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> R
         })?;
         timings[camera] = CameraTiming { every, offset_s: 1e-3 * offset_ms, line_delay_s: 1e-6 * line_delay_us };
     }
-    let filming = FilmingRig::new(rig, paths, timings).map_err(|e| refused("rig.motion", e))?;
+    let filming = TimedRig::new(rig, paths, timings).map_err(|e| refused("rig.motion", e))?;
     let on_its_way = filming.check(motion.poses.len(), motion.frames_per_second);
     on_its_way.map_err(|e| refused("rig.motion", e))?;
     Ok(filming)
@@ -45,7 +45,7 @@ pub(super) fn filming(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> R
 /// still.
 pub(super) fn moments(
     truth: &GroundTruth,
-    filming: &FilmingRig,
+    filming: &TimedRig,
     corruption: &Corruption,
     seed: KeyedSeed,
 ) -> Option<RigMoments> {

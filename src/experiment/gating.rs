@@ -9,7 +9,7 @@ use super::seed_advice::{seed_advice, set_advice};
 use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
 use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, find_metric, gate};
-use crate::input::{self, excerpt, foreign, is_ours, limits, unquoted};
+use crate::input::{self, excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::json_tree;
 
 /// The file of rules in the working directory.
@@ -75,7 +75,7 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
 
 /// What is wrong with a text that is no TOML; it is quoted only if it is one of this program.
 fn toml_error(text: &str, error: &toml::de::Error) -> String {
-    match is_ours(text.as_bytes()) {
+    match is_own_output(text.as_bytes()) {
         true => foreign(error),
         false => {
             let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();

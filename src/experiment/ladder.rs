@@ -96,8 +96,9 @@ impl LadderProgress {
     /// [`ExperimentError::Output`] if that cannot be written; [`ExperimentError::Occupied`] where something else is.
     pub fn add(&mut self, file: &ScenarioFile, shards: Option<usize>, set_hash: &str) -> Result<(), ExperimentError> {
         let made = MadeSet { settings_sha256: digest(file, shards)?, set_hash: set_hash.to_owned() };
-        let is_ours = || input::read_to_string(&self.path, limits::SETTINGS).is_ok_and(|text| text.contains(SCHEMA));
-        if self.path.symlink_metadata().is_ok() && !is_ours() {
+        let is_own_output =
+            || input::read_to_string(&self.path, limits::SETTINGS).is_ok_and(|text| text.contains(SCHEMA));
+        if self.path.symlink_metadata().is_ok() && !is_own_output() {
             return Err(ExperimentError::Occupied { path: self.path.clone() });
         }
         self.record.made.push(made);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::model_store::ModelStore;
-use super::watch::{Stage, Watch};
+use super::progress::{Progress, Stage};
 use super::{ExperimentError, LearnedModel, ModelFacts};
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
@@ -76,20 +76,20 @@ impl Models {
         settings: &GraphSettings,
         body: &Humanoid,
         training: &Training,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
         let Training::Motions(motions) = training else { return Err(ExperimentError::NoTraining) };
         if let Some((_, known)) = self.learned.iter().find(|(known, _)| known == settings) {
             return Ok(known.clone());
         }
         let mut learn = || {
-            watch.begin(Stage::Learn, training.frames());
+            progress.begin(Stage::Learn, training.frames());
             let mut learner = GraphLearner::new(body, &motions.motions, settings)?;
-            grow_all(&mut learner, watch, |_| Ok(()))?;
+            grow_all(&mut learner, progress, |_| Ok(()))?;
             Ok::<_, ExperimentError>(learner.finish())
         };
         let graph = Arc::new(match &self.store {
-            Some(store) => store.get(settings, body, motions, watch, &mut learn)?,
+            Some(store) => store.get(settings, body, motions, progress, &mut learn)?,
             None => learn()?,
         });
         self.learned.push((settings.clone(), graph.clone()));
@@ -103,7 +103,7 @@ impl Models {
         kind: ModelKind,
         body: &Humanoid,
         rate: f64,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
         let path = self.folder.join(name);
         let of_model = |e: ExperimentError| ExperimentError::ModelFile(Box::new(e));
@@ -118,7 +118,7 @@ impl Models {
                 let model = LearnedModel::read(&path).map_err(of_model)?;
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
-                    watch.note(&format!(
+                    progress.note(&format!(
                         "{} has no motion fingerprints (older version), so overlap with the test is checked by file \
                         names and hashes only; train the model again",
                         path.display()
@@ -164,10 +164,10 @@ impl Models {
         tracker: &TrackerSettings,
         body: &Humanoid,
         rate: f64,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<(), ExperimentError> {
         match tracker.kind().model_file().zip(tracker.kind().learning()) {
-            Some((name, learning)) => self.of_file(name, learning.kind(), body, rate, watch).map(|_| ()),
+            Some((name, learning)) => self.of_file(name, learning.kind(), body, rate, progress).map(|_| ()),
             None => Ok(()),
         }
     }
@@ -183,15 +183,15 @@ impl Models {
         settings: &LatentTrackerSettings<T>,
         set: &BlindSet,
         truth: Option<&Motion>,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<LatentModel, ExperimentError> {
         let (body, learning) = (&set.start.body, settings.model.learning());
         let graph = match &settings.model_file {
-            Some(name) => self.of_file(name, learning.kind(), body, set.frames_per_second, watch)?,
-            None => self.learn(&learning, body, &set.start.training, watch)?,
+            Some(name) => self.of_file(name, learning.kind(), body, set.frames_per_second, progress)?,
+            None => self.learn(&learning, body, &set.start.training, progress)?,
         };
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;
-        self.tell_far_start(model.start_distance(&set.start.pose), watch);
+        self.tell_far_start(model.start_distance(&set.start.pose), progress);
         Ok(match settings.root {
             RootMode::Tracked => model,
             RootMode::Oracle => {
@@ -202,11 +202,11 @@ impl Models {
     }
 
     /// Says once that particles start from the nearest training poses because the start pose is far from all of them.
-    fn tell_far_start(&mut self, distance: f64, watch: &dyn Watch) {
+    fn tell_far_start(&mut self, distance: f64, progress: &dyn Progress) {
         if distance > FAR_START && !self.told_far_start {
             self.told_far_start = true;
             let degrees = distance.sqrt().to_degrees();
-            watch.note(&format!(
+            progress.note(&format!(
                 "the start pose is {degrees:.0} degrees per joint away from the nearest training pose, and particles \
                 start at that training pose; add training motion with a similar pose"
             ));
@@ -235,7 +235,7 @@ impl From<Stopped> for ExperimentError {
 /// Learns every segment that is left; `keep` hears of the graph after each.
 pub(super) fn grow_all(
     learner: &mut GraphLearner<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     keep: impl Fn(&GpdmGraph) -> Result<(), ExperimentError>,
 ) -> Result<(), Stopped> {
     loop {
@@ -243,15 +243,15 @@ pub(super) fn grow_all(
         let mut keep_on = |range: SegmentRange, round: Round| {
             let frames = range.end - range.first;
             let (number, loss) = (round.number, round.loss);
-            watch
+            progress
                 .set_status(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
-            !watch.interrupted()
+            !progress.interrupted()
         };
         if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {
             return Ok(());
         }
         keep(learner.graph()).map_err(Stopped::Keeping)?;
-        (done..learner.frames_done()).for_each(|_| watch.advance());
+        (done..learner.frames_done()).for_each(|_| progress.advance());
     }
 }
 
@@ -264,7 +264,7 @@ mod tests {
     #[derive(Default)]
     struct Listener(Mutex<Vec<String>>);
 
-    impl Watch for Listener {
+    impl Progress for Listener {
         fn begin(&self, _: Stage, _: usize) {}
         fn advance(&self) {}
         fn note(&self, note: &str) {

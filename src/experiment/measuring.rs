@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use super::body_contacts::BodyContacts;
 use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
-use super::performed::refit;
+use super::progress::{Progress, Stage};
+use super::retargeting::refit;
 use super::tracking::Tracked;
-use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
@@ -61,9 +61,9 @@ impl Measures {
     ///
     /// # Errors
     /// [`ExperimentError`] if run and set do not fit together or an observation cannot be read.
-    pub fn new(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Self, ExperimentError> {
+    pub fn new(set: &BenchmarkSet, tracked: &Tracked, progress: &dyn Progress) -> Result<Self, ExperimentError> {
         let blind = &set.blind;
-        watch.begin(Stage::Evaluate, blind.frame_count);
+        progress.begin(Stage::Evaluate, blind.frame_count);
         let frozen =
             EstimatedSequence::from_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
@@ -82,7 +82,7 @@ impl Measures {
             .map_init(
                 || (Painters::new(blind), Painters::from_rig(filming.rig())),
                 |(painters, true_painters), frame| {
-                    if watch.interrupted() {
+                    if progress.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
                     let observed = blind.observation(frame)?;
@@ -92,7 +92,7 @@ impl Measures {
                         overlaps: true_painters.overlaps(&exact, poses()),
                         qualities: qualities(&observed, &exact),
                     });
-                    watch.advance();
+                    progress.advance();
                     Ok((agreements, exact))
                 },
             )
@@ -111,7 +111,7 @@ impl Measures {
         });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
-            if watch.interrupted() {
+            if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
             let energy = match tracked.record {

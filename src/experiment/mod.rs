@@ -4,10 +4,10 @@
 //! apart, by way of a benchmark set on disk, with the same numbers.
 //!
 //! ```no_run
-//! use skiagraph::experiment::{Destination, Unwatched, run};
+//! use skiagraph::experiment::{Destination, NoProgress, run};
 //! use skiagraph::scenario::ScenarioFile;
 //! let walk = ScenarioFile::built_in(&["tracker.annealed_particle_filter.particles=50".to_owned()])?;
-//! let done = run(&walk, None, Destination { path: "runs/walk".as_ref(), force: false }, &Unwatched)?;
+//! let done = run(&walk, None, Destination { path: "runs/walk".as_ref(), force: false }, &NoProgress)?;
 //! println!("{:.1} mm", done.record.summary.metrics["humaneva_mm"].mean);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -16,12 +16,12 @@
 //!
 //! ```
 //! use skiagraph::benchmark_set::{BlindSet, TruthSet};
-//! use skiagraph::experiment::{Unwatched, draw};
+//! use skiagraph::experiment::{NoProgress, draw};
 //! use skiagraph::scenario::ScenarioFile;
 //! # let folder = std::env::temp_dir().join(format!("skiagraph-set-{}", std::process::id()));
 //! # std::fs::create_dir(&folder)?;
 //! let small = ["motion.loop_to_s=1.0", "rig.ring.size_px=[80, 60]"].map(str::to_owned);
-//! let (set, _notes) = draw(&ScenarioFile::built_in(&small)?, None, &Unwatched)?;
+//! let (set, _notes) = draw(&ScenarioFile::built_in(&small)?, None, &NoProgress)?;
 //! set.write(&folder)?;
 //! let blind = BlindSet::read(&folder)?;
 //! assert_eq!(blind.observation(0)?.silhouettes.len(), blind.rig.cameras.len());
@@ -39,6 +39,7 @@ mod comparison;
 mod contact_facts;
 mod cost;
 mod destination;
+mod distractors;
 mod error;
 mod export;
 mod external;
@@ -61,23 +62,23 @@ mod more_seeds;
 mod nearest_training_pose;
 mod observing;
 mod oracle;
-mod ours;
 mod ownership;
 mod part_rotations;
 mod partial_directory;
 mod partial_file;
-mod passers_by;
 mod people;
 mod per_frame;
-mod performance;
-mod performed;
 mod pictures;
 mod place;
 mod placement;
 mod playback;
 mod poses_file;
+mod progress;
+mod provenance;
 mod rendering;
 mod results;
+mod retargeted_motion;
+mod retargeting;
 mod rig;
 mod robots;
 mod run;
@@ -89,12 +90,12 @@ mod same_settings;
 mod scenario_copy;
 mod scene_check;
 mod scene_hash;
+mod scene_preparation;
 mod search_file;
 mod seed_advice;
 mod segmenting;
 mod set_tracking;
 mod skins;
-mod staging;
 mod start_check;
 pub mod sweep;
 mod track_timing;
@@ -105,10 +106,9 @@ mod unfinished;
 mod unfinished_run;
 mod unfinished_set;
 mod verification;
-mod watch;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
-pub use check::{Soundness, check, unusable_files};
+pub use check::{CheckReport, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;
@@ -134,9 +134,10 @@ pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use more_seeds::{MoreOf, add_missing_seeds, add_seeds};
-pub use ours::MANUAL_MARK;
 pub use partial_file::{keep_others_from_junit, put_file};
 pub use poses_file::{PosesDeclared, ReadAs, UNITS_OF_LENGTH};
+pub use progress::{NoProgress, Progress, Stage};
+pub use provenance::MANUAL_MARK;
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{Evaluated, RunOutcome, evaluate_run, run};
@@ -144,15 +145,14 @@ pub use run_picture::run_picture;
 pub use run_place::RunPlace;
 pub use run_reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
+pub use scene_preparation::PreparedScene;
 pub use search_file::SearchRecord;
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, SegmentedFrom, segment};
 pub use set_tracking::{check_program, track_set, track_set_calibrating, track_set_with_program};
-pub use staging::Staged;
 pub use track_timing::TrackTiming;
 pub use tracking::{TrackRecord, Tracked, track, track_with};
 pub use unfinished::abandon;
 pub use verification::verify_set;
-pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.
 pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;

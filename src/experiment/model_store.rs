@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::partial_file::PartialFile;
-use super::watch::Watch;
+use super::progress::Progress;
 use super::{ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 use crate::benchmark_set::{TrainingMotions, body_to_json};
 use crate::body::Humanoid;
@@ -41,7 +41,7 @@ impl ModelStore {
         settings: &GraphSettings,
         body: &Humanoid,
         training: &TrainingMotions,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
         learn: &mut dyn FnMut() -> Result<GpdmGraph, ExperimentError>,
     ) -> Result<GpdmGraph, ExperimentError> {
         let facts = facts(settings, body, training);
@@ -50,7 +50,7 @@ impl ModelStore {
             if path.exists() {
                 return read(&path, &facts);
             }
-            if watch.interrupted() {
+            if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
             match PartialFile::begin(&path, false) {

@@ -13,7 +13,8 @@ use super::partial_file::{PartialFile, beside};
 use super::robots::robot_named;
 use super::same_settings::difference;
 use super::{
-    Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
+    Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, PreparedScene, Progress, Stage, clip_file,
+    unfinished,
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
@@ -77,7 +78,7 @@ impl TrainingInput {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
             return Err(scenario_error(file, "training", message.to_owned()));
         };
-        let staged = Staged::new(file, mocap_directory)?;
+        let staged = PreparedScene::new(file, mocap_directory)?;
         let motions = staged.start.training.motions().to_vec();
         let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
@@ -205,7 +206,7 @@ pub fn train(
     input: &TrainingInput,
     settings: &GraphSettings,
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Trained, ExperimentError> {
     let partial = beside(to.path, ".partial");
     let inputs = Inputs::new(input.files.iter().cloned());
@@ -222,11 +223,11 @@ pub fn train(
         graph: graph.clone(),
         fingerprints: input.fingerprints.clone(),
     };
-    if let Some(kept) = kept(&partial, &facts, to.force, watch)? {
+    if let Some(kept) = kept(&partial, &facts, to.force, progress)? {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
-        watch.note(&format!("resuming with {kept} saved in {}", partial.display()));
+        progress.note(&format!("resuming with {kept} saved in {}", partial.display()));
         unfinished::keep(Some(&partial));
     } else {
         // report an unwritable output before the work
@@ -239,9 +240,9 @@ pub fn train(
         unfinished::keep(Some(&partial));
         Ok(())
     };
-    watch.begin(Stage::Learn, input.frames());
-    (0..learner.frames_done()).for_each(|_| watch.advance());
-    if let Err(error) = grow_all(&mut learner, watch, keep) {
+    progress.begin(Stage::Learn, input.frames());
+    (0..learner.frames_done()).for_each(|_| progress.advance());
+    if let Err(error) = grow_all(&mut learner, progress, keep) {
         let nothing = learner.graph().segments.is_empty();
         if nothing {
             std::fs::remove_file(&partial).ok();
@@ -310,13 +311,13 @@ fn kept(
     partial: &Path,
     facts: &ModelFacts,
     force: bool,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Option<LearnedModel>, ExperimentError> {
     let Ok(bytes) = read_file(partial, limits::ARRAYS) else { return Ok(None) };
     let kept = match LearnedModel::from_bytes(partial, &bytes) {
         Ok(kept) => kept,
         Err(_) => {
-            watch.note(&format!("{} is damaged: training starts again", partial.display()));
+            progress.note(&format!("{} is damaged: training starts again", partial.display()));
             return Ok(None);
         }
     };

@@ -4,15 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::read_file;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::progress::Progress;
+use super::provenance::ResultKind;
 use super::rendering::draw;
 use super::run::{measure, write_all};
 use super::run_reading::{MORE_SEEDS, run_folders};
 use super::scenario_copy::SCENARIO_FILE;
 use super::seed_advice::by_hand;
 use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
-use super::watch::Watch;
 use super::{Baseline, ExperimentError, Models, read_runs};
 use crate::benchmark_set::BenchmarkSet;
 use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
@@ -44,7 +44,7 @@ pub fn add_missing_seeds(
     rules: &GateRules,
     most: u32,
     from: MoreOf<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let mut written = Vec::new();
     for folder in &paths.iter().flat_map(|path| run_folders(path)).collect::<Vec<_>>() {
@@ -54,7 +54,7 @@ pub fn add_missing_seeds(
             let mut seeds = missing_seeds(base, clip, rules);
             seeds.truncate(most as usize);
             if !seeds.is_empty() {
-                written.push(add_to(folder, clip, &seeds, from, watch)?);
+                written.push(add_to(folder, clip, &seeds, from, progress)?);
             }
         }
     }
@@ -88,7 +88,7 @@ pub fn add_seeds(
     paths: &[PathBuf],
     count: u32,
     from: MoreOf<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let folders: Vec<PathBuf> = paths.iter().flat_map(|path| run_folders(path)).collect();
     // all or none: not some of the runs before one that has to be run by hand
@@ -101,7 +101,7 @@ pub fn add_seeds(
     for folder in &folders {
         let runs = read_one(folder)?;
         for clip in runs.clips.values() {
-            written.push(add_to(folder, clip, &further_seeds(clip, u64::from(count)), from, watch)?);
+            written.push(add_to(folder, clip, &further_seeds(clip, u64::from(count)), from, progress)?);
         }
     }
     Ok(written)
@@ -117,18 +117,18 @@ fn add_to(
     clip: &MeasuredClip,
     seeds: &[u64],
     from: MoreOf<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<PathBuf, ExperimentError> {
     let [first, last] = [seeds.first(), seeds.last()].map(|seed| seed.copied().unwrap_or_default());
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
     let record = recorded(folder, seeds)?;
     let directory = PartialDirectory::begin(&place, ResultKind::Run, false)?;
-    let (set, mut models) = set_of(folder, clip, from, watch)?;
-    let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, watch)?;
+    let (set, mut models) = set_of(folder, clip, from, progress)?;
+    let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, progress)?;
     write_all(&directory, &tracked.files(&set.blind)?)?;
     // as elsewhere: the files on disk are measured
     let tracked = Tracked::read(directory.folder(), &set.blind.start.body)?;
-    let results = measure(&set, &tracked, watch)?;
+    let results = measure(&set, &tracked, progress)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
     Ok(place)
@@ -148,7 +148,7 @@ fn set_of(
     folder: &Path,
     clip: &MeasuredClip,
     from: MoreOf<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Models), ExperimentError> {
     for path in from.sets {
         let set = BenchmarkSet::read(path)?;
@@ -172,7 +172,7 @@ fn set_of(
     if from.allow_outside {
         file.allowed.allow_anywhere();
     }
-    let (set, _) = draw(&file, from.mocap_directory, watch)?;
+    let (set, _) = draw(&file, from.mocap_directory, progress)?;
     if set.blind.set_hash != clip.set_hash {
         return Err(ExperimentError::AnotherSet {
             run: folder.to_owned(),

@@ -1,7 +1,7 @@
 //! What the cameras saw, as the scenario's `[observation]` wants it.
 
 use super::{ExperimentError, memory};
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::observation::{
     CorruptedObserver, Observation, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource,
 };
@@ -24,7 +24,7 @@ impl<'a> Observing<'a> {
     /// [`ExperimentError::Argument`] where the background cannot be learned, or would take more memory than there is.
     pub(super) fn new(
         truth: &'a GroundTruth,
-        filming: &FilmingRig,
+        filming: &TimedRig,
         settings: &ObservationSettings,
     ) -> Result<Self, ExperimentError> {
         let seed = settings.keyed_seed();

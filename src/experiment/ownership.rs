@@ -81,12 +81,12 @@ pub(super) fn sign(folder: &Path) -> io::Result<()> {
 pub(super) fn sign_written(folder: &Path, written: &Listing) -> io::Result<()> {
     for path in all_files_below(folder, "")? {
         let around = path.strip_suffix(LISTING).filter(|around| around.is_empty() || around.ends_with('/'));
-        let is_ours = written.0.iter().any(|(name, _)| match around {
+        let is_own_output = written.0.iter().any(|(name, _)| match around {
             // the listing of a folder that we wrote into
             Some(around) => name.starts_with(around),
             None => *name == path,
         });
-        if !is_ours {
+        if !is_own_output {
             fs::remove_file(folder.join(path))?;
         }
     }

@@ -7,9 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use super::ExperimentError;
 use super::destination::Destination;
 use super::error::output;
-use super::ours::{ResultKind, is_ours};
 use super::ownership::{self, Listing};
 use super::place::{LockedPlace, backup_of, replace, sync_parent, write_synced};
+use super::provenance::{ResultKind, is_own_output};
 use super::unfinished;
 
 /// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is
@@ -80,7 +80,7 @@ impl PartialDirectory {
     }
 
     fn claim(target: &Path, kind: ResultKind, force: bool) -> Result<LockedPlace, ExperimentError> {
-        let occupied = target.symlink_metadata().is_ok() && !is_ours(target, kind);
+        let occupied = target.symlink_metadata().is_ok() && !is_own_output(target, kind);
         if target.file_name().is_none() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
         }
@@ -139,7 +139,7 @@ impl PartialDirectory {
         if target.symlink_metadata().is_err() {
             return fs::rename(folder, target).map_err(output(target, "move the finished directory here"));
         }
-        if !self.is_other && is_ours(target, self.kind) {
+        if !self.is_other && is_own_output(target, self.kind) {
             let old = replace(folder, target, &self.place.beside("replaced"))?;
             return unfinished::remove(&old).map_err(output(&old, "remove the replaced directory"));
         }
@@ -291,6 +291,6 @@ mod tests {
         partial.finish().unwrap();
         assert_eq!(names(&target), ["deep", ownership::LISTING, "track.json"]);
         assert_eq!(names(&target.join("deep")), [""; 0]);
-        assert!(is_ours(&target, ResultKind::Run));
+        assert!(is_own_output(&target, ResultKind::Run));
     }
 }

@@ -5,8 +5,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::error::output;
-use super::ours::is_file_of_ours;
 use super::place::{LockedPlace, backup_of, replace, sync_parent, write_synced};
+use super::provenance::is_own_file;
 use super::unfinished;
 use super::{Destination, ExperimentError};
 
@@ -43,7 +43,7 @@ impl PartialFile {
     /// As [`Self::begin`], and [`ExperimentError::OtherResult`].
     pub(super) fn begin_unless(to: Destination<'_>, difference: Option<String>) -> Result<Self, ExperimentError> {
         let Destination { path, force } = to;
-        let occupied = path.symlink_metadata().is_ok() && !is_file_of_ours(path);
+        let occupied = path.symlink_metadata().is_ok() && !is_own_file(path);
         if path.file_name().is_none() || path.is_dir() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: path.to_owned() });
         }
@@ -76,7 +76,7 @@ impl PartialFile {
 
     fn put_in_place(&self, meanwhile: &Path) -> Result<(), ExperimentError> {
         let path = &self.place.path;
-        if path.symlink_metadata().is_err() || (!self.is_other && is_file_of_ours(path)) {
+        if path.symlink_metadata().is_err() || (!self.is_other && is_own_file(path)) {
             return fs::rename(meanwhile, path).map_err(output(path, "write"));
         }
         let aside = backup_of(path)?;
@@ -105,7 +105,7 @@ pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ExperimentError
         let mut head = [0; 5];
         fs::File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"<?xml"
     };
-    let ours = is_file_of_ours(path);
+    let ours = is_own_file(path);
     let free = path.symlink_metadata().is_err() || if ours { is_junit() } else { force };
     if free { Ok(()) } else { Err(ExperimentError::Occupied { path: path.to_owned() }) }
 }

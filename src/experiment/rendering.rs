@@ -8,14 +8,14 @@ use super::destination::Destination;
 use super::inputs::Inputs;
 use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::Observing;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::progress::{Progress, Stage};
+use super::provenance::ResultKind;
 use super::same_set::{is_public_side_of, kept, set_difference};
 use super::scenario_copy::scenario_text;
 use super::scene_check::{CamerasInside, unseen_in};
-use super::staging::Staged;
+use super::scene_preparation::PreparedScene;
 use super::unfinished_set::{UnfinishedSet, settings_of};
-use super::watch::{Stage, Watch};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
 use crate::observation::{Observation, ObservationFacts};
 use crate::rng::ObservationKey;
@@ -28,11 +28,11 @@ use crate::scenario::ScenarioFile;
 pub fn draw(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    draw_by(file, mocap_directory, watch, |parts, observe| {
-        BenchmarkSet::assemble_unless(parts, &|| watch.interrupted(), |frame| {
-            watch.advance();
+    draw_by(file, mocap_directory, progress, |parts, observe| {
+        BenchmarkSet::assemble_unless(parts, &|| progress.interrupted(), |frame| {
+            progress.advance();
             observe(frame)
         })
     })
@@ -42,10 +42,10 @@ pub fn draw(
 fn draw_by<T>(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     make: impl FnOnce(&SetParts<'_>, &(dyn Fn(usize) -> Observation + Sync)) -> Result<T, SetError>,
 ) -> Result<(T, Vec<String>), ExperimentError> {
-    let staged = Staged::new(file, mocap_directory)?;
+    let staged = PreparedScene::new(file, mocap_directory)?;
     let inside = CamerasInside::new(file, &staged);
     if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
@@ -54,7 +54,7 @@ fn draw_by<T>(
     let others = staged.ground_truth.distractors.len();
     let facts =
         (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
-    watch.begin(Stage::Render, staged.frames());
+    progress.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
         rig: &staged.rig,
@@ -74,7 +74,7 @@ fn draw_by<T>(
         observed.fetch_add(1, Ordering::Relaxed);
         observation
     })?;
-    if watch.interrupted() {
+    if progress.interrupted() {
         return Err(ExperimentError::Interrupted);
     }
     // frames that were drawn before an interruption may be those that show something
@@ -110,9 +110,9 @@ pub fn render(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    render_with(file, mocap_directory, to, &RenderOptions::default(), watch)
+    render_with(file, mocap_directory, to, &RenderOptions::default(), progress)
 }
 
 /// As [`render`], with options.
@@ -124,7 +124,7 @@ pub fn render_with(
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
     options: &RenderOptions<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
     if let Some(path) = [Some(to.path), options.whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
@@ -147,7 +147,7 @@ pub fn render_with(
     let mut unfinished = UnfinishedSet::begin(complete, &settings, stated.or(public_key))?;
     let file = &with_key(file, unfinished.key());
     let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;
-    let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, watch);
+    let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, progress);
     let mut notes = notes.map_err(|e| unfinished.told(e))?;
     if stated.is_none() && !unfinished.key().is_public() {
         notes.push(note(complete.path));
@@ -177,26 +177,26 @@ fn draw_to_disk(
     mocap_directory: Option<&Path>,
     unfinished: &UnfinishedSet,
     shards: Option<usize>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Vec<String>, ExperimentError> {
     let (folder, journal) = (unfinished.folder(), unfinished.journal());
     let layers = &file.scenario.layers;
-    let (there, mut notes) = draw_by(file, mocap_directory, watch, |parts, observe| {
+    let (there, mut notes) = draw_by(file, mocap_directory, progress, |parts, observe| {
         let (frames, cameras) = (parts.ground_truth.frames.len(), parts.rig.cameras.len());
         let done = AtomicUsize::new(0);
         if shards.is_some() && !layers.is_empty() {
-            watch.begin(Stage::Layers, frames * (1 + cameras));
+            progress.begin(Stage::Layers, frames * (1 + cameras));
         }
         let tick = || {
             unfinished.keep();
-            watch.advance();
+            progress.advance();
             // with shards, layers come between
             if done.fetch_add(1, Ordering::Relaxed) + 1 == frames && !layers.is_empty() && shards.is_none() {
-                watch.begin(Stage::Layers, frames * cameras);
+                progress.begin(Stage::Layers, frames * cameras);
             }
         };
         let drawing =
-            SetDrawing { layers, shards, journal: Some(&journal), stop: &|| watch.interrupted(), tick: &tick };
+            SetDrawing { layers, shards, journal: Some(&journal), stop: &|| progress.interrupted(), tick: &tick };
         BenchmarkSet::draw_into(&folder, parts, &drawing, observe)
     })?;
     if there > 0 {

@@ -132,12 +132,12 @@ fn middle_of_path(motion: &Motion) -> Point3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Staged;
+    use crate::experiment::PreparedScene;
 
     fn names(overrides: &[&str]) -> Result<Vec<String>, String> {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let file = ScenarioFile::built_in(&overrides).map_err(|e| e.to_string())?;
-        let staged = Staged::new(&file, None).map_err(|e| e.to_string())?;
+        let staged = PreparedScene::new(&file, None).map_err(|e| e.to_string())?;
         Ok(staged.rig.cameras.into_iter().map(|camera| camera.name).collect())
     }
 

@@ -9,11 +9,12 @@ use super::external::EXTERNAL_FILE;
 use super::hints::explained;
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
-use super::ours::ResultKind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
+use super::progress::Progress;
+use super::provenance::ResultKind;
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
 use super::run_place::free_place;
@@ -21,7 +22,6 @@ use super::same_settings::MadeBy;
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::start_check::StartDistance;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
-use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{BenchmarkSet, SetPlace};
 use crate::scenario::{Scenario, ScenarioFile};
@@ -60,26 +60,26 @@ pub fn evaluate_run(
     declared: &PosesDeclared,
     out: Option<&Path>,
     force: bool,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Evaluated, ExperimentError> {
     let whole = set.read()?;
     let listing = Listing::read(run);
     let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
     let bodies = !run.join(BODIES_FILE).exists() || listing.holds(run, BODIES_FILE);
     let is_tracked = holds(&[TRACK_FILE, POSES_FILE, SEARCH_FILE]) && bodies;
-    let is_ours = is_tracked || holds(&[EXTERNAL_FILE, POSES_FILE]);
+    let is_own_output = is_tracked || holds(&[EXTERNAL_FILE, POSES_FILE]);
     let place = match out {
         Some(out) => out.to_owned(),
-        None if is_ours => run.to_owned(),
+        None if is_own_output => run.to_owned(),
         None => beside_estimate(run)?,
     };
     let body = &whole.blind.start.body;
-    let mut tracked = match is_ours {
+    let mut tracked = match is_own_output {
         true if is_tracked => Tracked::read(run, body)?,
         true => Tracked::read_program(run, body)?,
         false => read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?,
     };
-    if !is_ours && run.join(TRACK_FILE).exists() {
+    if !is_own_output && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
             "{run}/{POSES_FILE} was changed after the run (its hash differs from {run}/{LISTING}): it is measured \
             without {run}/{TRACK_FILE}, as another program's estimate",
@@ -92,12 +92,12 @@ pub fn evaluate_run(
         detail,
     })?;
     let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
-    if is_ours && declared.is_of_file() {
+    if is_own_output && declared.is_of_file() {
         let detail = "it is a run of skiagraph, whose units, axes, names and frames are known; leave out --units, --up, \
             --axes, --swap-sides, --shift, --offset and --joint-map";
         return Err(malformed(detail.to_owned()));
     }
-    if is_ours && !is_tracked {
+    if is_own_output && !is_tracked {
         check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
     }
     if !is_tracked {
@@ -106,9 +106,9 @@ pub fn evaluate_run(
         let note = note_of_start(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }
-    check_sources(&whole, &tracked, run, watch)?;
-    if is_ours && out.is_none() {
-        let results = measure(&whole, &tracked, watch)?;
+    check_sources(&whole, &tracked, run, progress)?;
+    if is_own_output && out.is_none() {
+        let results = measure(&whole, &tracked, progress)?;
         replace_files(run, &listing, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
@@ -121,7 +121,7 @@ pub fn evaluate_run(
         None => (free_place(&place, |path| made_by.difference_by(path, file_name).is_some()), None),
     };
     let directory = PartialDirectory::begin_unless(Destination { path: &place, force }, ResultKind::Run, other)?;
-    let results = measure(&whole, &tracked, watch)?;
+    let results = measure(&whole, &tracked, progress)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
@@ -162,13 +162,18 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies
 /// beside the truth.
-fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn Watch) -> Result<(), ExperimentError> {
+fn check_sources(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    run: &Path,
+    progress: &dyn Progress,
+) -> Result<(), ExperimentError> {
     if tracked.sources.is_empty() {
         return Ok(());
     }
     let tests = &set.truth.recordings;
     if tests.is_empty() {
-        watch.note(
+        progress.note(
             "the set does not record its source recording, so it is unknown whether the run's model learned from it",
         );
         return Ok(());
@@ -180,7 +185,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
         }
         if source.fingerprint.is_none() {
             let clip = &source.clip;
-            watch.note(&format!(
+            progress.note(&format!(
                 "overlap of `{clip}` (training) with the test was checked by file names and hashes only"
             ));
         }
@@ -196,15 +201,15 @@ pub fn run(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<RunOutcome, ExperimentError> {
     Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
     let other = MadeBy::run(&scenario_text(&file.scenario)?)?.difference_at(to.path);
     let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
-    let (set, notes) = draw(file, mocap_directory, watch)?;
+    let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::new(file, &set.truth.recordings), watch)?.record;
+    let record = attempt.run(&mut Models::new(file, &set.truth.recordings), progress)?.record;
     directory.finish()?;
     Ok(RunOutcome { record, notes })
 }
@@ -230,15 +235,15 @@ pub(super) struct MethodOutcome {
 
 impl MethodRun<'_> {
     /// Tracks, measures and writes the run's files.
-    pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<MethodOutcome, ExperimentError> {
+    pub(super) fn run(&self, models: &mut Models, progress: &dyn Progress) -> Result<MethodOutcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
-        let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
+        let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, progress)?;
         // As when tracking and evaluating separately: the files on disk are measured.
         self.write(&tracked.files(&self.set.blind)?)?;
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
-        let measures = Measures::new(self.set, &tracked, watch)?;
-        let results = RunResults::of_command(self.set, &tracked, &measures, watch.command())?;
+        let measures = Measures::new(self.set, &tracked, progress)?;
+        let results = RunResults::of_command(self.set, &tracked, &measures, progress.command())?;
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
         self.write(&results.files)?;
         if !self.folder.is_empty() {
@@ -259,9 +264,13 @@ impl MethodRun<'_> {
     }
 }
 
-pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<RunResults, ExperimentError> {
-    let measures = Measures::new(set, tracked, watch)?;
-    RunResults::of_command(set, tracked, &measures, watch.command())
+pub(super) fn measure(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    progress: &dyn Progress,
+) -> Result<RunResults, ExperimentError> {
+    let measures = Measures::new(set, tracked, progress)?;
+    RunResults::of_command(set, tracked, &measures, progress.command())
 }
 
 pub(super) fn write_all(directory: &PartialDirectory, files: &NamedFiles) -> Result<(), ExperimentError> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
-use super::ours::{ResultKind, is_ours};
+use super::provenance::{ResultKind, is_own_output};
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::scenario::ScenarioFile;
 
@@ -65,7 +65,7 @@ pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> Path
     if !is_other(first) {
         return first.to_owned();
     }
-    let is_free = |path: &PathBuf| path.symlink_metadata().is_err() || is_ours(path, ResultKind::Run);
+    let is_free = |path: &PathBuf| path.symlink_metadata().is_err() || is_own_output(path, ResultKind::Run);
     let further = (2..).map(numbered).find(|path| is_free(path) && !is_other(path));
     further.unwrap_or_else(|| first.to_owned())
 }
@@ -74,7 +74,7 @@ fn found_at(path: &Path, text: &str) -> Found {
     if path.symlink_metadata().is_err() {
         return Found::Nothing;
     }
-    if !is_ours(path, ResultKind::Run) {
+    if !is_own_output(path, ResultKind::Run) {
         return Found::NotOurs;
     }
     match fs::read_to_string(path.join(SCENARIO_FILE)) {

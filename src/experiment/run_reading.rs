@@ -14,7 +14,7 @@ use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
 use crate::evaluation::{
     IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs,
 };
-use crate::input::{foreign, is_ours, limits, plain, unquoted};
+use crate::input::{foreign, is_own_output, limits, plain, unquoted};
 use crate::scenario::json_tree;
 
 /// What `run.json` begins with.
@@ -267,7 +267,7 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     check_listed(path)?;
     let bytes = read_file(path, limits::RECORD)?;
     let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;
-    let schema = tree.get("schema").and_then(Value::as_str).filter(|_| is_ours(&bytes)).unwrap_or("none");
+    let schema = tree.get("schema").and_then(Value::as_str).filter(|_| is_own_output(&bytes)).unwrap_or("none");
     if schema != SCHEMA {
         return Err(malformed(format!(
             "expected the schema {SCHEMA}, found {schema}; give the folder of a run, measured with this version"

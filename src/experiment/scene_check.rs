@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::ExperimentError;
 use super::error::scenario_error;
-use super::staging::Staged;
+use super::scene_preparation::PreparedScene;
 use crate::body::{LinkFrames, Ray, Solid};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
@@ -57,7 +57,7 @@ pub struct CameraView {
 }
 
 impl ActorPath {
-    pub(super) fn new(staged: &Staged) -> Self {
+    pub(super) fn new(staged: &PreparedScene) -> Self {
         let roots = staged.ground_truth.frames.iter().map(|frame| frame.pose.world_from_root.translation.vector.xy());
         let roots: Vec<_> = roots.collect();
         let [start, end] = [roots.first(), roots.last()].map(|root| root.copied().unwrap_or_default());
@@ -86,7 +86,7 @@ pub(super) struct CamerasInside {
 }
 
 impl CamerasInside {
-    pub(super) fn new(file: &ScenarioFile, staged: &Staged) -> Self {
+    pub(super) fn new(file: &ScenarioFile, staged: &PreparedScene) -> Self {
         let mut found = Self::default();
         let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
         for (index, camera) in staged.rig.cameras.iter().enumerate() {
@@ -112,7 +112,7 @@ impl CamerasInside {
 }
 
 /// The frames in which a camera is inside one of the actor's solids, each with the link.
-fn frames_inside(staged: &Staged, camera: usize) -> Vec<(usize, usize)> {
+fn frames_inside(staged: &PreparedScene, camera: usize) -> Vec<(usize, usize)> {
     let (truth, filming) = (&staged.ground_truth, &staged.filming);
     let within = |index: usize| {
         let frame = &truth.frames[index];
@@ -136,7 +136,7 @@ fn is_inside(solid: &Solid, origin: Point3<f64>) -> bool {
 }
 
 /// What a user should know of props and cameras: props that the actor enters, cameras inside a prop.
-pub(super) fn doubts(staged: &Staged) -> Vec<String> {
+pub(super) fn doubts(staged: &PreparedScene) -> Vec<String> {
     let truth = &staged.ground_truth;
     let looked_at = frames_to_look_at(staged.frames(), FRAMES_LOOKED_AT);
     let frames: Vec<LinkFrames> = looked_at.iter().map(|frame| truth.frames[*frame].link_frames.clone()).collect();
@@ -183,7 +183,7 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
 }
 
 /// How every camera sees the actor.
-pub(super) fn views(staged: &Staged) -> Vec<CameraView> {
+pub(super) fn views(staged: &PreparedScene) -> Vec<CameraView> {
     let observer = Observer::from_filming(&staged.ground_truth, &staged.filming);
     let pixels = |camera: &Camera| camera.pinhole.width as usize * camera.pinhole.height as usize;
     let a_frame = staged.rig.cameras.iter().map(pixels).sum::<usize>().max(1);
@@ -211,7 +211,7 @@ pub(super) fn views(staged: &Staged) -> Vec<CameraView> {
 }
 
 /// What `run` refuses once it has drawn everything: not a pixel of the actor in any frame of any camera.
-pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView]) -> Option<ExperimentError> {
+pub(super) fn unseen(file: &ScenarioFile, staged: &PreparedScene, views: &[CameraView]) -> Option<ExperimentError> {
     if views.iter().any(|view| view.height_px.is_some()) {
         return None;
     }

@@ -8,11 +8,11 @@ use serde_json::Value;
 
 use super::error::read_file;
 use super::inputs::Inputs;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::pictures::{images_in, read_image};
+use super::progress::{Progress, Stage, advance};
+use super::provenance::ResultKind;
 use super::same_settings::difference;
-use super::watch::{Stage, Watch, advance};
 use super::{Destination, ExperimentError, to_json};
 use crate::benchmark_set::silhouette_to_png;
 use crate::input::limits;
@@ -104,7 +104,11 @@ impl SegmentedFrom {
 ///
 /// # Errors
 /// [`ExperimentError`] naming the image or argument; then nothing has changed on the disk.
-pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch) -> Result<Segmented, ExperimentError> {
+pub fn segment(
+    input: &SegmentInput<'_>,
+    to: Destination<'_>,
+    progress: &dyn Progress,
+) -> Result<Segmented, ExperimentError> {
     let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
     Inputs::new(inputs).keep_from(to.path)?;
     let of = SegmentedFrom::new(input);
@@ -117,14 +121,14 @@ pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch)
     if let Some(first) = images.iter().flatten().next() {
         shape = first.shape();
     }
-    watch.begin(Stage::Segment, frames.len());
+    progress.begin(Stage::Segment, frames.len());
     let write = |index: usize, mask: &Mask| -> Result<u64, ExperimentError> {
         directory.write(&names[index], &silhouette_to_png(&names[index], mask)?)?;
         Ok(mask.count())
     };
     let counts = match input.online {
-        None => by_mixture(input, &images, &frames, watch, &write)?,
-        Some(settings) => online(input, settings, &images, &frames, watch, &write)?,
+        None => by_mixture(input, &images, &frames, progress, &write)?,
+        Some(settings) => online(input, settings, &images, &frames, progress, &write)?,
     };
     let pixels = f64::from(shape.0) * f64::from(shape.1) * frames.len() as f64;
     let segmented = Segmented {
@@ -151,14 +155,14 @@ fn by_mixture(
     input: &SegmentInput<'_>,
     images: &[Vec<Image>],
     frames: &[PathBuf],
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     write: Write<'_>,
 ) -> Result<Vec<u64>, ExperimentError> {
     let periods: Vec<&[Image]> = images.iter().map(Vec::as_slice).collect();
     let segmenter = Segmenter::learn(&periods, &input.settings)
         .map_err(|e| ExperimentError::Argument { argument: "--background", detail: e.to_string() })?;
     let of_frame = |index: usize| {
-        advance(watch)?;
+        advance(progress)?;
         let mask = segmenter.silhouette(&read_image(&frames[index])?).map_err(misfit(&frames[index]))?;
         write(index, &mask)
     };
@@ -170,7 +174,7 @@ fn online(
     settings: OnlineSettings,
     images: &[Vec<Image>],
     frames: &[PathBuf],
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     write: Write<'_>,
 ) -> Result<Vec<u64>, ExperimentError> {
     let mut background = images.iter().flatten();
@@ -184,7 +188,7 @@ fn online(
     }
     let mut counts = Vec::with_capacity(frames.len());
     for (index, path) in frames.iter().enumerate() {
-        advance(watch)?;
+        advance(progress)?;
         let mask = model.update(&read_image(path)?).map_err(misfit(path))?;
         counts.push(write(index, &input.settings.cleaning.clean(&mask))?);
     }

@@ -12,13 +12,13 @@ use super::external::{
 };
 use super::hints::told_by_the_start;
 use super::inputs::Inputs;
-use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
+use super::progress::Progress;
+use super::provenance::ResultKind;
 use super::run::write_all;
 use super::same_settings::MadeBy;
 use super::tracking::{Tracked, track};
 use super::unfinished_run::UnfinishedRun;
-use super::watch::Watch;
 use super::{ExperimentError, Models, to_json};
 use crate::benchmark_set::{BlindSet, TruthSet, is_public};
 use crate::input::{hex_sha256, limits};
@@ -40,9 +40,9 @@ pub fn track_set(
     settings: &TrackerSettings,
     seeds: &[u64],
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
-    track_set_calibrating(set, settings, seeds, None, to, watch)
+    track_set_calibrating(set, settings, seeds, None, to, progress)
 }
 
 /// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
@@ -55,7 +55,7 @@ pub fn track_set_calibrating(
     seeds: &[u64],
     calibrate: Option<bool>,
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
     Inputs::from_set(set, settings).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
@@ -64,12 +64,12 @@ pub fn track_set_calibrating(
     let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
-    let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, watch);
+    let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
     let (tracked, unfinished) = match seeds {
         [] | [_] => (one(seeds)?, None),
         several => {
             let unfinished = UnfinishedRun::begin(to, &settings_of(&blind, settings)?)?;
-            let all = seed_by_seed(several, &unfinished, watch, |seed, folder| match folder {
+            let all = seed_by_seed(several, &unfinished, progress, |seed, folder| match folder {
                 Some(folder) => Tracked::read(&folder, &blind.start.body),
                 None => {
                     let folder = unfinished.put(seed, &one(&[seed])?.files(&blind)?)?;
@@ -95,7 +95,7 @@ pub fn track_set_with_program(
     settings: &ProgramSettings,
     seeds: &[u64],
     to: Destination<'_>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<ExternalRecord, ExperimentError> {
     let settings = &hiding(settings, set)?;
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
@@ -103,11 +103,11 @@ pub fn track_set_with_program(
     let other = MadeBy::program(&blind, settings, seeds).difference_at(to.path);
     let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
     let (all, unfinished) = match seeds {
-        [seed] => (vec![track_seed_with_program(&blind, settings, *seed, None, watch)?], None),
+        [seed] => (vec![track_seed_with_program(&blind, settings, *seed, None, progress)?], None),
         several => {
             let unfinished = UnfinishedRun::begin(to, &program_settings_of(&blind, settings))?;
             let (mut kind, mut before): (Option<String>, Option<String>) = (None, None);
-            let all = seed_by_seed(several, &unfinished, watch, |seed, folder| {
+            let all = seed_by_seed(several, &unfinished, progress, |seed, folder| {
                 let done = match folder {
                     Some(folder) => {
                         let done = read_seed(&folder)?;
@@ -115,7 +115,7 @@ pub fn track_set_with_program(
                         done
                     }
                     None => {
-                        let done = track_seed_with_program(&blind, settings, seed, kind.as_deref(), watch)?;
+                        let done = track_seed_with_program(&blind, settings, seed, kind.as_deref(), progress)?;
                         let now = done.program();
                         before.as_ref().map_or(Ok(()), |before| unfinished.check_same("program", before, &now))?;
                         read_seed(&unfinished.put(seed, &vec![(SEED_FILE, to_json(&done)?)])?)?
@@ -138,7 +138,7 @@ pub fn track_set_with_program(
         estimate: None,
         read_as: None,
     };
-    told_by_the_start(&blind, &tracked).iter().for_each(|hint| watch.note(hint));
+    told_by_the_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;
@@ -153,9 +153,9 @@ pub fn track_set_with_program(
 pub fn check_program(
     set: &Path,
     settings: &ProgramSettings,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Conformance, ExperimentError> {
-    dry_run(&BlindSet::read(set)?, &hiding(settings, set)?, watch)
+    dry_run(&BlindSet::read(set)?, &hiding(settings, set)?, progress)
 }
 
 /// The same settings; a sandbox hides the set and the recordings, and can be made here.
@@ -173,16 +173,16 @@ fn hiding(settings: &ProgramSettings, set: &Path) -> Result<ProgramSettings, Exp
 fn seed_by_seed<T>(
     seeds: &[u64],
     unfinished: &UnfinishedRun,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     mut one: impl FnMut(u64, Option<PathBuf>) -> Result<T, ExperimentError>,
 ) -> Result<Vec<T>, ExperimentError> {
     let there = seeds.iter().filter(|seed| unfinished.seed(**seed).is_some()).count();
     if there > 0 {
-        watch.note(&format!("resumed: {there} of {} seeds were finished before the interruption", seeds.len()));
+        progress.note(&format!("resumed: {there} of {} seeds were finished before the interruption", seeds.len()));
     }
     let mut all = Vec::with_capacity(seeds.len());
     for (index, seed) in seeds.iter().enumerate() {
-        watch.set_status(&format!("seed {} of {}", index + 1, seeds.len()));
+        progress.set_status(&format!("seed {} of {}", index + 1, seeds.len()));
         all.push(one(*seed, unfinished.seed(*seed))?);
     }
     Ok(all)

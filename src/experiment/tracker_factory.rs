@@ -3,7 +3,7 @@
 use super::calibrating::{self, Beginning};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
-use super::watch::{Stage, Watch};
+use super::progress::{Progress, Stage};
 use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
@@ -19,7 +19,7 @@ pub(super) struct TrackerFactory<'a> {
     pub(super) set: &'a BlindSet,
     /// One pose of the tracker's body a frame: for oracles alone.
     pub(super) truth: Option<&'a Motion>,
-    pub(super) watch: &'a dyn Watch,
+    pub(super) progress: &'a dyn Progress,
 }
 
 impl TrackerFactory<'_> {
@@ -49,17 +49,17 @@ impl TrackerFactory<'_> {
         }
         let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
             let name = settings.name();
-            self.watch.note(&format!(
+            self.progress.note(&format!(
                 "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
             ));
             return Ok(Vec::new());
         };
         let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
-        self.watch.begin(Stage::Calibrate, frames * seeds.len());
+        self.progress.begin(Stage::Calibrate, frames * seeds.len());
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
-            let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.watch)?;
-            self.watch.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
+            let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.progress)?;
+            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
             calibrations.push(found);
         }
         Ok(calibrations)
@@ -123,7 +123,7 @@ impl TrackerFactory<'_> {
         models: &mut Models,
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let model = models.latent(settings, self.set, self.truth, self.watch)?;
+        let model = models.latent(settings, self.set, self.truth, self.progress)?;
         let body = &self.set.start.body;
         let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, settings.likelihood())?;
         match settings.refinement() {

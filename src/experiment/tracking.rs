@@ -14,10 +14,10 @@ use super::calibrating::Beginning;
 use super::error::read_file;
 use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::poses_file::ReadAs;
+use super::progress::{Progress, Stage, advance};
 use super::search_file::{SearchRecord, search_from_npz, search_to_npz};
 use super::track_timing::TrackTiming;
 use super::tracker_factory::TrackerFactory;
-use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{
     BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, recordings_from_npz,
@@ -90,9 +90,9 @@ pub fn track(
     seeds: &[u64],
     truth: Option<&Motion>,
     models: &mut Models,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
-    let factory = TrackerFactory { set, truth, watch };
+    let factory = TrackerFactory { set, truth, progress };
     let as_given = Beginning::from_set(set);
     let mut trackers = Vec::new();
     for seed in seeds {
@@ -103,7 +103,7 @@ pub fn track(
     for ((tracker, calibration), seed) in trackers.iter_mut().zip(&calibrations).zip(seeds) {
         *tracker = factory.begin(settings, models, &Beginning::from_calibration(set, calibration), *seed)?;
     }
-    let (estimates, timing) = follow(set, trackers, begin, watch)?;
+    let (estimates, timing) = follow(set, trackers, begin, progress)?;
     let record = TrackRecord {
         schema: "skiagraph.track/1".to_owned(),
         tracker: settings.clone(),
@@ -127,12 +127,12 @@ pub fn track(
 pub fn track_with(
     set: &BlindSet,
     seeds: &[u64],
-    watch: &dyn Watch,
+    progress: &dyn Progress,
     new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
 ) -> Result<Tracked, ExperimentError> {
     let mut trackers: Vec<Box<dyn Tracker>> = seeds.iter().copied().map(new_tracker).collect();
     trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
-    let (estimates, _) = follow(set, trackers, Instant::now(), watch)?;
+    let (estimates, _) = follow(set, trackers, Instant::now(), progress)?;
     Ok(Tracked::new(set, seeds, Vec::new(), estimates))
 }
 
@@ -142,16 +142,16 @@ fn follow(
     set: &BlindSet,
     mut trackers: Vec<Box<dyn Tracker>>,
     begin: Instant,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(Vec<Vec<Estimate>>, TrackTiming), ExperimentError> {
     let frames = set.frame_count * trackers.len();
-    watch.begin(Stage::Track, frames);
+    progress.begin(Stage::Track, frames);
     let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); trackers.len()];
     for observation in set.observations() {
         let observation = observation?;
         for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
             estimates.push(tracker.track(&observation)?);
-            advance(watch)?;
+            advance(progress)?;
         }
     }
     let seconds = begin.elapsed().as_secs_f64();
@@ -173,9 +173,9 @@ pub(super) fn prepare(
     settings: &TrackerSettings,
     truth: Option<&Motion>,
     models: &mut Models,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<(), ExperimentError> {
-    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::from_set(set), 0).map(drop)
+    TrackerFactory { set, truth, progress }.build(settings, models, &Beginning::from_set(set), 0).map(drop)
 }
 
 /// What a tracker learned from, in words, one entry a recording.

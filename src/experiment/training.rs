@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::ExperimentError;
 use super::error::scenario_error;
-use super::performance::{Performance, Recordings};
-use super::performed::{markers, plant_feet_if_asked, refit};
+use super::retargeted_motion::{Recordings, RetargetedMotion};
+use super::retargeting::{markers, plant_feet_if_asked, refit};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::Humanoid;
 use crate::contact::Pace;
@@ -58,7 +58,7 @@ pub(super) fn load(
             return Err(scenario_error_at("clip", message));
         }
         let robot = ("actor.robot", file.scenario.actor.robot.as_str());
-        let Performance { retargeted: mut performed, pace, .. } =
+        let RetargetedMotion { retargeted: mut performed, pace, .. } =
             recordings.performed_by(file, robot, actor_template)?;
         plant_feet_if_asked(file.scenario.actor.contact, &mut performed, Pace(&pace))?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);

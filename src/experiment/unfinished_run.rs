@@ -151,13 +151,13 @@ impl Drop for UnfinishedRun {
 
 /// Refuses a folder of that name that holds anything else than what this program keeps there.
 fn check_ours(around: &Path) -> Result<(), ExperimentError> {
-    let is_ours = |name: &str| {
+    let is_own_output = |name: &str| {
         let is_seed = name.strip_prefix(SEED).is_some_and(|seed| seed.parse::<u64>().is_ok());
         is_seed || name == SETTINGS || name == WRITING
     };
     let names = fs::read_dir(around).into_iter().flatten().flatten().map(|entry| entry.file_name());
     let is_folder = around.is_dir() && !around.is_symlink();
-    match is_folder && names.into_iter().all(|name| name.to_str().is_some_and(is_ours)) {
+    match is_folder && names.into_iter().all(|name| name.to_str().is_some_and(is_own_output)) {
         true => Ok(()),
         false => Err(ExperimentError::Occupied { path: around.to_owned() }),
     }

@@ -9,7 +9,7 @@ use super::displayed::{between, number, symbol};
 use super::grading::percent;
 use super::html::render_page;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
-use crate::evaluation::{ClipValues, IntervalUnit, METRICS, Metric, Summary, difference, do_pair, quantile};
+use crate::evaluation::{ClipValues, IntervalUnit, METRICS, Metric, Summary, difference, quantile, should_pair};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
@@ -172,7 +172,7 @@ pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
     };
     let seeds = |method: &ComparedMethod| method.summary.runs.iter().map(|run| run.seed).collect::<Vec<u64>>();
     let clip = ClipValues { base: values(best), other: values(next) };
-    let found = difference(&[clip], do_pair(&seeds(best), &seeds(next)), IntervalUnit::Seeds);
+    let found = difference(&[clip], should_pair(&seeds(best), &seeds(next)), IntervalUnit::Seeds);
     let more = found.as_ref().map_or(0.0, |found| found.difference);
     match found.and_then(|found| found.ci95) {
         Some(ends) if ends.low > 0.0 => format!(

@@ -7,7 +7,7 @@ use strsim::levenshtein;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use crate::input::{excerpt, harmless, is_ours, plain};
+use crate::input::{excerpt, harmless, is_own_output, plain};
 
 /// Characters of a line that are shown.
 const SHOWN_OF_LINE: usize = 160;
@@ -16,7 +16,7 @@ const SHOWN_BEFORE: usize = 100;
 
 /// One error of a scenario, printed as `file:line: key: message` with the line and a caret below.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Complaint {
+pub struct Diagnostic {
     /// The file as it was named, or the override on the command line.
     pub origin: String,
     /// Its position in the file; `None` for an override and for a missing key.
@@ -58,7 +58,7 @@ impl LineSpan {
     /// The same of a file's text; the line is shown only if the file says that it is of this program.
     pub(super) fn of_file(text: &str, span: &Range<usize>) -> Self {
         let place = Self::from_span(text, span);
-        if is_ours(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
+        if is_own_output(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
     }
 }
 
@@ -79,7 +79,7 @@ fn floor_char_boundary(text: &str, index: usize) -> usize {
     (0..=index.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
 }
 
-impl fmt::Display for Complaint {
+impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", excerpt(&self.origin))?;
         if let Some(place) = &self.place {
@@ -98,12 +98,12 @@ impl fmt::Display for Complaint {
     }
 }
 
-impl std::error::Error for Complaint {}
+impl std::error::Error for Diagnostic {}
 
 /// What is wrong at a key of a file's text, without what was found there where the file is not one of this program.
 pub(super) fn about_file(text: &str, message: String) -> String {
     match message.split_once(", found ") {
-        Some((expected, _)) if !is_ours(text.as_bytes()) => expected.to_owned(),
+        Some((expected, _)) if !is_own_output(text.as_bytes()) => expected.to_owned(),
         _ => message,
     }
 }
@@ -165,7 +165,7 @@ mod tests {
         let place = LineSpan::from_span(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
         let complaint =
-            Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
+            Diagnostic { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
         assert_eq!(complaint.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
     }
 
@@ -175,7 +175,7 @@ mod tests {
         let span = text.rfind("1, ]").unwrap();
         let place = LineSpan::from_span(&text, &(span..span + 1));
         let shown =
-            Complaint { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
+            Diagnostic { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
         assert!(shown.len() < 400, "{}", shown.len());
         let lines: Vec<&str> = shown.lines().collect();
         let caret = lines[2].find('^').unwrap();
@@ -183,7 +183,7 @@ mod tests {
         let start = text.find("b = ").unwrap() + 4;
         let place = LineSpan::from_span(&text, &(start..text.len() - 1));
         let shown =
-            Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
+            Diagnostic { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");
     }
 

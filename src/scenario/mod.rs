@@ -53,7 +53,7 @@ pub use bodies::{
 };
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
-pub use complaint::{Complaint, LineSpan};
+pub use complaint::{Diagnostic, LineSpan};
 pub use distractor::DistractorSettings;
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{

@@ -3,17 +3,17 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::complaint::Complaint;
+use super::complaint::Diagnostic;
 use super::range_checks::RangeCheck;
 use super::tree::{at, settings_or_mistake};
 
 /// A complaint about a negative whole number, with the range of its key, which is found with other numbers in its
 /// place; any other complaint as it is. `tree` is what was read, `check` finds the first value out of its range.
 pub(super) fn with_range<T: DeserializeOwned>(
-    complaint: Complaint,
+    complaint: Diagnostic,
     tree: &Value,
     check: impl Fn(&T) -> RangeCheck,
-) -> Complaint {
+) -> Diagnostic {
     let Some(found) = complaint.message.strip_prefix("invalid value: integer `-") else { return complaint };
     let Some((found, _)) = found.split_once('`') else { return complaint };
     let expected_of = |number: u32| {
@@ -26,7 +26,7 @@ pub(super) fn with_range<T: DeserializeOwned>(
     };
     let expected = [u32::MAX, 0].into_iter().find_map(expected_of);
     let expected = expected.unwrap_or_else(|| "a whole number from 0".to_owned());
-    Complaint { message: format!("expected {expected}, found -{found}"), ..complaint }
+    Diagnostic { message: format!("expected {expected}, found -{found}"), ..complaint }
 }
 
 #[cfg(test)]

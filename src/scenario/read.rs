@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use super::complaint::{Complaint, LineSpan, about_file, locate};
+use super::complaint::{Diagnostic, LineSpan, about_file, locate};
 use super::named_on_command_line::NamedOnCommandLine;
 use super::negative_numbers::with_range;
 use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
@@ -50,7 +50,7 @@ pub enum ScenarioError {
     },
     /// The file has an invalid value.
     #[error(transparent)]
-    Unsound(#[from] Complaint),
+    Unsound(#[from] Diagnostic),
 }
 
 /// The end of a message about a file that is not there.
@@ -95,7 +95,7 @@ impl ScenarioFile {
             let assignment = with_full_key(assignment, &scenario)?;
             let mut with = tree.clone();
             set(&mut with, &assignment)?;
-            let read = |tree: &Value, assignment: &str| -> Result<Scenario, Complaint> {
+            let read = |tree: &Value, assignment: &str| -> Result<Scenario, Diagnostic> {
                 settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
                     .map_err(|complaint| with_range(complaint, tree, Scenario::first_problem))
             };
@@ -133,8 +133,8 @@ impl ScenarioFile {
     /// The path of a file that the scenario names at a key.
     ///
     /// # Errors
-    /// [`Complaint`] about the key where it leads to a file that a scenario may not name.
-    pub(crate) fn path_of(&self, key: &str, name: &Path) -> Result<PathBuf, Complaint> {
+    /// [`Diagnostic`] about the key where it leads to a file that a scenario may not name.
+    pub(crate) fn path_of(&self, key: &str, name: &Path) -> Result<PathBuf, Diagnostic> {
         let path = self.folder.join(name);
         match self.allowed.check(&path) {
             Ok(()) => Ok(path),
@@ -143,13 +143,13 @@ impl ScenarioFile {
     }
 
     /// An error about the value of a key, with its position in the file or in the override.
-    pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
+    pub(crate) fn complaint(&self, key: &str, message: String) -> Diagnostic {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
         let place = spot.map(|spot| LineSpan::of_file(&self.text, &spot.value));
         let message = if culprit.is_some() { message } else { about_file(&self.text, message) };
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
-        Complaint { origin, place, key: key.to_owned(), message }
+        Diagnostic { origin, place, key: key.to_owned(), message }
     }
 }
 
@@ -157,8 +157,8 @@ impl TrackerSettings {
     /// These settings with overrides whose keys are relative to the tracker's own table (`particles=50`).
     ///
     /// # Errors
-    /// [`Complaint`] if an override is invalid.
-    pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
+    /// [`Diagnostic`] if an override is invalid.
+    pub fn overridden(self, overrides: &[String]) -> Result<Self, Diagnostic> {
         let mut settings = self;
         for assignment in overrides {
             let assignment = &with_own_key(assignment, &settings)?;
@@ -174,7 +174,7 @@ impl TrackerSettings {
             settings
                 .kind()
                 .first_problem(settings.name())
-                .map_err(|problem| Complaint { key: problem.key, ..complain(problem.message) })?;
+                .map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
     }
@@ -185,19 +185,19 @@ pub(super) fn named(assignment: &str) -> String {
 }
 
 /// An override of a scenario with its short key expanded.
-pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Complaint> {
+pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
     let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
     Ok(format!("{full}={value}"))
 }
 
 /// An error about an override, with other candidate keys: `layers` is a key of the scenario and of trackers.
-fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) -> Complaint {
+fn with_other_keys(complaint: Diagnostic, assignment: &str, scenario: &Scenario) -> Diagnostic {
     let key = assignment.split('=').next().unwrap_or_default();
     let keys = keys_of(scenario);
     match others_that_end_so(key, &keys).as_slice() {
         [] => complaint,
-        others => Complaint {
+        others => Diagnostic {
             message: format!("{} (or did you mean {}?)", complaint.message, others.join(" or ")),
             ..complaint
         },
@@ -215,7 +215,7 @@ fn the_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
 
 /// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are
 /// accepted too.
-fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Complaint> {
+fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
     let complain = |message| complaint_about(assignment, message);
     let name = settings.name();
@@ -235,12 +235,12 @@ pub(super) fn covers(assignment: &str, key: &str) -> bool {
     key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
-fn complaint_about(assignment: &str, message: String) -> Complaint {
-    Complaint { origin: named(assignment), place: None, key: String::new(), message }
+fn complaint_about(assignment: &str, message: String) -> Diagnostic {
+    Diagnostic { origin: named(assignment), place: None, key: String::new(), message }
 }
 
 /// Applies `key=value` to a scenario.
-pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
+pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Diagnostic> {
     match tree {
         Value::Object(table) => insert(table, assignment),
         _ => Err(complaint_about(assignment, "expected a table".to_owned())),
@@ -248,7 +248,7 @@ pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
 }
 
 /// Applies `key=value` to a table.
-fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Complaint> {
+fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagnostic> {
     let complain = |message: &str| complaint_about(assignment, message.to_owned());
     let (key, value) = assignment
         .split_once('=')

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::complaint::Complaint;
+use super::complaint::Diagnostic;
 use super::named_on_command_line::NamedOnCommandLine;
 use super::negative_numbers::with_range;
 use super::read::{covers, named, set, with_full_key};
@@ -23,7 +23,7 @@ pub struct Survey {
     pub file: Option<ScenarioFile>,
     /// All errors: those of the file in its order, then missing keys and overrides; empty if the scenario is valid by
     /// itself.
-    pub complaints: Vec<Complaint>,
+    pub complaints: Vec<Diagnostic>,
 }
 
 /// Reads a scenario (`None`: the built-in one) with overrides as [`ScenarioFile::open`] does, collecting all errors.
@@ -47,7 +47,7 @@ struct Repair<'a> {
     file: ScenarioFile,
     wanted: &'a [String],
     tree: Value,
-    complaints: Vec<Complaint>,
+    complaints: Vec<Diagnostic>,
     /// Dotted keys that were invalid.
     removed: Vec<String>,
 }
@@ -69,7 +69,7 @@ impl<'a> Repair<'a> {
         Ok(Self { file, wanted, tree: Value::Null, complaints: Vec::new(), removed: Vec::new() })
     }
 
-    fn survey(mut self, first: Complaint) -> Survey {
+    fn survey(mut self, first: Diagnostic) -> Survey {
         let whole = self.read_all().is_some();
         // errors of the file in its order, then missing keys and overrides
         self.complaints.sort_by_key(|complaint| complaint.place.as_ref().map_or(usize::MAX, |place| place.line));

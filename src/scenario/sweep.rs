@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::complaint::Complaint;
+use super::complaint::Diagnostic;
 use super::override_value::parse_value;
 
 /// Many settings of one scenario.
@@ -136,9 +136,9 @@ impl Sweep {
     /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line.
     ///
     /// # Errors
-    /// [`Complaint`] for what is neither.
-    pub fn assign(&mut self, assignment: &str) -> Result<(), Complaint> {
-        let complain = |message: String| Complaint {
+    /// [`Diagnostic`] for what is neither.
+    pub fn assign(&mut self, assignment: &str) -> Result<(), Diagnostic> {
+        let complain = |message: String| Diagnostic {
             origin: format!("axis {assignment}"),
             place: None,
             key: String::new(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use super::ScenarioError;
-use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
+use super::complaint::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::ranges::MOST_SEEDS;
 use super::sweep::{Expansion, Sweep, SweepBudget};
 use super::tree::{settings_of, tree_of};
@@ -117,16 +117,16 @@ impl SweepFile {
     }
 
     /// An error about a key of the file, with its line.
-    pub fn complaint(&self, key: &str, message: String) -> Complaint {
+    pub fn complaint(&self, key: &str, message: String) -> Diagnostic {
         let place = locate(&self.text, key).map(|spot| LineSpan::of_file(&self.text, &spot.value));
-        Complaint { origin: self.origin.clone(), place, key: key.to_owned(), message }
+        Diagnostic { origin: self.origin.clone(), place, key: key.to_owned(), message }
     }
 
     /// The axes, by their full names, in alphabetical order.
     ///
     /// # Errors
-    /// [`Complaint`] for what is neither a list of values nor a range.
-    pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Complaint> {
+    /// [`Diagnostic`] for what is neither a list of values nor a range.
+    pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Diagnostic> {
         let mut axes = BTreeMap::new();
         self.add_axes("", &self.sweep.axes, &mut axes)?;
         if axes.len() > MOST_AXES {
@@ -138,8 +138,8 @@ impl SweepFile {
     /// The settings of `[[points]]`: axis and value, in alphabetical order of the axes.
     ///
     /// # Errors
-    /// [`Complaint`] for values that set nothing.
-    pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Complaint> {
+    /// [`Diagnostic`] for values that set nothing.
+    pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Diagnostic> {
         let point = |(index, point): (usize, &Map<String, Value>)| {
             let mut values = BTreeMap::new();
             for (key, value) in flat("", point) {
@@ -157,7 +157,7 @@ impl SweepFile {
         prefix: &str,
         table: &Map<String, Value>,
         axes: &mut BTreeMap<String, SweepAxis>,
-    ) -> Result<(), Complaint> {
+    ) -> Result<(), Diagnostic> {
         for (key, value) in table {
             let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
             match value {
@@ -168,7 +168,7 @@ impl SweepFile {
         Ok(())
     }
 
-    fn axis(&self, name: &str, value: &Value) -> Result<SweepAxis, Complaint> {
+    fn axis(&self, name: &str, value: &Value) -> Result<SweepAxis, Diagnostic> {
         let key = format!("axes.{name}");
         match value {
             Value::Array(values) if values.is_empty() => {
@@ -196,7 +196,7 @@ impl SweepFile {
         }
     }
 
-    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<SweepAxis, Complaint> {
+    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<SweepAxis, Diagnostic> {
         let refuse = |message: String| Err(self.complaint(key, message));
         if self.sweep.method != Expansion::Random {
             return refuse("expected a list of values; ranges need method = \"random\"".to_owned());
@@ -222,7 +222,7 @@ impl SweepFile {
         }
     }
 
-    fn axis_value(&self, at: &str, name: &str, value: &Value) -> Result<AxisValue, Complaint> {
+    fn axis_value(&self, at: &str, name: &str, value: &Value) -> Result<AxisValue, Diagnostic> {
         let several = value.as_object().and_then(|table| Some((table.get("name")?, table.get("set")?, table.len())));
         let Some((label, set, parts)) = several else {
             return Ok(AxisValue { label: value.clone(), set: vec![format!("{name}={}", as_toml(value))] });
@@ -235,7 +235,7 @@ impl SweepFile {
         }
     }
 
-    fn check(&self) -> Result<(), Complaint> {
+    fn check(&self) -> Result<(), Diagnostic> {
         let sweep = &self.sweep;
         let refuse = |key: &str, message: String| Err(self.complaint(key, message));
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
@@ -287,7 +287,7 @@ impl SweepFile {
         &self,
         axes: &BTreeMap<String, SweepAxis>,
         listed: &[BTreeMap<String, AxisValue>],
-    ) -> Result<(), Complaint> {
+    ) -> Result<(), Diagnostic> {
         let known: BTreeSet<&String> = axes.keys().chain(listed.iter().flat_map(BTreeMap::keys)).collect();
         let Some(other) = self.sweep.average_over.iter().find(|name| !known.contains(name) && *name != "method") else {
             return Ok(());
@@ -299,7 +299,7 @@ impl SweepFile {
         Err(self.complaint("average_over", format!("expected axes ({names}), found `{other}`{guess}")))
     }
 
-    fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Complaint> {
+    fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Diagnostic> {
         let refuse = |key: &str, message: String| Err(self.complaint(&format!("budget.{key}"), message));
         if budget.product.len() < 2 {
             return refuse("product", format!("expected two keys or more, found {}", budget.product.len()));

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::complaint::{Complaint, did_you_mean};
+use super::complaint::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
@@ -132,12 +132,12 @@ impl TrackerSettings {
     /// The tracker of that name with its default settings.
     ///
     /// # Errors
-    /// [`Complaint`] for an unknown name, with the known ones.
-    pub fn named(name: &str) -> Result<Self, Complaint> {
+    /// [`Diagnostic`] for an unknown name, with the known ones.
+    pub fn named(name: &str) -> Result<Self, Diagnostic> {
         Self::all().into_iter().find(|t| t.name() == name).ok_or_else(|| {
             let known = Self::all().map(|t| t.name());
             let guess = did_you_mean(name, known).map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
-            Complaint {
+            Diagnostic {
                 origin: format!("tracker {name}"),
                 place: None,
                 key: String::new(),

@@ -5,13 +5,13 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
+use super::complaint::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::json_tree;
 use crate::input::{self, excerpt};
 
 /// The tree of a text.
-pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
-    toml::from_str(text).map_err(|e| Complaint {
+pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
+    toml::from_str(text).map_err(|e| Diagnostic {
         origin: origin.to_owned(),
         place: e.span().map(|span| LineSpan::of_file(text, &span)),
         key: String::new(),
@@ -36,8 +36,8 @@ pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
 /// The settings of a tree.
 pub(super) fn settings_of<T: DeserializeOwned>(
     tree: Value,
-    complain: impl FnOnce(SettingsMistake) -> Complaint,
-) -> Result<T, Complaint> {
+    complain: impl FnOnce(SettingsMistake) -> Diagnostic,
+) -> Result<T, Diagnostic> {
     settings_or_mistake(tree).map_err(complain)
 }
 
@@ -104,23 +104,23 @@ impl SettingsMistake {
     }
 
     /// As an error of `origin`, without a line.
-    pub(super) fn about(self, origin: &str) -> Complaint {
-        Complaint { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
+    pub(super) fn about(self, origin: &str) -> Diagnostic {
+        Diagnostic { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
     }
 
     /// As an error of a text, with its line.
-    pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
+    pub(super) fn in_text(self, origin: &str, text: &str) -> Diagnostic {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
         let place = span.map(|span| LineSpan::of_file(text, &span));
-        let complaint = Complaint { place, ..self.clone().about(origin) };
-        if input::is_ours(text.as_bytes()) || complaint.message.starts_with("missing key") {
+        let complaint = Diagnostic { place, ..self.clone().about(origin) };
+        if input::is_own_output(text.as_bytes()) || complaint.message.starts_with("missing key") {
             return complaint;
         }
         // a file of another kind: its keys and values are nobody's business
         match self.unknown {
-            Some(_) => Complaint { key: String::new(), message: "unknown key".to_owned(), ..complaint },
-            None => Complaint { message: input::unquoted(&complaint.message), ..complaint },
+            Some(_) => Diagnostic { key: String::new(), message: "unknown key".to_owned(), ..complaint },
+            None => Diagnostic { message: input::unquoted(&complaint.message), ..complaint },
         }
     }
 }

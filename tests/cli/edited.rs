@@ -4,20 +4,20 @@ use std::path::Path;
 
 use skiagraph::body::Motion;
 use skiagraph::contact::{ContactRule, GroundContacts, Pace};
-use skiagraph::experiment::Staged;
+use skiagraph::experiment::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
-fn staged(motion: &str, contact: &str) -> Result<Staged, String> {
+fn staged(motion: &str, contact: &str) -> Result<PreparedScene, String> {
     let text = format!(
         "schema = \"skiagraph.scenario/1\"\nname = \"edited\"\n[motion]\n{motion}\n[actor]\ncontact = \"{contact}\"\n"
     );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
     let file = ScenarioFile::parse(&text, "edited.toml", folder, &[]).map_err(|error| error.to_string())?;
-    Staged::new(&file, None).map_err(|error| error.to_string())
+    PreparedScene::new(&file, None).map_err(|error| error.to_string())
 }
 
 /// Share of the frames of both feet in which they stand, by the pace of the motion.
-fn standing(staged: &Staged, motion: &Motion) -> f64 {
+fn standing(staged: &PreparedScene, motion: &Motion) -> f64 {
     let body = &staged.ground_truth.actor;
     let (rule, pace) = (ContactRule::default(), Pace(&staged.pace));
     let contacts = GroundContacts::from_motion_at_pace(body, motion, &rule, pace).unwrap();
@@ -72,7 +72,7 @@ fn seams_of_every_take_are_listed_in_the_order_of_the_motion_that_is_finally_the
     let takes = "clip = \"01_01.bvh\"\nframes_per_second = 30.0\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 5.0\n\
                  [[motion.then]]\nclip = \"01_01.bvh\"\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 7.0\n\
                  [motion.join]\nwithin_mm = 2000.0";
-    let count = |staged: &Staged| staged.seams.len();
+    let count = |staged: &PreparedScene| staged.seams.len();
     let plain = staged(takes, "off").unwrap();
     assert!(count(&plain) >= 3, "{:?}", plain.seams);
     for staged in

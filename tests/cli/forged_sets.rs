@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use skiagraph::benchmark_set::{Thoroughness, Verification, verify};
+use skiagraph::benchmark_set::{Verification, VerifyOptions, verify};
 use skiagraph::npz::{Array, Npz, Values};
 
 use crate::sandbox::{Sandbox, TINY};
@@ -56,7 +56,7 @@ impl ForgedSet {
     }
 
     fn verified(&self) -> Verification {
-        verify(&self.0, Thoroughness::default()).unwrap()
+        verify(&self.0, VerifyOptions::default()).unwrap()
     }
 
     #[track_caller]

@@ -4,7 +4,9 @@ use std::fs;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Unwatched, Watch, train};
+use skiagraph::experiment::{
+    ClipOptions, Destination, ExperimentError, NoProgress, Progress, Stage, TrainingInput, train,
+};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
 use crate::sandbox::{Sandbox, TINY};
@@ -98,7 +100,7 @@ impl Onlooker {
     }
 }
 
-impl Watch for Onlooker {
+impl Progress for Onlooker {
     fn begin(&self, _: Stage, _: usize) {}
 
     fn advance(&self) {
@@ -146,7 +148,7 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     let refused = learn("other.model", &other, usize::MAX).0.unwrap_err();
     let words = "other.model.partial: another result was begun here and interrupted, which differs (settings.threshold";
     assert!(refused.to_string().contains(words) && refused.exit_code() == 2, "{refused}");
-    let forced = train(&input, &other, Destination { path: &room.path("other.model"), force: true }, &Unwatched);
+    let forced = train(&input, &other, Destination { path: &room.path("other.model"), force: true }, &NoProgress);
     forced.unwrap();
     assert!(room.entries().iter().all(|name| !name.contains("partial")), "{:?}", room.entries());
 }

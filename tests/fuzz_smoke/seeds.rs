@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{Destination, LearnedFrom, LearnedModel, ModelFacts, Unwatched, render, track_set};
+use skiagraph::experiment::{Destination, LearnedFrom, LearnedModel, ModelFacts, NoProgress, render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
@@ -158,10 +158,10 @@ fn made(files: &[&str]) -> Vec<Vec<u8>> {
         let scenario = ScenarioFile::parse(text, "a.toml", PathBuf::new(), &[]).unwrap();
         let to = |name: &str| place.path().join(name);
         let (set, run) = (to("set"), to("run"));
-        render(&scenario, None, Destination { path: &set, force: false }, &Unwatched).unwrap();
+        render(&scenario, None, Destination { path: &set, force: false }, &NoProgress).unwrap();
         let tracker =
             TrackerSettings::default().overridden(&["particles=4".to_owned(), "layers=2".to_owned()]).unwrap();
-        track_set(&set, &tracker, &[0, 1], Destination { path: &run, force: false }, &Unwatched).unwrap();
+        track_set(&set, &tracker, &[0, 1], Destination { path: &run, force: false }, &NoProgress).unwrap();
         fs::write(to("a.model"), small_model()).unwrap();
         place
     });

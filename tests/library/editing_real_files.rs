@@ -4,7 +4,7 @@ use std::path::Path;
 
 use skiagraph::body::Motion;
 use skiagraph::contact::{ContactRule, GroundContacts, GroundQuality};
-use skiagraph::experiment::Staged;
+use skiagraph::experiment::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 fn scenario(name: &str) -> ScenarioFile {
@@ -26,7 +26,7 @@ fn greatest_speeds(motion: &Motion) -> Vec<f64> {
 fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_than_in_its_sources() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
     let file = scenario("long_walk.toml");
-    let staged = Staged::new(&file, Some(&folder)).unwrap();
+    let staged = PreparedScene::new(&file, Some(&folder)).unwrap();
     assert_eq!((staged.frames(), staged.seams.len()), (529, 3));
     assert!(staged.seams.iter().all(|seam| seam.distance_m < 0.06), "{:?}", staged.seams);
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
@@ -45,7 +45,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
     for (_, take) in file.scenario.motion.takes("motion") {
         let mut alone = file.clone();
         alone.scenario.motion = take;
-        let source = Staged::new(&alone, Some(&folder)).unwrap().ground_truth.motion();
+        let source = PreparedScene::new(&alone, Some(&folder)).unwrap().ground_truth.motion();
         sources.iter_mut().zip(greatest_speeds(&source)).for_each(|(most, speed)| *most = most.max(speed));
     }
     for ((angle, most), found) in body.degrees_of_freedom.iter().zip(&sources).zip(greatest_speeds(&motion)) {
@@ -56,7 +56,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
 #[test]
 fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motion() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
-    let staged = Staged::new(&scenario("walk_jog_stop_gesture.toml"), Some(&folder)).unwrap();
+    let staged = PreparedScene::new(&scenario("walk_jog_stop_gesture.toml"), Some(&folder)).unwrap();
     assert_eq!((staged.seams.len(), staged.sources.len()), (3, 4));
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
     let quality =
@@ -75,13 +75,13 @@ fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motio
 #[test]
 fn the_built_in_walk_along_a_curve_is_529_frames_long_and_no_two_seeds_are_the_same() {
     let file = scenario("embedded.toml");
-    let staged = Staged::new(&file, None).unwrap();
+    let staged = PreparedScene::new(&file, None).unwrap();
     assert_eq!(staged.frames(), 529);
     let mut other = file.clone();
     if let Some(variation) = &mut other.scenario.motion.variation {
         variation.seed = 2;
     }
-    let (one, two) = (staged.ground_truth.motion(), Staged::new(&other, None).unwrap().ground_truth.motion());
+    let (one, two) = (staged.ground_truth.motion(), PreparedScene::new(&other, None).unwrap().ground_truth.motion());
     assert_ne!(one.poses[300], two.poses[300]);
     let turned = one.poses[528].heading().unwrap() - one.poses[0].heading().unwrap();
     assert!(turned.abs() > 1.5, "{turned}");
@@ -91,13 +91,13 @@ fn the_built_in_walk_along_a_curve_is_529_frames_long_and_no_two_seeds_are_the_s
 fn a_path_that_turns_faster_than_feet_can_follow_and_takes_that_are_nowhere_alike_are_refused_by_key() {
     let mut file = scenario("embedded.toml");
     file.scenario.motion.path_m = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.0, 0.3]];
-    let message = Staged::new(&file, None).unwrap_err().to_string();
+    let message = PreparedScene::new(&file, None).unwrap_err().to_string();
     assert!(message.contains("motion.path_m: the path turns faster than feet can follow"), "{message}");
     let take = "[motion]\nclip = \"embedded:walk\"\nloop_to_s = 3\n[[motion.then]]\nclip = \"embedded:jump\"\n\
                 [motion.join]\nwithin_mm = 5\n";
     let text = format!("schema = \"skiagraph.scenario/1\"\nname = \"a\"\n{take}");
     let file = ScenarioFile::parse(&text, "a.toml", std::path::PathBuf::new(), &[]).unwrap();
-    let message = Staged::new(&file, None).unwrap_err().to_string();
+    let message = PreparedScene::new(&file, None).unwrap_err().to_string();
     assert!(message.contains("motion.then") && message.contains("cannot follow"), "{message}");
     assert!(message.contains("at most 5 mm are joined"), "{message}");
 }

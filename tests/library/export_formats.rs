@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::{LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
-use skiagraph::experiment::{Destination, RenderOptions, Unwatched, render_with};
+use skiagraph::experiment::{Destination, NoProgress, RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::scenario::ScenarioFile;
 
@@ -98,8 +98,8 @@ fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
         ["motion.loop_to_s=0.1", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
     let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
     let options = RenderOptions { shards: Some(2), ..RenderOptions::default() };
-    render_with(&file, None, Destination { path: &set, force: false }, &options, &Unwatched).unwrap();
-    render_with(&file, None, Destination { path: &plain, force: false }, &RenderOptions::default(), &Unwatched)
+    render_with(&file, None, Destination { path: &set, force: false }, &options, &NoProgress).unwrap();
+    render_with(&file, None, Destination { path: &plain, force: false }, &RenderOptions::default(), &NoProgress)
         .unwrap();
     read_back_from(ExportFormat::WebDataset, &set.join("truth/shards"), &plain);
 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
 use skiagraph::benchmark_set::{BenchmarkSet, BlindSet, Layer};
 use skiagraph::body::{Humanoid, Motion, Pose, Prop, Solid, shipped};
-use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig, RigMoment};
+use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, RigMoment, TimedRig};
 use skiagraph::observation::{
     CorruptedObserver, Corruption, LayerObserver, Observation, ObservationSettings, Observer, WantedLayers, observe,
 };
@@ -54,8 +54,8 @@ fn moving() -> CameraPath {
     CameraPath::new("front", way.to_vec()).unwrap()
 }
 
-fn timed(timing: CameraTiming) -> FilmingRig {
-    FilmingRig::new(rig(), Vec::new(), vec![timing; 2]).unwrap()
+fn timed(timing: CameraTiming) -> TimedRig {
+    TimedRig::new(rig(), Vec::new(), vec![timing; 2]).unwrap()
 }
 
 fn differing(a: &Mask, b: &Mask) -> u64 {
@@ -65,7 +65,7 @@ fn differing(a: &Mask, b: &Mask) -> u64 {
 #[test]
 fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
     let standing = CameraPath::new("front", vec![keyframe(0.0, [3.0, 0.8, 1.3])]).unwrap();
-    let filming = FilmingRig::new(rig(), vec![Some(standing)], Vec::new()).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(standing)], Vec::new()).unwrap();
     assert_eq!(filming.rig(), &rig());
     let truth = still(6);
     let filmed = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
@@ -94,7 +94,7 @@ fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
         roll: 0.0,
     };
     let path = CameraPath::new("front", vec![along(0.0), along(4.0)]).unwrap();
-    let filming = FilmingRig::new(rig(), vec![Some(path)], Vec::new()).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(path)], Vec::new()).unwrap();
     let truth = GroundTruth::filmed(actor(), &walk, &filming, Vec::new(), Vec::new()).unwrap();
     let observer = Observer::from_filming(&truth, &filming);
     let first = observer.observe(0);
@@ -136,7 +136,7 @@ fn a_camera_that_is_late_sees_the_motion_that_comes() {
 fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_taken_at_once() {
     let delay = 0.8 / RATE / f64::from(SIZE[1]);
     let rolling = CameraTiming { line_delay_s: delay, offset_s: 0.002, every: 1 };
-    let filming = FilmingRig::new(rig(), vec![Some(moving())], vec![rolling; 2]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![rolling; 2]).unwrap();
     let solid = Solid::Box { link_from_box: Isometry3::translation(1.2, 0.2, 0.4), half_extents: [0.05, 0.2, 0.4] };
     let props = vec![Prop { name: "box".into(), solid }];
     let truth = GroundTruth::filmed(actor(), &motion(6), &filming, props, Vec::new()).unwrap();
@@ -149,7 +149,7 @@ fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_t
             let at_once = CameraTiming { offset_s: 0.002 + delay * f64::from(row), ..CameraTiming::default() };
             let path = (camera == 0).then(moving);
             let paths = if camera == 0 { vec![path] } else { Vec::new() };
-            let global = FilmingRig::new(rig(), paths, vec![at_once; 2]).unwrap();
+            let global = TimedRig::new(rig(), paths, vec![at_once; 2]).unwrap();
             let image = &Observer::from_filming(&truth, &global).observe(2).silhouettes[camera];
             let differ = |x: &u32| image.get(*x, row) != seen.silhouettes[camera].get(*x, row);
             pixels += (0..SIZE[0]).filter(differ).count();
@@ -166,7 +166,7 @@ fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_t
         }
         assert!(rows_that_differ > 10 && pixels <= 2 && depths <= 2, "camera {camera}: {pixels} and {depths} pixels");
     }
-    let global = FilmingRig::new(rig(), vec![Some(moving())], Vec::new()).unwrap();
+    let global = TimedRig::new(rig(), vec![Some(moving())], Vec::new()).unwrap();
     let at_once = Observer::from_filming(&truth, &global).observe(2);
     assert!(differing(&at_once.silhouettes[0], &seen.silhouettes[0]) > 20, "and that can be seen");
 }
@@ -194,7 +194,7 @@ fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
 #[test]
 fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
     let timing = CameraTiming { every: 2, offset_s: 0.004, line_delay_s: 0.0 };
-    let filming = FilmingRig::new(rig(), vec![Some(moving())], vec![timing]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![timing]).unwrap();
     let truth = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
     let wanted = WantedLayers { flow: true, ..WantedLayers::default() };
     let observer = LayerObserver::from_filming(&truth, &filming, 0, wanted);
@@ -224,7 +224,7 @@ fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
 fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_without_an_image() {
     let slow = CameraTiming { every: 2, ..CameraTiming::default() };
     let timings = vec![CameraTiming::default(), slow];
-    let filming = FilmingRig::new(rig(), vec![Some(moving())], timings).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving())], timings).unwrap();
     let truth = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
     let observer = Observer::from_filming(&truth, &filming);
     let likelihood = |rig: &CameraRig| {
@@ -257,7 +257,7 @@ fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_w
 
 fn filmed_set() -> BenchmarkSet {
     let slow = CameraTiming { every: 3, offset_s: 0.004, line_delay_s: 5e-5 };
-    let filming = FilmingRig::new(rig(), vec![Some(moving())], vec![CameraTiming::default(), slow]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![CameraTiming::default(), slow]).unwrap();
     crate::made_up_set::assemble_filmed("filmed", &filming, &motion(8), &ObservationSettings::default())
 }
 

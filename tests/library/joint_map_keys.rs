@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use skiagraph::experiment::Staged;
+use skiagraph::experiment::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 /// Landmarks and the joints of `scenarios/motions/01_01.bvh`, counted from its root.
@@ -44,7 +44,7 @@ fn renamed() -> String {
     text.lines().map(line).collect()
 }
 
-fn staged(folder: &Path, map: &str) -> Result<Staged, String> {
+fn staged(folder: &Path, map: &str) -> Result<PreparedScene, String> {
     let overrides = [
         "motion.clip=odd.bvh".to_owned(),
         "motion.first_frame=400".to_owned(),
@@ -55,7 +55,7 @@ fn staged(folder: &Path, map: &str) -> Result<Staged, String> {
     let path = folder.join("walk.toml");
     fs::write(&path, skiagraph::scenario::DEFAULT_SCENARIO).unwrap();
     let file = ScenarioFile::open(&path, &overrides).map_err(|e| e.to_string())?;
-    Staged::new(&file, None).map_err(|e| e.to_string())
+    PreparedScene::new(&file, None).map_err(|e| e.to_string())
 }
 
 #[test]

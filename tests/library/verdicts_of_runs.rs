@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use skiagraph::experiment::{Destination, Unwatched, check, run};
+use skiagraph::experiment::{Destination, NoProgress, check, run};
 use skiagraph::report::Grade;
 use skiagraph::scenario::ScenarioFile;
 
@@ -16,7 +16,7 @@ fn shipped(relative: &str) -> PathBuf {
 fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Grade) {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
-    let done = run(&file, None, Destination { path: folder, force: false }, &Unwatched).unwrap();
+    let done = run(&file, None, Destination { path: folder, force: false }, &NoProgress).unwrap();
     let record = serde_json::from_slice(&std::fs::read(folder.join("run.json")).unwrap()).unwrap();
     (record, std::fs::read_to_string(folder.join("report.html")).unwrap(), done.record.verdict.grade)
 }

@@ -11,9 +11,9 @@ use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayer
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use skiagraph::benchmark_set::{CHECKS, Layer, Thoroughness, Verification, verify};
+use skiagraph::benchmark_set::{CHECKS, Layer, Verification, VerifyOptions, verify};
 use skiagraph::body::{Motion, shipped};
-use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig};
+use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, TimedRig};
 use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::observation::ObservationSettings;
 
@@ -65,7 +65,7 @@ static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     directory
 });
 
-fn filming() -> FilmingRig {
+fn filming() -> TimedRig {
     let keyframe = |time_s: f64, position: [f64; 3]| CameraKeyframe {
         time_s,
         position: position.into(),
@@ -76,7 +76,7 @@ fn filming() -> FilmingRig {
     let path = CameraPath::new("front", way).unwrap();
     let late = CameraTiming { every: 2, offset_s: 0.013, line_delay_s: 1e-4 };
     let rig = CameraRig { cameras: cameras([WIDTH, HEIGHT]) };
-    FilmingRig::new(rig, vec![Some(path)], vec![CameraTiming::default(), late]).unwrap()
+    TimedRig::new(rig, vec![Some(path)], vec![CameraTiming::default(), late]).unwrap()
 }
 
 fn render(directory: &Path) {
@@ -253,7 +253,7 @@ impl Copy {
     }
 
     fn verified(&self) -> Verification {
-        verify(self.0.path(), Thoroughness::default()).unwrap()
+        verify(self.0.path(), VerifyOptions::default()).unwrap()
     }
 
     /// The check `name` finds a fault in `file` whose words contain all of `words`.
@@ -886,14 +886,14 @@ fn words_hidden_in_an_image_are_found() {
 
 #[test]
 fn what_is_no_set_of_this_format_is_an_error_and_no_fault() {
-    let error = |set: &Copy| verify(set.0.path(), Thoroughness::default()).unwrap_err().to_string();
+    let error = |set: &Copy| verify(set.0.path(), VerifyOptions::default()).unwrap_err().to_string();
     let set = Copy::new();
     set.text("set.toml", |text| text.replace("skiagraph.set/1", "skiagraph.set/3"));
     let newer = error(&set);
     assert!(newer.contains("skiagraph.set/3") && newer.contains("use the version of skiagraph"), "{newer}");
     fs::remove_file(set.0.path().join("files.sha256")).unwrap();
     assert!(error(&set).contains("is not a complete benchmark set: it has no files.sha256"));
-    let nowhere = verify(&set.0.path().join("nowhere"), Thoroughness::default()).unwrap_err().to_string();
+    let nowhere = verify(&set.0.path().join("nowhere"), VerifyOptions::default()).unwrap_err().to_string();
     assert!(nowhere.contains("No such file"), "{nowhere}");
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, Observed, RigMoments, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, FilmingRig, RigMoment};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, RigMoment, TimedRig};
 use skiagraph::observation::{
     CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource, tracker_rig, tracker_start,
 };
@@ -45,14 +45,14 @@ pub(crate) fn assemble_observed(
     motion: &Motion,
     settings: &ObservationSettings,
 ) -> BenchmarkSet {
-    assemble_filmed(name, &FilmingRig::from(&CameraRig { cameras }), motion, settings)
+    assemble_filmed(name, &TimedRig::from(&CameraRig { cameras }), motion, settings)
 }
 
 /// As [`assemble_observed`], by cameras that may move and take their images at times of their own. What trackers are
 /// told has the errors that the settings say.
 pub(crate) fn assemble_filmed(
     name: &str,
-    filming: &FilmingRig,
+    filming: &TimedRig,
     motion: &Motion,
     settings: &ObservationSettings,
 ) -> BenchmarkSet {

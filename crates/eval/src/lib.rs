@@ -92,7 +92,7 @@ pub use camera_summary::PerCameraSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
     LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,
-    RunComparison, SideFacts, compare_runs, difference, do_pair, holm, lost_tracks, seeds_in_words, shown_once,
+    RunComparison, SideFacts, compare_runs, difference, holm, lost_tracks, seeds_in_words, should_pair, shown_once,
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{

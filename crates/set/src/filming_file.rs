@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::manifest::MOST_FRAMES;
-use crate::camera::{CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig};
+use crate::camera::{CameraKeyframe, CameraPath, CameraRig, CameraTiming, TimedRig};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "truth/filming.json";
@@ -47,7 +47,7 @@ struct KeyframeRecord {
 const BETWEEN: &str = "piecewise cubic Hermite (Fritsch and Butland 1984, SciPy's PchipInterpolator) of position, look_at \
                        and roll; constant before the first and after the last";
 
-pub(super) fn to_json(filming: &FilmingRig) -> Result<Vec<u8>, SetError> {
+pub(super) fn to_json(filming: &TimedRig) -> Result<Vec<u8>, SetError> {
     let keyframe = |keyframe: &CameraKeyframe| KeyframeRecord {
         time_s: keyframe.time_s,
         position: keyframe.position.into(),
@@ -65,7 +65,7 @@ pub(super) fn to_json(filming: &FilmingRig) -> Result<Vec<u8>, SetError> {
 }
 
 /// How the cameras of `rig` film, which are those that saw the actor.
-pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<FilmingRig, SetError> {
+pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<TimedRig, SetError> {
     let file: FilmingFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
     let malformed = |detail: String| SetError::malformed(PATH, detail);
     if !file.cameras.iter().map(|camera| &camera.name).eq(rig.cameras.iter().map(|camera| &camera.name)) {
@@ -97,5 +97,5 @@ pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<FilmingRig, Set
         paths.push(path.map_err(|e| malformed(e.to_string()))?);
         timings.push(CameraTiming { every, offset_s, line_delay_s });
     }
-    FilmingRig::new(rig.clone(), paths, timings).map_err(|e| malformed(e.to_string()))
+    TimedRig::new(rig.clone(), paths, timings).map_err(|e| malformed(e.to_string()))
 }

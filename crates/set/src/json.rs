@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::SetError;
-use crate::input::{excerpt, foreign_about, is_ours};
+use crate::input::{excerpt, foreign_about, is_own_output};
 
 pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, SetError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| SetError::malformed(file, e.to_string()))?;
@@ -30,7 +30,8 @@ pub(super) fn from_bytes_of_any<T: DeserializeOwned>(
     let Tag { schema: found } = serde_json::from_slice(bytes).map_err(malformed)?;
     if !schemas.contains(&found.as_str()) {
         let known = schemas.iter().map(|schema| format!("{schema:?}")).collect::<Vec<_>>().join(" and ");
-        let found = if is_ours(bytes) { format!("schema {:?}", excerpt(&found)) } else { "another schema".to_owned() };
+        let found =
+            if is_own_output(bytes) { format!("schema {:?}", excerpt(&found)) } else { "another schema".to_owned() };
         return Err(SetError::malformed(file, format!("{found}, this program reads {known}")));
     }
     serde_json::from_slice(bytes).map_err(malformed)

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::set_writer::SetWriter;
 use super::{Layer, SetError, depth_png, exr_layers};
-use crate::camera::{Camera, FilmingRig};
+use crate::camera::{Camera, TimedRig};
 use crate::observing::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::rng::KeyedSeed;
@@ -33,7 +33,7 @@ fn bytes_a_pixel(layer: &Layer) -> usize {
 /// Images of every true camera and frame.
 pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
-    pub(super) filming: Cow<'a, FilmingRig>,
+    pub(super) filming: Cow<'a, TimedRig>,
     /// How colour images look, and the seed of what is random in them.
     pub(super) scene: (ImageSettings, KeyedSeed),
     pub(super) layers: &'a [Layer],

@@ -119,7 +119,7 @@ pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};
-pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify, verify_place};
+pub use verify::{CHECKS, Checked, Fault, Verification, VerifyOptions, verify, verify_place};
 
 use skiagraph_core::{body, camera, contact, dynamics, input, npz, observation, parallel, raster, rng};
 use skiagraph_truth::{observing, retarget, scene};

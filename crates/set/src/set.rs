@@ -17,7 +17,7 @@ use super::{
     filming_file, key_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
-use crate::camera::{CameraRig, FilmingRig, RigMoment};
+use crate::camera::{CameraRig, RigMoment, TimedRig};
 use crate::npz::Npz;
 use crate::observation::Observation;
 use crate::observing::ObservationFacts;
@@ -79,7 +79,7 @@ pub struct TruthSet {
     pub cameras: Option<CameraRig>,
     /// How these cameras move and when they took their images; `None` where all stand still and took an image of every
     /// frame at its time.
-    pub filming: Option<FilmingRig>,
+    pub filming: Option<TimedRig>,
     /// The secret that everything drawn for the observations depends on; the public key where there is none.
     pub key: ObservationKey,
 }
@@ -93,7 +93,7 @@ pub struct Observed<'a> {
     pub tracker_rig: Option<&'a CameraRig>,
     /// How the true cameras move and take their images; `None` where all stand still and take an image of every frame
     /// at its time.
-    pub filming: Option<&'a FilmingRig>,
+    pub filming: Option<&'a TimedRig>,
     /// What a tracker is told of the cameras in every frame, where they film so.
     pub moments: Option<&'a RigMoments>,
     /// The secret that everything drawn for them depends on, which is kept with the truth; the public key is not.
@@ -215,8 +215,8 @@ impl BenchmarkSet {
     }
 
     /// How the cameras that saw the actor move and take their images.
-    pub fn true_filming(&self) -> FilmingRig {
-        self.truth.filming.clone().unwrap_or_else(|| FilmingRig::from(self.true_rig()))
+    pub fn true_filming(&self) -> TimedRig {
+        self.truth.filming.clone().unwrap_or_else(|| TimedRig::from(self.true_rig()))
     }
 
     /// A set whose truth lies elsewhere.
@@ -413,7 +413,7 @@ impl SetParts<'_> {
         }
         let refitted = self.refitted.map(|motion| (&self.start.body, motion));
         take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, self.rig)))?;
-        let filming = filming.cloned().unwrap_or_else(|| FilmingRig::from(self.rig));
+        let filming = filming.cloned().unwrap_or_else(|| TimedRig::from(self.rig));
         take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, &filming)))?;
         match contact_file::to_npz(truth) {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),

@@ -10,7 +10,7 @@ use super::set::silhouette_files;
 use super::set_writer::SetWriter;
 use super::shards::Packing;
 use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::observation::Observation;
 use crate::parallel;
 
@@ -110,7 +110,7 @@ fn draw_frames(
     if !drawing.layers.is_empty() {
         let layers = LayerDrawing {
             truth: parts.ground_truth,
-            filming: parts.observed.filming.map_or_else(|| Cow::Owned(FilmingRig::from(parts.rig)), Cow::Borrowed),
+            filming: parts.observed.filming.map_or_else(|| Cow::Owned(TimedRig::from(parts.rig)), Cow::Borrowed),
             scene: parts.facts.scene(parts.observed.facts, parts.observed.key),
             layers: drawing.layers,
         };

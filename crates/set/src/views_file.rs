@@ -16,7 +16,7 @@
 use nalgebra::Point3;
 
 use crate::body::LANDMARKS;
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::npz::{Array, Npz};
 use crate::parallel;
 use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint, Sight};
@@ -50,7 +50,7 @@ impl FrameViews {
 }
 
 /// The arrays, seen through the true cameras.
-pub(super) fn to_npz(truth: &GroundTruth, filming: &FilmingRig) -> Npz {
+pub(super) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     let rig = filming.rig();
     let clock = (!filming.is_still()).then(|| SceneClock::new(truth, filming));
     let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
@@ -109,7 +109,7 @@ fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
 }
 
 /// As [`views_of`], of cameras that move or take their images at times of their own.
-fn filmed_views(clock: &SceneClock<'_>, filming: &FilmingRig, frame: usize) -> FrameViews {
+fn filmed_views(clock: &SceneClock<'_>, filming: &TimedRig, frame: usize) -> FrameViews {
     let mut views = FrameViews::default();
     let pixel = |seen: &ShotPoint| seen.pixel.map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5]);
     let nowhere = ([f64::NAN; 2], Sight::OutOfView as i64);
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn sights_and_pixels_stand_at_their_frame_camera_and_joint() {
         let truth = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
-        let npz = to_npz(&truth, &FilmingRig::from(&rig()));
+        let npz = to_npz(&truth, &TimedRig::from(&rig()));
         let joints = truth.actor.joints.len();
         let Values::F64(pixels) = &npz.get("joints_2d").unwrap().values else { panic!() };
         let Values::I64(sights) = &npz.get("marker_sight").unwrap().values else { panic!() };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::BodyShape;
 use skiagraph::evaluation::{GateRules, GateVerdict, MeasuredClip, MeasuredRuns, gate};
-use skiagraph::experiment::{Measures, Models, Unwatched, draw, track};
+use skiagraph::experiment::{Measures, Models, NoProgress, draw, track};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 const REPETITIONS: u64 = 10;
@@ -120,7 +120,7 @@ fn with_wrong_limb(set: &BenchmarkSet) -> BenchmarkSet {
 fn set_of(clip: &str) -> Result<BenchmarkSet, Box<dyn Error>> {
     let own = [format!("name={clip}"), format!("motion.clip=embedded:{clip}")];
     let file = ScenarioFile::built_in(&OVERRIDES.map(str::to_owned).into_iter().chain(own).collect::<Vec<_>>())?;
-    Ok(draw(&file, None, &Unwatched)?.0)
+    Ok(draw(&file, None, &NoProgress)?.0)
 }
 
 /// All clips, tracked with the seeds from `first` on.
@@ -134,8 +134,8 @@ fn measured(sets: &[BenchmarkSet], settings: &TrackerSettings, first: u64) -> Re
 
 fn measured_clip(set: &BenchmarkSet, settings: &TrackerSettings, first: u64) -> Result<MeasuredClip, Box<dyn Error>> {
     let seeds: Vec<u64> = (first..first + SEEDS).collect();
-    let tracked = track(&set.blind, settings, &seeds, None, &mut Models::default(), &Unwatched)?;
-    let measures = Measures::new(set, &tracked, &Unwatched)?;
+    let tracked = track(&set.blind, settings, &seeds, None, &mut Models::default(), &NoProgress)?;
+    let measures = Measures::new(set, &tracked, &NoProgress)?;
     let clip = MeasuredClip {
         set_hash: set.blind.set_hash.clone(),
         scene_hash: None,

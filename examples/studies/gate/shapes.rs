@@ -168,7 +168,7 @@ fn average(all: &[Held]) -> Held {
 fn pairing((base, other, shared): (usize, usize, usize), between_sides: f64) -> PairingRow {
     let numbers = |from: usize, count: usize| (from as u64..(from + count) as u64).collect::<Vec<u64>>();
     let (base_seeds, other_seeds) = (numbers(0, base), numbers(base - shared, other));
-    let paired = skiagraph::evaluation::do_pair(&base_seeds, &other_seeds);
+    let paired = skiagraph::evaluation::should_pair(&base_seeds, &other_seeds);
     let found: Vec<[f64; 2]> = (0..REPETITIONS)
         .into_par_iter()
         .filter_map(|repetition| {

@@ -4,14 +4,14 @@ use faer::Mat;
 use rayon::prelude::*;
 use skiagraph::body::{Markers, Pose};
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::Staged;
+use skiagraph::experiment::PreparedScene;
 use skiagraph::motion_model::gpdm_graph::GpdmGraph;
 use skiagraph::motion_model::pose_chart::PlanarRoot;
 
 /// Mean over frames of the least error that a latent point of `models` has at the true root: from the three best
 /// training latents of every model, down the true error along the axes, steps from a tenth of the latents' spread to a
 /// thousandth.
-pub(crate) fn best_latent(staged: &Staged, models: &GpdmGraph) -> f64 {
+pub(crate) fn best_latent(staged: &PreparedScene, models: &GpdmGraph) -> f64 {
     let body = &staged.start.body;
     let frames: Vec<usize> = (1..staged.frames()).collect();
     let of_frame = |&frame: &usize| {

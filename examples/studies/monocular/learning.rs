@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::experiment::{Models, Staged, Unwatched};
+use skiagraph::experiment::{Models, NoProgress, PreparedScene};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 use skiagraph::scenario::ScenarioFile;
 
@@ -34,7 +34,7 @@ pub(crate) struct Learned {
 
 /// Learns from a scenario's training.
 pub(crate) fn learning(file: &ScenarioFile, mocap: &Path) -> Result<Learning, Box<dyn Error>> {
-    let staged = Staged::new(file, Some(mocap))?;
+    let staged = PreparedScene::new(file, Some(mocap))?;
     let one = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
     let training = &staged.start.training;
     Ok(Learning {
@@ -45,9 +45,9 @@ pub(crate) fn learning(file: &ScenarioFile, mocap: &Path) -> Result<Learning, Bo
     })
 }
 
-fn learned(staged: &Staged, settings: &GraphSettings) -> Result<Learned, Box<dyn Error>> {
+fn learned(staged: &PreparedScene, settings: &GraphSettings) -> Result<Learned, Box<dyn Error>> {
     let begin = Stopwatch::start();
-    let graph = Models::default().learn(settings, &staged.start.body, &staged.start.training, &Unwatched)?;
+    let graph = Models::default().learn(settings, &staged.start.body, &staged.start.training, &NoProgress)?;
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Learned {
         models: graph.segments.len(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use skiagraph::evaluation::Summary;
-use skiagraph::experiment::{Compared, Destination, Staged, Unwatched, compare};
+use skiagraph::experiment::{Compared, Destination, NoProgress, PreparedScene, compare};
 use skiagraph::report::ComparedMethod;
 use skiagraph::scenario::ScenarioFile;
 
@@ -69,10 +69,10 @@ pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
 
 /// Tracks a motion under a protocol.
 pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Path) -> Result<Tracked, Box<dyn Error>> {
-    let staged = Staged::new(file, Some(mocap))?;
+    let staged = PreparedScene::new(file, Some(mocap))?;
     let out = runs.join(unit.name());
     let Compared { comparison, methods, .. } =
-        compare(file, Some(mocap), Destination { path: &out, force: true }, &Unwatched)?;
+        compare(file, Some(mocap), Destination { path: &out, force: true }, &NoProgress)?;
     let method = |compared: ComparedMethod| {
         let record = &comparison.methods[&compared.name];
         let of = Method {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
-use skiagraph::experiment::{Measures, Models, Staged, Unwatched, track};
+use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, track};
 use skiagraph::observation::Observer;
 use skiagraph::retarget::{FitOptions, fit_motion_to_markers};
 use skiagraph::scenario::ScenarioFile;
@@ -163,7 +163,7 @@ impl Case<'_> {
 
     /// The set, in memory.
     fn set(&self, mocap: &Path) -> Result<BenchmarkSet, Box<dyn Error>> {
-        let mut staged = Staged::new(&self.file("")?, Some(mocap))?;
+        let mut staged = PreparedScene::new(&self.file("")?, Some(mocap))?;
         let most = (self.most_frames as f64 * self.condition.frames_per_second() / 60.0) as usize;
         staged.rig.cameras.truncate(self.condition.cameras());
         let mut motion = staged.ground_truth.motion();
@@ -191,8 +191,8 @@ impl Case<'_> {
 fn measured(file: &ScenarioFile, set: &BenchmarkSet, seeds: u32) -> Result<Outcome, Box<dyn Error>> {
     let all: Vec<u64> = (0..u64::from(seeds)).collect();
     let settings = file.scenario.tracker();
-    let tracked = track(&set.blind, &settings, &all, None, &mut Models::default(), &Unwatched)?;
-    let measures = Measures::new(set, &tracked, &Unwatched)?;
+    let tracked = track(&set.blind, &settings, &all, None, &mut Models::default(), &NoProgress)?;
+    let measures = Measures::new(set, &tracked, &NoProgress)?;
     let mut metrics: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for seed in &measures.seeds {
         for (name, metric) in &seed.evaluation.metrics {

@@ -6,7 +6,7 @@ use nalgebra::{Unit, Vector3};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, Markers, Pose};
 use skiagraph::evaluation::Evaluation;
-use skiagraph::experiment::{Measures, Models, Unwatched, track};
+use skiagraph::experiment::{Measures, Models, NoProgress, track};
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::TruthFrame;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
@@ -26,8 +26,8 @@ const TURNS: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
 const EVERY: usize = 23;
 
 pub(super) fn track_once(set: &BenchmarkSet, file: &ScenarioFile, seed: u64) -> Result<Outcome, Box<dyn Error>> {
-    let tracked = track(&set.blind, &file.scenario.tracker(), &[seed], None, &mut Models::default(), &Unwatched)?;
-    let measures = Measures::new(set, &tracked, &Unwatched)?;
+    let tracked = track(&set.blind, &file.scenario.tracker(), &[seed], None, &mut Models::default(), &NoProgress)?;
+    let measures = Measures::new(set, &tracked, &NoProgress)?;
     let (evaluation, markers) = (&measures.seeds[0].evaluation, &measures.seeds[0].markers);
     let timing = tracked.record.as_ref().ok_or("a record")?.timing;
     let poses = tracked.estimates.sequences[0].poses().ok_or("poses")?;

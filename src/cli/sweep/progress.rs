@@ -8,7 +8,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::super::interrupt;
 use super::super::volume::{Volume, note_on_stderr};
 use crate::experiment::sweep::{RunProgress, SweepWatch};
-use crate::experiment::{Stage, Watch};
+use crate::experiment::{Progress, Stage};
 
 /// Shows how a sweep stands on standard error if that is a terminal, unless `--quiet` is given; with `--verbose`
 /// elsewhere a line a cell.
@@ -64,7 +64,7 @@ impl SweepWatch for SweepProgress {
 }
 
 /// Of a single cell nothing is shown.
-impl Watch for SweepProgress {
+impl Progress for SweepProgress {
     fn begin(&self, _: Stage, _: usize) {}
 
     fn advance(&self) {}

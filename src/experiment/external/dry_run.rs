@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::answers::estimates;
-use super::session::{Asked, Session};
+use super::session::{Exchange, Session};
 use super::settings::ProgramSettings;
 use super::workplace::Workplace;
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;
+use crate::experiment::progress::Progress;
 use crate::experiment::start_check::StartDistance;
-use crate::experiment::watch::Watch;
 
 /// Frames that are asked for.
 const FRAMES: usize = 5;
@@ -49,9 +49,13 @@ impl Conformance {
 ///
 /// # Errors
 /// [`ExperimentError`] if it cannot be started, never becomes ready, or the set cannot be read.
-pub fn dry_run(set: &BlindSet, settings: &ProgramSettings, watch: &dyn Watch) -> Result<Conformance, ExperimentError> {
+pub fn dry_run(
+    set: &BlindSet,
+    settings: &ProgramSettings,
+    progress: &dyn Progress,
+) -> Result<Conformance, ExperimentError> {
     let place = Workplace::new(set)?;
-    let mut session = Session::new(set, &place, settings, 0, watch);
+    let mut session = Session::new(set, &place, settings, 0, progress);
     session.start(0)?;
     let mut asked = Vec::new();
     for frame in 0..FRAMES.min(set.frame_count) {
@@ -89,12 +93,12 @@ pub fn dry_run(set: &BlindSet, settings: &ProgramSettings, watch: &dyn Watch) ->
     Ok(Conformance { schema: "skiagraph.conformance/1".to_owned(), name, checks, slowest_ms })
 }
 
-fn has_pose(asked: &Asked) -> bool {
+fn has_pose(asked: &Exchange) -> bool {
     asked.answer.as_ref().is_some_and(|answer| answer.pose.is_some())
 }
 
 /// Whether the answer for frame 0 is near the start pose: units and axes are the set's.
-fn start_check(set: &BlindSet, asked: &[Asked]) -> Result<Option<ProtocolCheck>, ExperimentError> {
+fn start_check(set: &BlindSet, asked: &[Exchange]) -> Result<Option<ProtocolCheck>, ExperimentError> {
     let pose = asked.first().and_then(|asked| asked.answer.as_ref()?.pose.clone());
     if pose.is_none() {
         return Ok(None);

@@ -40,7 +40,7 @@ impl Guard {
     }
 
     /// The program has started and leads the group of its number.
-    pub(super) fn watch(&mut self, program: &Child) {
+    pub(super) fn progress(&mut self, program: &Child) {
         self.tell(&program.id().to_string());
     }
 
@@ -67,7 +67,7 @@ impl Guard {
     }
 
     /// Nothing is guarded here.
-    pub(super) fn watch(&mut self, _: &Child) {}
+    pub(super) fn progress(&mut self, _: &Child) {}
 }
 
 #[cfg(all(test, unix))]
@@ -86,7 +86,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut program = program();
         let mut guard = Guard::begin("SKIAGRAPH_PROGRAM=none", Some(folder.path())).unwrap();
-        guard.watch(&program);
+        guard.progress(&program);
         // as the system closes it when this process dies
         drop(guard.shell.stdin.take());
         let begin = Instant::now();
@@ -103,7 +103,7 @@ mod tests {
             let mut program = program();
             let mut guard = Guard::begin("SKIAGRAPH_PROGRAM=none", Some(folder.path())).unwrap();
             if told {
-                guard.watch(&program);
+                guard.progress(&program);
             }
             drop(guard);
             assert!(program.try_wait().unwrap().is_none() && folder.path().exists());

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use super::guard::Guard;
 use super::settings::ProgramSettings;
-use crate::experiment::watch::Watch;
+use crate::experiment::progress::Progress;
 use crate::input::excerpt;
 
 /// Longest line that a program may print, bytes.
@@ -93,7 +93,7 @@ impl Program {
         }
         shell.env(MARK, &mark);
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
-        guard.watch(&child);
+        guard.progress(&child);
         let (to_program, lines) = channel();
         let (heard, from_program) = sync_channel(WAITING_LINES);
         let errors = Arc::new(Mutex::new(VecDeque::new()));
@@ -119,13 +119,13 @@ impl Program {
     }
 
     /// The next line, waiting until `deadline` for it.
-    pub(super) fn hear(&self, deadline: Instant, watch: &dyn Watch) -> Result<Heard, Silence> {
+    pub(super) fn hear(&self, deadline: Instant, progress: &dyn Progress) -> Result<Heard, Silence> {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.from_program.recv_timeout(left.min(PULSE)) {
                 Ok(heard) => return Ok(heard),
                 Err(RecvTimeoutError::Disconnected) => return Ok(Heard::End),
-                Err(RecvTimeoutError::Timeout) if watch.interrupted() => return Err(Silence::Interrupted),
+                Err(RecvTimeoutError::Timeout) if progress.interrupted() => return Err(Silence::Interrupted),
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(Silence::TimeLimit),
                 Err(RecvTimeoutError::Timeout) => {}
             }
@@ -279,7 +279,7 @@ fn keep_last_lines(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use crate::experiment::Unwatched;
+    use crate::experiment::NoProgress;
 
     fn start(command: &str) -> Program {
         let settings = ProgramSettings { command: command.to_owned(), ..ProgramSettings::usual() };
@@ -287,7 +287,7 @@ mod tests {
     }
 
     fn hear(program: &Program, milliseconds: u64) -> Result<Heard, Silence> {
-        program.hear(Instant::now() + Duration::from_millis(milliseconds), &Unwatched)
+        program.hear(Instant::now() + Duration::from_millis(milliseconds), &NoProgress)
     }
 
     #[test]

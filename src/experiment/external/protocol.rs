@@ -30,7 +30,7 @@ pub(super) type Named = BTreeMap<String, [f64; 3]>;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
-pub(super) enum Told<'a> {
+pub(super) enum Request<'a> {
     Hello(Box<Hello<'a>>),
     Frame(FrameMessage<'a>),
     End {},

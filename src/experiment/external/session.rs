@@ -7,12 +7,12 @@ use serde_json::Value;
 
 use super::answers::{Poses, estimates};
 use super::program::{Heard, PATIENCE, Program, ProgramEnd, ProgramPlace, Silence};
-use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, protocol_of, read_answer, read_ready};
+use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Request, protocol_of, read_answer, read_ready};
 use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, SeedEnding};
 use super::settings::ProgramSettings;
 use super::workplace::{LeftBehind, Workplace};
 use crate::benchmark_set::{BlindSet, Estimates};
-use crate::experiment::watch::{Stage, Watch, advance};
+use crate::experiment::progress::{Progress, Stage, advance};
 use crate::experiment::{ExperimentError, TrackTiming};
 use crate::observation::Observation;
 
@@ -39,7 +39,7 @@ pub struct Programmed {
 pub(in crate::experiment) struct ProgramSeed {
     seed: u64,
     /// One a frame.
-    frames: Vec<Asked>,
+    frames: Vec<Exchange>,
     /// What kind of answers were given.
     kind: Option<String>,
     ready: Ready,
@@ -70,12 +70,12 @@ pub fn track_with_program(
     set: &BlindSet,
     settings: &ProgramSettings,
     seeds: &[u64],
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Programmed, ExperimentError> {
     let mut done: Vec<ProgramSeed> = Vec::new();
     for seed in seeds {
         let kind = done.iter().find_map(|seed| seed.kind().map(str::to_owned));
-        done.push(track_seed_with_program(set, settings, *seed, kind.as_deref(), watch)?);
+        done.push(track_seed_with_program(set, settings, *seed, kind.as_deref(), progress)?);
     }
     Programmed::new(set, settings, done)
 }
@@ -89,11 +89,11 @@ pub(in crate::experiment) fn track_seed_with_program(
     settings: &ProgramSettings,
     seed: u64,
     kind: Option<&str>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<ProgramSeed, ExperimentError> {
-    watch.begin(Stage::Track, set.frame_count);
+    progress.begin(Stage::Track, set.frame_count);
     let place = Workplace::new(set)?;
-    let mut session = Session::new(set, &place, settings, seed, watch);
+    let mut session = Session::new(set, &place, settings, seed, progress);
     session.kind = kind.map(str::to_owned);
     let frames = session.run()?;
     let Session { kind, ready, incidents, ending, .. } = session;
@@ -164,7 +164,7 @@ impl Programmed {
 
 /// What came of asking for one frame.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Asked {
+pub(super) struct Exchange {
     pub(super) answer: Option<Reply>,
     /// No answer in time, or none that makes sense.
     pub(super) failed: bool,
@@ -172,7 +172,7 @@ pub(super) struct Asked {
     pub(super) seconds: f64,
 }
 
-impl Asked {
+impl Exchange {
     /// What it counts as.
     fn word(&self) -> &'static str {
         match (&self.answer, self.failed) {
@@ -189,7 +189,7 @@ pub(super) struct Session<'a> {
     place: &'a Workplace,
     settings: &'a ProgramSettings,
     seed: u64,
-    watch: &'a dyn Watch,
+    progress: &'a dyn Progress,
     program: Option<Program>,
     starts: usize,
     nonsense: usize,
@@ -208,14 +208,14 @@ impl<'a> Session<'a> {
         place: &'a Workplace,
         settings: &'a ProgramSettings,
         seed: u64,
-        watch: &'a dyn Watch,
+        progress: &'a dyn Progress,
     ) -> Self {
         Self {
             set,
             place,
             settings,
             seed,
-            watch,
+            progress,
             program: None,
             starts: 0,
             nonsense: 0,
@@ -227,37 +227,37 @@ impl<'a> Session<'a> {
         }
     }
 
-    fn run(&mut self) -> Result<Vec<Asked>, ExperimentError> {
+    fn run(&mut self) -> Result<Vec<Exchange>, ExperimentError> {
         let mut frames = Vec::with_capacity(self.set.frame_count);
         for observation in self.set.observations() {
             frames.push(self.frame(&observation?)?);
-            advance(self.watch)?;
+            advance(self.progress)?;
         }
         self.end();
         Ok(frames)
     }
 
     /// Asks for one frame; starts the program first where it does not run.
-    pub(super) fn frame(&mut self, observation: &Observation) -> Result<Asked, ExperimentError> {
-        let failed = Asked { failed: true, ..Asked::default() };
+    pub(super) fn frame(&mut self, observation: &Observation) -> Result<Exchange, ExperimentError> {
+        let failed = Exchange { failed: true, ..Exchange::default() };
         if self.program.is_none() && !self.start(observation.frame)? {
             return Ok(failed);
         }
         let begin = Instant::now();
         let message = FrameMessage::new(self.set, &self.place.folder, observation, self.settings.inline);
-        self.send(&Told::Frame(message))?;
+        self.send(&Request::Frame(message))?;
         let answer = self.answer(observation.frame, begin)?;
         let seconds = begin.elapsed().as_secs_f64();
         Ok(match answer {
-            Some(answer) => Asked { answer: Some(answer), failed: false, seconds },
-            None => Asked { seconds, ..failed },
+            Some(answer) => Exchange { answer: Some(answer), failed: false, seconds },
+            None => Exchange { seconds, ..failed },
         })
     }
 
     /// Tells the program that nothing follows, and notes how it ended.
     pub(super) fn end(&mut self) {
         let Some(mut program) = self.program.take() else { return };
-        if let Ok(line) = serde_json::to_vec(&Told::End {}) {
+        if let Ok(line) = serde_json::to_vec(&Request::End {}) {
             program.send(line);
         }
         let (status, killed, fault) = match program.finish() {
@@ -277,7 +277,7 @@ impl<'a> Session<'a> {
         self.ending = Some(SeedEnding { seed: self.seed, status, killed });
     }
 
-    fn send(&self, message: &Told<'_>) -> Result<(), ExperimentError> {
+    fn send(&self, message: &Request<'_>) -> Result<(), ExperimentError> {
         let line = serde_json::to_vec(message)
             .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
         self.program.iter().for_each(|program| program.send(line.clone()));
@@ -300,7 +300,7 @@ impl<'a> Session<'a> {
         let mut hello = Hello::new(self.set, &self.place.folder, self.seed, limit);
         (hello.first_frame, hello.last_answer) = (frame, last_answer.as_ref());
         self.program = Some(program);
-        self.send(&Told::Hello(Box::new(hello)))?;
+        self.send(&Request::Hello(Box::new(hello)))?;
         let heard = self.hear(begin + self.settings.start_limit);
         let ready = match heard {
             Ok(Heard::Line(line)) => read_ready(&line, protocol_of(self.set)),
@@ -327,7 +327,7 @@ impl<'a> Session<'a> {
     }
 
     fn hear(&self, deadline: Instant) -> Result<Heard, Silence> {
-        self.program.as_ref().map_or(Ok(Heard::End), |program| program.hear(deadline, self.watch))
+        self.program.as_ref().map_or(Ok(Heard::End), |program| program.hear(deadline, self.progress))
     }
 
     /// The answer for a frame; `None`, with an incident, where there is none that makes sense.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::{Destination, ExperimentError, Staged, inputs::Inputs};
+use super::super::{Destination, ExperimentError, PreparedScene, inputs::Inputs};
 use super::INSPECT_SCHEMA;
 use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
@@ -113,7 +113,7 @@ pub fn inspect_scenario(
     picture: Option<Destination<'_>>,
 ) -> Result<EditedSummary, ExperimentError> {
     let place = picture.map(|to| place_of(file, mocap_directory, to)).transpose()?;
-    let staged = Staged::new(file, mocap_directory)?;
+    let staged = PreparedScene::new(file, mocap_directory)?;
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
     let (rule, pace) = (ContactRule::default(), Pace(&staged.pace));
     let contacts = GroundContacts::from_motion_at_pace(body, &motion, &rule, pace).ok();

@@ -8,7 +8,7 @@ use super::layer_pictures::{self, ColourRanges};
 use super::set::{SetSides, SetSummary};
 use crate::benchmark_set::{BlindSet, LayerFiles, LayerValues, TruthSet};
 use crate::body::LANDMARKS;
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::experiment::ExperimentError;
 use crate::experiment::measuring::Painters;
 use crate::parallel;
@@ -87,7 +87,7 @@ fn plan(blind: &BlindSet) -> Result<PlaybackPlan, ExperimentError> {
 /// The cameras of a frame, where any moves: the true ones where they are known.
 fn moved(blind: &BlindSet, truth: Option<&TruthSet>, rig: &CameraRig, frame: usize) -> Option<CameraRig> {
     blind.moments.as_ref()?;
-    let filming: Option<&FilmingRig> = truth.and_then(|truth| truth.filming.as_ref());
+    let filming: Option<&TimedRig> = truth.and_then(|truth| truth.filming.as_ref());
     let frame_s = frame as f64 / blind.frames_per_second;
     let moment = filming.and_then(|filming| filming.moment(frame, frame_s));
     Some(moment.map_or_else(|| blind.rig_at(frame).into_owned(), |moment| rig.at(&moment)))

@@ -48,7 +48,7 @@ pub(super) fn named(
             map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect()
         });
         let has_map = map.as_ref().is_some_and(|map| !map.is_empty());
-        if !has_map && is_ours(&names, kind, body) {
+        if !has_map && is_own_output(&names, kind, body) {
             by_marker.extend(own_columns(&names, kind, body));
             continue;
         }
@@ -83,7 +83,7 @@ fn check_map(npz: &Npz, file: &str, map: Option<&BTreeMap<String, String>>) -> R
     }
 }
 
-fn is_ours(names: &[String], kind: NameKind, body: &Humanoid) -> bool {
+fn is_own_output(names: &[String], kind: NameKind, body: &Humanoid) -> bool {
     let is_known = |name: &String| match kind {
         NameKind::Marker => LANDMARKS.iter().any(|landmark| landmark.name() == name),
         NameKind::Joint => body.joints.iter().any(|joint| joint.name == *name),

@@ -10,12 +10,12 @@ use super::record::{CellRecord, Environment, Status, SweepResults};
 use super::shared::{Shared, SharedSet};
 use crate::experiment::error::stays_unreadable;
 use crate::experiment::measuring::Measures;
-use crate::experiment::ours::ResultKind;
 use crate::experiment::partial_directory::PartialDirectory;
+use crate::experiment::progress::{Progress, Stage};
+use crate::experiment::provenance::ResultKind;
 use crate::experiment::results;
 use crate::experiment::run::MethodRun;
 use crate::experiment::tracking::track;
-use crate::experiment::watch::{Stage, Watch};
 use crate::experiment::{ExperimentError, Models};
 use crate::mocap::MocapError;
 use crate::report::Grade;
@@ -52,9 +52,9 @@ pub fn run_cell(
     sweep: &PlannedSweep,
     cell: &SweepCell,
     options: CellOptions,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<CellDone, ExperimentError> {
-    run_shared(sweep, cell, options, &Shared::default(), &mut None, watch)
+    run_shared(sweep, cell, options, &Shared::default(), &mut None, progress)
 }
 
 /// As [`run_cell`], with sets and models that others use too; `held` keeps the last set in memory.
@@ -64,7 +64,7 @@ pub(super) fn run_shared(
     options: CellOptions,
     shared: &Shared,
     held: &mut Option<Arc<SharedSet>>,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<CellDone, ExperimentError> {
     let results = SweepResults::new(sweep);
     let wants_report = options.report || sweep.plan.reports;
@@ -74,8 +74,8 @@ pub(super) fn run_shared(
     {
         return Ok(CellDone { record, cached: true });
     }
-    let quiet = Quiet(watch);
-    let work = CellWork { sweep, cell, report: wants_report, watch: &quiet };
+    let quiet = Quiet(progress);
+    let work = CellWork { sweep, cell, report: wants_report, progress: &quiet };
     let record = match work.run(shared, held) {
         Ok(record) => record,
         Err(error) if may_be_otherwise_next_time(&error) => return Err(error),
@@ -110,15 +110,15 @@ struct CellWork<'a> {
     sweep: &'a PlannedSweep,
     cell: &'a SweepCell,
     report: bool,
-    watch: &'a dyn Watch,
+    progress: &'a dyn Progress,
 }
 
 impl CellWork<'_> {
     fn run(&self, shared: &Shared, held: &mut Option<Arc<SharedSet>>) -> Result<CellRecord, ExperimentError> {
         let file = self.sweep.scenario(self.cell)?;
-        let set = shared.set(self.sweep, self.cell, &file, self.watch)?;
+        let set = shared.set(self.sweep, self.cell, &file, self.progress)?;
         *held = Some(set.clone());
-        let mut models = set.models(&file, self.watch)?;
+        let mut models = set.models(&file, self.progress)?;
         // what others use too is nobody's cost
         let begin = of_this_thread();
         let mut record = self.measured(&file, &set, &mut models)?;
@@ -138,14 +138,14 @@ impl CellWork<'_> {
         let set = &shared.set;
         let (clock, processor) = (Instant::now(), of_this_thread());
         let truth = set.truth.refitted.as_ref();
-        let tracked = track(&set.blind, &file.scenario.tracker(), &[self.cell.seed], truth, models, self.watch)?;
+        let tracked = track(&set.blind, &file.scenario.tracker(), &[self.cell.seed], truth, models, self.progress)?;
         let env = Environment {
             track_s: clock.elapsed().as_secs_f64(),
             track_processor_s: of_this_thread() - processor,
             processor_s: 0.0,
             host: host(),
         };
-        let measures = Measures::new(set, &tracked, self.watch)?;
+        let measures = Measures::new(set, &tracked, self.progress)?;
         let verdict = results::verdict_on(set, &tracked, &measures);
         let status = if verdict.grade == Grade::Lost { Status::Diverged } else { Status::Ok };
         let means = measures.summary.metrics.iter().map(|(name, metric)| (name.clone(), metric.mean));
@@ -174,7 +174,7 @@ impl CellWork<'_> {
         let seeds = [self.cell.seed];
         let attempt =
             MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &shared.set, seeds: &seeds };
-        attempt.run(models, self.watch)?;
+        attempt.run(models, self.progress)?;
         directory.finish()
     }
 }
@@ -186,9 +186,9 @@ fn host() -> String {
 }
 
 /// Hears of interruptions alone: a cell's frames are nobody's progress.
-struct Quiet<'a>(&'a dyn Watch);
+struct Quiet<'a>(&'a dyn Progress);
 
-impl Watch for Quiet<'_> {
+impl Progress for Quiet<'_> {
     fn begin(&self, _: Stage, _: usize) {}
 
     fn advance(&self) {}

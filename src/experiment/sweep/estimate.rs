@@ -9,7 +9,7 @@ use super::plan_file::{PlanRecord, SweepCell};
 use super::processor_time::of_this_thread;
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
-use crate::experiment::staging::Staged;
+use crate::experiment::scene_preparation::PreparedScene;
 use crate::scenario::ScenarioFile;
 
 /// Settings that are tried, about a second each.
@@ -123,7 +123,7 @@ fn sample(
     mocap_directory: Option<&std::path::Path>,
 ) -> Result<TriedSetting, ExperimentError> {
     let (begin, processor) = (Instant::now(), of_this_thread());
-    let staged = Staged::new(file, mocap_directory)?;
+    let staged = PreparedScene::new(file, mocap_directory)?;
     let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
     let busy = share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
     Ok(TriedSetting {

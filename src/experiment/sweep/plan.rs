@@ -23,7 +23,7 @@ use crate::evaluation::{METRICS, find_metric};
 use crate::experiment::error::{output, read_file};
 use crate::experiment::place::{LockedPlace, parent_of, sync_parent, write_synced};
 use crate::experiment::{ExperimentError, to_json, unfinished};
-use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_ours, limits};
+use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, Sweep, SweepFile, did_you_mean};
 
 const BASE_FILE: &str = "scenario.toml";
@@ -327,7 +327,7 @@ impl PlannedSweep {
         let Ok(now) = input::read_to_string(path, limits::SETTINGS) else { return Ok(()) };
         match first_difference(frozen, &now) {
             None => Ok(()),
-            Some(_) if !is_ours(now.as_bytes()) => {
+            Some(_) if !is_own_output(now.as_bytes()) => {
                 Err(malformed(path, format!("is no scenario any more; {} was planned from it", self.root.display())))
             }
             Some((line, was, is)) => Err(malformed(

@@ -15,7 +15,7 @@ use super::shared::Shared;
 use crate::evaluation::find_metric;
 use crate::experiment::ExperimentError;
 use crate::experiment::place::LockedPlace;
-use crate::experiment::watch::{Stage, Watch};
+use crate::experiment::progress::{Progress, Stage};
 
 /// Observes a sweep, from any thread.
 pub trait SweepWatch: Sync {
@@ -82,11 +82,11 @@ pub struct RunOptions {
 ///
 /// # Errors
 /// [`ExperimentError::Busy`] while another process runs the sweep; otherwise as [`super::run_cell`].
-pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, watch: &dyn SweepWatch) -> Result<Ran, ExperimentError> {
+pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, progress: &dyn SweepWatch) -> Result<Ran, ExperimentError> {
     // held while it runs: a second process would do the same cells
     let _place = LockedPlace::take(&sweep.root.join("run"))?;
     let cells = sweep.cells()?;
-    run_some(sweep, &cells, options, watch)
+    run_some(sweep, &cells, options, progress)
 }
 
 /// As [`run_sweep`], some cells, beside other processes that run others.
@@ -97,7 +97,7 @@ pub fn run_some(
     sweep: &PlannedSweep,
     cells: &[SweepCell],
     options: RunOptions,
-    watch: &dyn SweepWatch,
+    progress: &dyn SweepWatch,
 ) -> Result<Ran, ExperimentError> {
     let results = SweepResults::new(sweep);
     results.clear_leftovers();
@@ -117,7 +117,7 @@ pub fn run_some(
         Ok(())
     })?;
     course.left = missing.iter().map(|cell| cell.weight as f64).sum();
-    watch.begin(cells.len(), cells.len() - missing.len());
+    progress.begin(cells.len(), cells.len() - missing.len());
     let workers = Workers {
         sweep,
         cells: &missing,
@@ -126,7 +126,7 @@ pub fn run_some(
         shared: Shared::default(),
         course: Mutex::new(course),
         error: Mutex::new(None),
-        watch,
+        progress,
     };
     std::thread::scope(|scope| {
         for _ in 0..options.jobs.clamp(1, missing.len().max(1)) {
@@ -136,7 +136,7 @@ pub fn run_some(
     if let Some(error) = workers.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(error);
     }
-    if watch.interrupted() {
+    if progress.interrupted() {
         return Err(ExperimentError::Interrupted);
     }
     Ok(workers.course.into_inner().unwrap_or_else(PoisonError::into_inner).ran)
@@ -150,7 +150,7 @@ struct Workers<'a> {
     shared: Shared,
     course: Mutex<Course<'a>>,
     error: Mutex<Option<ExperimentError>>,
-    watch: &'a dyn SweepWatch,
+    progress: &'a dyn SweepWatch,
 }
 
 impl Workers<'_> {
@@ -178,9 +178,9 @@ impl Workers<'_> {
         let mut course = self.course.lock().unwrap_or_else(PoisonError::into_inner);
         course.add(cell, record, false);
         if let Some(error) = record.error.as_ref().filter(|_| course.ran.failed.len() <= 3) {
-            self.watch.note(&format!("cell {} cannot be run: {error}", cell.index));
+            self.progress.note(&format!("cell {} cannot be run: {error}", cell.index));
         }
-        self.watch.advance(&course.standing());
+        self.progress.advance(&course.standing());
     }
 
     fn fail(&self, error: ExperimentError) {
@@ -189,13 +189,13 @@ impl Workers<'_> {
     }
 }
 
-impl Watch for Workers<'_> {
+impl Progress for Workers<'_> {
     fn begin(&self, _: Stage, _: usize) {}
 
     fn advance(&self) {}
 
     fn interrupted(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.watch.interrupted()
+        self.stop.load(Ordering::Relaxed) || self.progress.interrupted()
     }
 }
 

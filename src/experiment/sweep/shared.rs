@@ -8,8 +8,8 @@ use std::time::Duration;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use crate::benchmark_set::{BenchmarkSet, is_set};
+use crate::experiment::progress::Progress;
 use crate::experiment::tracking::prepare;
-use crate::experiment::watch::Watch;
 use crate::experiment::{Destination, ExperimentError, Models, render};
 use crate::scenario::ScenarioFile;
 
@@ -43,14 +43,14 @@ impl Shared {
         sweep: &PlannedSweep,
         cell: &SweepCell,
         file: &ScenarioFile,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Arc<SharedSet>, ExperimentError> {
         let slot = lock(&self.sets).entry(cell.set.clone()).or_default().clone();
         let mut slot = lock(&slot);
         if let Some(known) = slot.upgrade() {
             return Ok(known);
         }
-        let set = on_disk(sweep, cell, file, watch)?;
+        let set = on_disk(sweep, cell, file, progress)?;
         let models = Models::new(file, &set.truth.recordings).sharing(sweep.root.join(MODELS));
         let models = Mutex::new(models);
         let shared = Arc::new(SharedSet { set, models });
@@ -65,11 +65,11 @@ impl SharedSet {
     ///
     /// # Errors
     /// [`ExperimentError`] where a model cannot be learned or read.
-    pub(super) fn models(&self, file: &ScenarioFile, watch: &dyn Watch) -> Result<Models, ExperimentError> {
+    pub(super) fn models(&self, file: &ScenarioFile, progress: &dyn Progress) -> Result<Models, ExperimentError> {
         let mut models = lock(&self.models);
         let tracker = file.scenario.tracker();
         if tracker.kind().learning().is_some() {
-            prepare(&self.set.blind, &tracker, self.set.truth.refitted.as_ref(), &mut models, watch)?;
+            prepare(&self.set.blind, &tracker, self.set.truth.refitted.as_ref(), &mut models, progress)?;
         }
         Ok(models.clone())
     }
@@ -79,17 +79,17 @@ fn on_disk(
     sweep: &PlannedSweep,
     cell: &SweepCell,
     file: &ScenarioFile,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<BenchmarkSet, ExperimentError> {
     let path: PathBuf = sweep.root.join(SETS).join(&cell.set);
     loop {
         if is_set(&path) {
             return Ok(BenchmarkSet::read(&path)?);
         }
-        if watch.interrupted() {
+        if progress.interrupted() {
             return Err(ExperimentError::Interrupted);
         }
-        match render(file, sweep.mocap_directory(), Destination { path: &path, force: false }, watch) {
+        match render(file, sweep.mocap_directory(), Destination { path: &path, force: false }, progress) {
             Ok((set, _)) => return Ok(set),
             // another process renders it, or has just done so
             Err(ExperimentError::Busy { .. } | ExperimentError::SetThere { .. }) => std::thread::sleep(PATIENCE),

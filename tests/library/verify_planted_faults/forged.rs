@@ -1,7 +1,7 @@
 //! Small changes by somebody who corrects every hash afterwards.
 
 use serde_json::Value;
-use skiagraph::camera::{CameraRig, FilmingRig};
+use skiagraph::camera::{CameraRig, TimedRig};
 use skiagraph::npz::Values;
 use skiagraph::observation::ObservationSettings;
 
@@ -56,7 +56,7 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
                     calibration_px = 2.0 }";
     let settings: ObservationSettings = toml::from_str(settings).unwrap();
     for (filming, is_filmed) in
-        [(FilmingRig::from(&CameraRig { cameras: cameras([WIDTH, HEIGHT]) }), false), (filming(), true)]
+        [(TimedRig::from(&CameraRig { cameras: cameras([WIDTH, HEIGHT]) }), false), (filming(), true)]
     {
         let set = Copy(tempfile::tempdir().unwrap());
         crate::made_up_set::assemble_filmed("told", &filming, &motion(), &settings).write(set.0.path()).unwrap();

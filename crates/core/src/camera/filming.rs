@@ -36,7 +36,7 @@ pub struct RigMoment {
 
 /// A rig whose cameras may move, and may take their images at times of their own.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FilmingRig {
+pub struct TimedRig {
     rig: CameraRig,
     /// One entry a camera; `None` for one that stands still.
     paths: Vec<Option<CameraPath>>,
@@ -44,7 +44,7 @@ pub struct FilmingRig {
     timings: Vec<CameraTiming>,
 }
 
-impl From<&CameraRig> for FilmingRig {
+impl From<&CameraRig> for TimedRig {
     /// A rig that stands still and takes all images at once.
     fn from(rig: &CameraRig) -> Self {
         let cameras = rig.cameras.len();
@@ -52,7 +52,7 @@ impl From<&CameraRig> for FilmingRig {
     }
 }
 
-impl FilmingRig {
+impl TimedRig {
     /// A rig with a way and a timing for every camera; ways and timings that are missing at the end are those of
     /// cameras that stand still and take their images at the frames' times. Cameras that move are afterwards where they
     /// take their first image.
@@ -245,17 +245,16 @@ mod tests {
 
     #[test]
     fn a_rig_that_stands_still_is_itself_at_any_time_and_says_nothing_more() {
-        let still = FilmingRig::from(&ring());
+        let still = TimedRig::from(&ring());
         assert!(still.is_still() && still.moment(3, 0.5).is_none());
         assert_eq!(still.rig_at(7.0), ring());
-        assert_eq!(FilmingRig::new(ring(), Vec::new(), Vec::new()).unwrap(), still);
+        assert_eq!(TimedRig::new(ring(), Vec::new(), Vec::new()).unwrap(), still);
     }
 
     #[test]
     fn images_are_taken_every_so_many_frames_later_by_the_offset_and_row_after_row() {
         let timing = CameraTiming { every: 3, offset_s: 0.25, line_delay_s: 1e-3 };
-        let filming =
-            FilmingRig::new(ring(), vec![None, Some(moving())], vec![CameraTiming::default(), timing]).unwrap();
+        let filming = TimedRig::new(ring(), vec![None, Some(moving())], vec![CameraTiming::default(), timing]).unwrap();
         assert!(!filming.is_still() && filming.leaves_frames());
         let seconds = |camera: usize| (0..7).filter(|frame| filming.has_image(camera, *frame)).collect::<Vec<_>>();
         assert_eq!((seconds(0), seconds(1)), ((0..7).collect(), vec![0, 3, 6]));
@@ -281,7 +280,7 @@ mod tests {
             roll: 0.0,
         };
         let over = CameraPath::new("cam00", vec![keyframe(0.0, -1.0), keyframe(2.0, 1.0)]).unwrap();
-        let filming = FilmingRig::new(ring(), vec![Some(over)], Vec::new()).unwrap();
+        let filming = TimedRig::new(ring(), vec![Some(over)], Vec::new()).unwrap();
         assert!(filming.check(10, 10.0).is_ok());
         assert!(filming.check(11, 10.0).unwrap_err().to_string().contains("along the view"));
     }

@@ -28,7 +28,7 @@ mod rig;
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
-pub use filming::{CameraTiming, FilmingRig, RigMoment};
+pub use filming::{CameraTiming, RigMoment, TimedRig};
 pub use look_at::FieldOfView;
 pub use path::{CameraKeyframe, CameraPath};
 pub use pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE, Pinhole};

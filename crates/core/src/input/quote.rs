@@ -32,14 +32,14 @@ pub fn foreign(message: impl Display) -> String {
 }
 
 /// Whether a file's text says that it is of this program: those that do hold `"skiagraph.KIND/1"` as their schema.
-pub fn is_ours(text: &[u8]) -> bool {
+pub fn is_own_output(text: &[u8]) -> bool {
     const MARK: &[u8] = b"skiagraph.";
     text.windows(MARK.len()).any(|found| found == MARK)
 }
 
 /// An error message of another crate about a file of this text, which quotes it only if it is one of this program.
 pub fn foreign_about(text: &[u8], message: impl Display) -> String {
-    if is_ours(text) { foreign(message) } else { unquoted(message) }
+    if is_own_output(text) { foreign(message) } else { unquoted(message) }
 }
 
 /// An error message of another crate about an input that may be anything: what it quotes of the input is left out, what

@@ -48,7 +48,7 @@ pub struct AgainstBase {
     pub unit: IntervalUnit,
     /// What they run over and what they cannot speak of, in words.
     pub scope: String,
-    /// Whether the units are paired: seeds by the number of those in common ([`super::do_pair`]), draws on the same
+    /// Whether the units are paired: seeds by the number of those in common ([`super::should_pair`]), draws on the same
     /// sets, clips by name.
     pub paired: bool,
     /// What was left out, and why.

@@ -1,7 +1,7 @@
 //! The difference of two sides' means over clips, with its 95 % interval.
 //!
 //! The unit is a seed, a draw of the observation's noise or a clip ([`IntervalUnit`]), never the frame. Whether both
-//! sides are paired is decided by what they have in common ([`do_pair`]), before any value is looked at: choosing the
+//! sides are paired is decided by what they have in common ([`should_pair`]), before any value is looked at: choosing the
 //! narrower interval would make a false alarm more frequent than it says. Units of one side alone are then left out,
 //! and the differences of the pairs are summarised like any values ([`mean_interval`]): Student's t. Else the sides are
 //! independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
@@ -97,13 +97,13 @@ const FEWEST_IN_COMMON: usize = 3;
 
 /// Whether runs of two sides with these seeds are paired: those of the same seeds, and those that have at least three
 /// in common and no more than as many others on either side.
-pub fn do_pair(base: &[u64], other: &[u64]) -> bool {
+pub fn should_pair(base: &[u64], other: &[u64]) -> bool {
     let common = base.iter().filter(|seed| other.contains(seed)).count();
     let most = base.len().max(other.len());
     common == most || (common >= FEWEST_IN_COMMON && 2 * common >= most)
 }
 
-/// The difference over these strata, with values of the same number paired or not ([`do_pair`]); those that one side
+/// The difference over these strata, with values of the same number paired or not ([`should_pair`]); those that one side
 /// lacks are then left out. `None` if a stratum lacks all values on either side, or there is none.
 pub fn difference(clips: &[ClipValues], paired: bool, unit: IntervalUnit) -> Option<Difference> {
     let found = if paired {
@@ -331,9 +331,9 @@ mod tests {
     #[test]
     fn pairs_are_decided_by_the_seeds_in_common_and_not_by_what_they_tell() {
         let (five, seven): (Vec<u64>, Vec<u64>) = ((0..5).collect(), (0..7).collect());
-        assert!(do_pair(&five, &seven) && do_pair(&five, &five) && do_pair(&[4], &[4]));
-        assert!(!do_pair(&five, &[5, 6, 7]) && !do_pair(&[0, 1, 2], &seven), "fewer than half");
-        assert!(!do_pair(&[0, 1, 2, 3], &[2, 3, 4, 5]), "two in common");
+        assert!(should_pair(&five, &seven) && should_pair(&five, &five) && should_pair(&[4], &[4]));
+        assert!(!should_pair(&five, &[5, 6, 7]) && !should_pair(&[0, 1, 2], &seven), "fewer than half");
+        assert!(!should_pair(&[0, 1, 2, 3], &[2, 3, 4, 5]), "two in common");
         // pairs that differ more than runs do: it was compared unpaired, after looking
         let opposite = [clip(&[1.0, 2.0, 3.0, 4.0, 5.0], &[5.0, 4.0, 3.0, 2.0, 1.0, 3.0, 3.0], 0)];
         assert_eq!((paired(&opposite).rule, paired(&opposite).runs), (DifferenceRule::PairedT, [5, 5]));

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::IntervalUnit;
-use super::difference::{ClipValues, Difference, difference, do_pair};
+use super::difference::{ClipValues, Difference, difference, should_pair};
 use super::measured_runs::{MeasuredClip, MeasuredRuns};
 use crate::interval::FEWEST_RUNS;
 use crate::mean;
@@ -97,7 +97,9 @@ impl<'a> MatchedRuns<'a> {
     /// Whether units are paired.
     pub(crate) fn paired(&self) -> bool {
         match self.unit {
-            IntervalUnit::Seeds => self.same_sets && (self.are_copies() || self.sets.iter().all(MatchedSet::do_pair)),
+            IntervalUnit::Seeds => {
+                self.same_sets && (self.are_copies() || self.sets.iter().all(MatchedSet::should_pair))
+            }
             IntervalUnit::Draws => self.same_sets,
             IntervalUnit::Clips => true,
         }
@@ -199,9 +201,9 @@ impl MatchedSet<'_> {
         self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(alone)
     }
 
-    fn do_pair(&self) -> bool {
+    fn should_pair(&self) -> bool {
         match (self.base.as_slice(), self.other.as_slice()) {
-            ([base], [other]) => do_pair(&base.seeds, &other.seeds),
+            ([base], [other]) => should_pair(&base.seeds, &other.seeds),
             _ => false,
         }
     }

@@ -30,7 +30,7 @@ pub use compare::{compare_runs, lost_tracks, shown_once};
 pub use compared::{
     AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,
 };
-pub use difference::{ClipValues, Difference, DifferenceRule, difference, do_pair};
+pub use difference::{ClipValues, Difference, DifferenceRule, difference, should_pair};
 pub use holm::holm;
 pub use interval_unit::IntervalUnit;
 pub(crate) use matched_runs::MatchedRuns;

@@ -13,7 +13,7 @@ use crate::{BenchmarkSet, silhouette_png};
 /// A folder that files are written into.
 pub(super) struct Folder<'a> {
     root: PathBuf,
-    watch: ExportWatch<'a>,
+    progress: ExportWatch<'a>,
 }
 
 /// A silhouette of the set.
@@ -25,8 +25,8 @@ pub(super) struct SetSilhouette {
 }
 
 impl<'a> Folder<'a> {
-    pub(super) fn new(root: &Path, watch: ExportWatch<'a>) -> Self {
-        Self { root: root.to_owned(), watch }
+    pub(super) fn new(root: &Path, progress: ExportWatch<'a>) -> Self {
+        Self { root: root.to_owned(), progress }
     }
 
     /// Writes a file that must not be there yet.
@@ -66,7 +66,7 @@ impl<'a> Folder<'a> {
     ) -> Result<(), SetError> {
         for frame in 0..set.blind.frame_count {
             for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
-                if (self.watch.stop)() {
+                if (self.progress.stop)() {
                     return Err(SetError::Stopped);
                 }
                 if !set.blind.has_image(camera, frame) {
@@ -77,7 +77,7 @@ impl<'a> Folder<'a> {
                 let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
                 take(&SetSilhouette { camera, frame, png, mask })?;
             }
-            (self.watch.tick)();
+            (self.progress.tick)();
         }
         Ok(())
     }

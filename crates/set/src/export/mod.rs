@@ -100,9 +100,14 @@ pub struct ExportWatch<'a> {
 /// # Errors
 /// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot
 /// hold, with the reason; errors of reading the set; [`SetError::Stopped`].
-pub fn export(set: &BenchmarkSet, format: ExportFormat, folder: &Path, watch: ExportWatch<'_>) -> Result<(), SetError> {
+pub fn export(
+    set: &BenchmarkSet,
+    format: ExportFormat,
+    folder: &Path,
+    progress: ExportWatch<'_>,
+) -> Result<(), SetError> {
     filming::refuse(set, format)?;
-    let folder = Folder::new(folder, watch);
+    let folder = Folder::new(folder, progress);
     match format {
         ExportFormat::Coco => coco::write(set, &folder),
         ExportFormat::OpenCv => opencv::write(set, &folder),

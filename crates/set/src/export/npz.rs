@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::folder::Folder;
 use crate::body::LANDMARKS;
-use crate::camera::{Camera, CameraRig, FilmingRig};
+use crate::camera::{Camera, CameraRig, TimedRig};
 use crate::npz::{Array, Npz};
 use crate::scene::{GroundTruth, TruthFrame};
 use crate::{BenchmarkSet, RigMoments, SetError, truth_file, views_file};
@@ -51,7 +51,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 }
 
 /// The cameras of every frame, and points where they were when they were exposed.
-fn push_filming(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &FilmingRig) {
+fn push_filming(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &TimedRig) {
     let views = views_file::to_npz(truth, filming);
     for array in ["joints_2d", "markers_2d"] {
         if let Some(pixels) = views.get(array) {

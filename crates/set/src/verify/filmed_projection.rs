@@ -7,7 +7,7 @@ use super::projection::{LEAST_MARKERS, LEAST_SHARE, SAMPLED_FRAMES, TOLERANCE_PX
 use super::{Fault, Outcome};
 use crate::blind::silhouette_path;
 use crate::body::LANDMARKS;
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::files::SetFiles;
 use crate::npz::Npz;
 use crate::parallel;
@@ -78,7 +78,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
 struct FilmedScene<'a> {
     files: &'a SetFiles,
     truth: &'a GroundTruth,
-    filming: &'a FilmingRig,
+    filming: &'a TimedRig,
     moments: &'a RigMoments,
     clock: &'a SceneClock<'a>,
     views: Option<&'a Npz>,

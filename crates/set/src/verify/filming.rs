@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 
 use super::Fault;
 use super::parts::ReadParts;
-use crate::camera::{FilmingRig, RigMoment};
+use crate::camera::{RigMoment, TimedRig};
 use crate::input::excerpt;
 use crate::observing::tracker_rig;
 use crate::{RigMoments, moments_file};
@@ -51,7 +51,7 @@ fn unsteady_times(moments: &RigMoments) -> Vec<String> {
     (0..moments.line_delay_s.len()).filter_map(of_camera).collect()
 }
 
-fn wrong_times(filming: &FilmingRig, found: &RigMoments, expected: &[RigMoment], camera: usize) -> Option<String> {
+fn wrong_times(filming: &TimedRig, found: &RigMoments, expected: &[RigMoment], camera: usize) -> Option<String> {
     let differs =
         |(found, expected): &(&RigMoment, &RigMoment)| match (found.exposed_s[camera], expected.exposed_s[camera]) {
             (None, None) => false,
@@ -72,13 +72,13 @@ fn wrong_times(filming: &FilmingRig, found: &RigMoments, expected: &[RigMoment],
     ))
 }
 
-fn wrong_delay(filming: &FilmingRig, found: &RigMoments, camera: usize) -> Option<String> {
+fn wrong_delay(filming: &TimedRig, found: &RigMoments, camera: usize) -> Option<String> {
     let (found, expected) = (found.line_delay_s[camera], filming.timing(camera).line_delay_s);
     let name = excerpt(&filming.rig().cameras[camera].name);
     (found != expected).then(|| format!("line_delay_s: camera {name:?} has {found}, truth/filming.json has {expected}"))
 }
 
-fn wrong_places(filming: &FilmingRig, found: &RigMoments, expected: &[RigMoment], camera: usize) -> Option<String> {
+fn wrong_places(filming: &TimedRig, found: &RigMoments, expected: &[RigMoment], camera: usize) -> Option<String> {
     let place = |frame: usize| &found.frames[frame].camera_from_world[camera];
     let known = |frame: usize| &expected[frame].camera_from_world[camera];
     let wrong: Vec<usize> = (0..expected.len()).filter(|frame| !is_same(place(*frame), known(*frame))).collect();

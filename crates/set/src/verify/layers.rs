@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, Thoroughness, but_for, surface};
+use super::{Fault, Outcome, VerifyOptions, but_for, surface};
 use crate::body::{DepthImage, Humanoid};
 use crate::camera::Camera;
 use crate::depth_png;
@@ -25,7 +25,7 @@ const TOLERANCE_PX: usize = 2;
 /// Joints lie inside the body: its surface is before them, and not farther than the thickest body is thick, metres.
 const THICKEST_M: f64 = 0.6;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
     if !files.paths().any(exr_layers::is_layer) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }

@@ -3,7 +3,7 @@
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
 use super::set_observer::SetObserver;
-use super::{Fault, Outcome, Thoroughness, but_for};
+use super::{Fault, Outcome, VerifyOptions, but_for};
 use crate::KEY_FILE;
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
@@ -18,7 +18,7 @@ use crate::silhouette_png;
 const EXPLAINED_PX: u64 = 2;
 const EXPLAINED_SHARE: f64 = 0.005;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
     let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;

@@ -114,7 +114,7 @@ pub struct Fault {
 
 /// How thorough a verification is, and who follows its progress.
 #[derive(Clone, Copy)]
-pub struct Thoroughness<'a> {
+pub struct VerifyOptions<'a> {
     /// Silhouettes and truth images of every so many frames are redrawn; at least 1.
     pub every: usize,
     /// Called for every frame that was redrawn.
@@ -123,7 +123,7 @@ pub struct Thoroughness<'a> {
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Default for Thoroughness<'_> {
+impl Default for VerifyOptions<'_> {
     fn default() -> Self {
         Self { every: 1, tick: &|| (), stop: &|| false }
     }
@@ -159,7 +159,7 @@ fn but_for(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) 
 /// # Errors
 /// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read, [`SetError::Malformed`]
 /// for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is no error but a fault.
-pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, SetError> {
+pub fn verify(directory: &Path, how: VerifyOptions<'_>) -> Result<Verification, SetError> {
     verify_place(directory.into(), how)
 }
 
@@ -168,7 +168,7 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
 /// # Errors
 /// As [`verify`]; [`SetError::NoTruth`] where the truth is needed and not given, [`SetError::OthersTruth`] where it is
 /// that of another set.
-pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verification, SetError> {
+pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verification, SetError> {
     let directory = set.folder;
     let own = SetFiles::open(directory)?;
     manifest::refuse_other_formats(directory)?;

@@ -4,7 +4,7 @@ use super::Fault;
 use super::arrays::{wrong_names, wrong_numbers};
 use crate::blind::silhouette_path;
 use crate::body::Motion;
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::files::SetFiles;
 use crate::manifest::{self, BlindManifest};
 use crate::npz::{Array, Npz};
@@ -26,7 +26,7 @@ pub(super) struct ReadParts {
     /// The cameras that saw the actor, where trackers are given others.
     pub(super) true_rig: Option<CameraRig>,
     /// How the cameras that saw the actor move and take their images, where they do not stand still.
-    filming: Option<FilmingRig>,
+    filming: Option<TimedRig>,
     /// What a tracker is told of that.
     pub(super) moments: Option<RigMoments>,
     pub(super) start: Option<Start>,
@@ -121,10 +121,10 @@ impl ReadParts {
     }
 
     /// How the true cameras film.
-    pub(super) fn filming(&self) -> Result<FilmingRig, String> {
+    pub(super) fn filming(&self) -> Result<TimedRig, String> {
         let (_, rig) = self.scene()?;
         match (self.is_filmed(), &self.filming) {
-            (false, _) => Ok(FilmingRig::from(rig)),
+            (false, _) => Ok(TimedRig::from(rig)),
             (true, Some(filming)) => Ok(filming.clone()),
             (true, None) => Err("not checked: truth/filming.json cannot be read".to_owned()),
         }

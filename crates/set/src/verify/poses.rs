@@ -7,7 +7,7 @@ use super::explanation::{Frame, explain};
 use super::parts::ReadParts;
 use super::{Fault, Outcome, start};
 use crate::body::{LANDMARKS, LinkFrames, Markers};
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::files::SetFiles;
 use crate::npz::{Npz, Values};
 use crate::parallel;
@@ -159,7 +159,7 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
 }
 
 /// Sights of joints and markers, those on the very border of the image left out.
-fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &FilmingRig) -> Vec<Fault> {
+fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &TimedRig) -> Vec<Fault> {
     let rig = filming.rig();
     if !files.has(views_file::PATH) {
         return Vec::new();
@@ -229,7 +229,7 @@ fn sights(frame: &TruthFrame) -> &Vec<[bool; LANDMARKS.len()]> {
 fn wrong_flags(
     truth: &GroundTruth,
     known: &GroundTruth,
-    filming: &FilmingRig,
+    filming: &TimedRig,
     index: usize,
     pick: Pick,
 ) -> Vec<(usize, usize)> {
@@ -246,7 +246,7 @@ fn wrong_flags(
 }
 
 /// Whether a camera of a frame has a point on the border of its image.
-fn is_on_border(filming: &FilmingRig, camera: usize, frame: &TruthFrame, point: &Point3<f64>) -> bool {
+fn is_on_border(filming: &TimedRig, camera: usize, frame: &TruthFrame, point: &Point3<f64>) -> bool {
     let camera = filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0));
     let Some(pixel) = camera.project(point) else { return false };
     let (width, height) = (f64::from(camera.pinhole.width), f64::from(camera.pinhole.height));

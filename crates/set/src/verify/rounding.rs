@@ -6,7 +6,7 @@
 use std::sync::OnceLock;
 
 use super::set_observer::SetObserver;
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::observing::{ObservationFacts, SilhouetteSource};
 use crate::raster::Mask;
 use crate::rng::KeyedSeed;
@@ -27,7 +27,7 @@ const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1
 /// differs: for most sets never.
 pub(super) struct Rounding<'a> {
     truth: &'a GroundTruth,
-    filming: &'a FilmingRig,
+    filming: &'a TimedRig,
     facts: ObservationFacts,
     seed: KeyedSeed,
     /// How far around a pixel more may differ.
@@ -38,7 +38,7 @@ pub(super) struct Rounding<'a> {
 impl<'a> Rounding<'a> {
     pub(super) fn new(
         truth: &'a GroundTruth,
-        filming: &'a FilmingRig,
+        filming: &'a TimedRig,
         facts: &ObservationFacts,
         seed: KeyedSeed,
     ) -> Self {

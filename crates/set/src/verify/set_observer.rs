@@ -1,6 +1,6 @@
 //! Observes a scene again as a set says that it was observed.
 
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::observation::Observation;
 use crate::observing::{CorruptedObserver, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource};
 use crate::rng::KeyedSeed;
@@ -16,7 +16,7 @@ pub(super) enum SetObserver<'a> {
 impl<'a> SetObserver<'a> {
     pub(super) fn new(
         truth: &'a GroundTruth,
-        filming: &FilmingRig,
+        filming: &TimedRig,
         facts: &ObservationFacts,
         seed: KeyedSeed,
     ) -> Result<Self, String> {

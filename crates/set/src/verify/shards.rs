@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, Thoroughness, but_for};
+use super::{Fault, Outcome, VerifyOptions, but_for};
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
@@ -35,7 +35,7 @@ enum Content {
     Facts { camera: usize, frame: usize },
 }
 
-pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
+pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
     let sides =
         [Some((own, &[OBSERVED, WITH_TRUTH][..])), complete.map(|complete| (complete, &[OBSERVED, WITH_TRUTH][..]))];
     let shards: Vec<(&SetFiles, &str, usize, usize)> = sides

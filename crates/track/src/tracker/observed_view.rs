@@ -11,7 +11,7 @@ use crate::raster::{
 
 /// How a body is compared with what was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ComparisonRoad {
+pub(super) enum ComparisonStrategy {
     /// A body of nothing but tapered capsules.
     Capsules,
     /// A body with a skin.
@@ -20,7 +20,7 @@ pub(super) enum ComparisonRoad {
     Masks,
 }
 
-impl ComparisonRoad {
+impl ComparisonStrategy {
     /// The fastest one that is open.
     pub(super) fn of(body: &Humanoid, settings: &SilhouetteSettings) -> Self {
         let is_capsule = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
@@ -81,14 +81,19 @@ impl ViewScratch {
 
 impl ObservedView {
     /// Prepares what `camera`, an ideal one, saw.
-    pub(super) fn new(camera: &Camera, observed: Mask, road: ComparisonRoad, settings: &SilhouetteSettings) -> Self {
+    pub(super) fn new(
+        camera: &Camera,
+        observed: Mask,
+        road: ComparisonStrategy,
+        settings: &SilhouetteSettings,
+    ) -> Self {
         let tau = settings.contour_reach * f64::from(camera.pinhole.height);
         let with_contour = settings.contour_weight > 0.0;
         let comparer = || SilhouetteComparer::new(&camera.pinhole, &observed, with_contour.then_some(tau));
         match road {
-            ComparisonRoad::Capsules => Self::Capsules(comparer()),
-            ComparisonRoad::Skin => Self::Skin(comparer()),
-            ComparisonRoad::Masks => {
+            ComparisonStrategy::Capsules => Self::Capsules(comparer()),
+            ComparisonStrategy::Skin => Self::Skin(comparer()),
+            ComparisonStrategy::Masks => {
                 let edge = with_contour.then(|| ObservedEdge::new(&observed, settings.contour, tau));
                 Self::Masks { observed, edge }
             }
@@ -180,7 +185,7 @@ mod tests {
     fn a_skin_compares_as_its_drawn_mask_does_but_for_distances_in_fixed_point() {
         let (body, rig) = (skinned(), ring(3, 4.0, [320, 240]));
         let settings = SilhouetteSettings::default();
-        assert_eq!(ComparisonRoad::of(&body, &settings), ComparisonRoad::Skin);
+        assert_eq!(ComparisonStrategy::of(&body, &settings), ComparisonStrategy::Skin);
         let seen = seen(&body, &MARCH.pose(&body, 0), &rig, 0);
         let mut scratch = ViewScratch::new(rig.cameras.iter());
         for frame in 0..8 {
@@ -192,7 +197,7 @@ mod tests {
                     let observed = ObservedView::new(camera, mask.clone(), road, &settings);
                     observed.compare(&body, &mut placed, camera, view, &mut scratch)
                 };
-                let (fast, drawn) = (by(ComparisonRoad::Skin), by(ComparisonRoad::Masks));
+                let (fast, drawn) = (by(ComparisonStrategy::Skin), by(ComparisonStrategy::Masks));
                 assert!(fast.overlap.union() > 1000 && fast.overlap == drawn.overlap, "{fast:?} {drawn:?}");
                 let (fast, drawn) = (fast.contour.unwrap(), drawn.contour.unwrap());
                 assert!((fast - drawn).abs() < 1e-5, "{fast} {drawn}");

@@ -7,7 +7,7 @@ use super::calibration::OutlineImportance;
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
 use super::limb_insides::LimbInsides;
 use super::limb_sides::LimbSides;
-use super::observed_view::{ComparisonRoad, ObservedView, ViewScratch};
+use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::{Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
@@ -35,7 +35,7 @@ pub struct SilhouetteLikelihood {
     settings: SilhouetteSettings,
     views: Vec<ObservedCamera>,
     /// How the body is compared with what was seen.
-    road: ComparisonRoad,
+    road: ComparisonStrategy,
     /// What a descent needs; `None` unless descent is used.
     outline: Option<BodyOutline>,
     /// What each place of the body counts in a descent.
@@ -84,7 +84,7 @@ impl SilhouetteLikelihood {
         if rig.cameras.is_empty() {
             return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
         }
-        let road = ComparisonRoad::of(&body, &settings);
+        let road = ComparisonStrategy::of(&body, &settings);
         let views =
             parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], road, &settings));
         Ok(Self { body, settings, views, road, outline: None, importance: OutlineImportance::default() })
@@ -130,7 +130,7 @@ impl Likelihood for SilhouetteLikelihood {
     type Scratch = LikelihoodScratch;
 
     fn scratch(&self) -> LikelihoodScratch {
-        let painted = if self.road == ComparisonRoad::Masks { self.views.iter() } else { [].iter() };
+        let painted = if self.road == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
         let compare = CompareBuffers { views, limbs: Vec::new() };
         LikelihoodScratch { placed: PlacedBody::default(), compare, descent: None }
@@ -246,7 +246,7 @@ impl SilhouetteLikelihood {
     /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules
     /// are afterwards those in its frame.
     pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
-        if self.road == ComparisonRoad::Skin {
+        if self.road == ComparisonStrategy::Skin {
             placed.deform(&self.body);
         }
         let (mut sum, mut count) = (0.0, 0.0);
@@ -263,12 +263,12 @@ impl SilhouetteLikelihood {
     /// or silhouettes are drawn in another way.
     pub(super) fn capsules_camera(&self) -> Option<&Camera> {
         let last = self.views.iter().rfind(|view| view.has_image);
-        last.filter(|_| self.road == ComparisonRoad::Capsules).map(|view| &view.camera)
+        last.filter(|_| self.road == ComparisonStrategy::Capsules).map(|view| &view.camera)
     }
 }
 
 impl ObservedCamera {
-    fn new(camera: &Camera, road: ComparisonRoad, settings: &SilhouetteSettings) -> Self {
+    fn new(camera: &Camera, road: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
@@ -277,7 +277,7 @@ impl ObservedCamera {
         Self { camera, has_image: true, rectification, shown, observed, insides: None, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, road: ComparisonRoad, descends: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, road: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.insides = (settings.silhouette == SilhouetteTerm::Sampled).then(|| LimbInsides::new(pinhole, &ideal));

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::{ImageSettings, Observer, SceneCamera};
 use crate::body::{DepthImage, LinkFrames, SurfacePixel};
-use crate::camera::{Camera, CameraRig, FilmingRig};
+use crate::camera::{Camera, CameraRig, TimedRig};
 use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
@@ -58,13 +58,13 @@ pub struct LayerObserver<'a> {
 impl<'a> LayerObserver<'a> {
     /// An observer through camera `index` of `rig`, which the rig must have, and which stands still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, index: usize, wanted: WantedLayers) -> Self {
-        Self::from_filming(truth, &FilmingRig::from(rig), index, wanted)
+        Self::from_filming(truth, &TimedRig::from(rig), index, wanted)
     }
 
     /// An observer through camera `index` of a rig, which the rig must have, and which may move and take its images at
     /// times of its own. Flow and coverage are those of a shutter that exposes all rows at once, brightness of a rig
     /// that stands still.
-    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig, index: usize, wanted: WantedLayers) -> Self {
+    pub fn from_filming(truth: &'a GroundTruth, filming: &TimedRig, index: usize, wanted: WantedLayers) -> Self {
         let rig = filming.rig();
         let alone = |camera: Camera| filming.alone(index, camera);
         let scene = wanted.colour.map(|(settings, seed)| SceneCamera::from_one(truth, rig, index, &settings, seed));

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::eye::Eye;
 use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::Mask;
@@ -26,7 +26,7 @@ pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Obse
 /// for all frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
-    filming: FilmingRig,
+    filming: TimedRig,
     clock: SceneClock<'a>,
     /// Depth images of the props for every camera that stands still; none without props.
     screens: Vec<Option<DepthImage>>,
@@ -49,11 +49,11 @@ pub(super) struct Look<'o, 'a> {
 impl<'a> Observer<'a> {
     /// An observer of `truth` through the cameras of `rig`, which stand still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig) -> Self {
-        Self::from_filming(truth, &FilmingRig::from(rig))
+        Self::from_filming(truth, &TimedRig::from(rig))
     }
 
     /// An observer of `truth` through cameras that may move and take their images at times of their own.
-    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig) -> Self {
+    pub fn from_filming(truth: &'a GroundTruth, filming: &TimedRig) -> Self {
         let cameras = filming.rig().cameras.iter().enumerate();
         let mut eyes: Vec<_> = cameras.map(|(index, camera)| Eye::new(camera, filming.is_rolling(index))).collect();
         let screen = |(index, eye): (usize, &mut Eye)| {
@@ -119,7 +119,7 @@ impl<'a> Observer<'a> {
     }
 
     /// How the cameras film.
-    pub(super) fn filming(&self) -> &FilmingRig {
+    pub(super) fn filming(&self) -> &TimedRig {
         &self.filming
     }
 

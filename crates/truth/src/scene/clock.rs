@@ -2,7 +2,7 @@
 
 use super::GroundTruth;
 use crate::body::{LinkFrames, Motion};
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 
 /// Who is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub struct SceneClock<'a> {
 
 impl<'a> SceneClock<'a> {
     /// Of a truth that `filming` sees.
-    pub fn new(truth: &'a GroundTruth, filming: &FilmingRig) -> Self {
+    pub fn new(truth: &'a GroundTruth, filming: &TimedRig) -> Self {
         let motions = match filming.leaves_frames() {
             true => std::iter::once(truth.motion().made_continuous(&truth.actor))
                 .chain(truth.distractors.iter().map(|other| other.continuous_motion(truth.frames_per_second)))

@@ -3,7 +3,7 @@
 use super::truth::MarkerFlags;
 use super::{Distractor, GroundTruth, SceneClock, SceneError, Shot, Sight};
 use crate::body::{Humanoid, LANDMARKS, Motion, Prop};
-use crate::camera::FilmingRig;
+use crate::camera::TimedRig;
 use crate::parallel;
 
 impl GroundTruth {
@@ -16,7 +16,7 @@ impl GroundTruth {
     pub fn filmed(
         actor: Humanoid,
         motion: &Motion,
-        filming: &FilmingRig,
+        filming: &TimedRig,
         props: Vec<Prop>,
         distractors: Vec<Distractor>,
     ) -> Result<Self, SceneError> {
@@ -37,7 +37,7 @@ impl GroundTruth {
 
     /// Numbers of the frames in which no camera has any joint or marker in its image; whether it takes an image then or
     /// not.
-    pub fn unfilmed_frames(&self, filming: &FilmingRig) -> Vec<usize> {
+    pub fn unfilmed_frames(&self, filming: &TimedRig) -> Vec<usize> {
         if filming.is_still() {
             return self.unseen_frames(filming.rig());
         }
@@ -50,7 +50,7 @@ impl GroundTruth {
     }
 }
 
-fn views(clock: &SceneClock<'_>, filming: &FilmingRig, frame: usize) -> (MarkerFlags, MarkerFlags) {
+fn views(clock: &SceneClock<'_>, filming: &TimedRig, frame: usize) -> (MarkerFlags, MarkerFlags) {
     let of_camera = |camera: usize| {
         let mut shot = Shot::new(clock, filming, camera, frame);
         let mut sight = |marker| shot.as_mut().and_then(|shot| shot.marker(marker)).map(|seen| seen.sight);
@@ -68,7 +68,7 @@ mod tests {
     use crate::test_cameras::rig;
 
     fn filmed(timings: Vec<CameraTiming>) -> GroundTruth {
-        let filming = FilmingRig::new(rig(), Vec::new(), timings).unwrap();
+        let filming = TimedRig::new(rig(), Vec::new(), timings).unwrap();
         GroundTruth::filmed(person(), &walk(8), &filming, Vec::new(), Vec::new()).unwrap()
     }
 
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn a_rolling_shutter_shows_a_point_in_the_row_that_is_exposed_when_the_point_is_in_it() {
         let rolling = CameraTiming { line_delay_s: 1e-4, ..CameraTiming::default() };
-        let filming = FilmingRig::new(rig(), Vec::new(), vec![rolling; 3]).unwrap();
+        let filming = TimedRig::new(rig(), Vec::new(), vec![rolling; 3]).unwrap();
         let truth = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
         let clock = SceneClock::new(&truth, &filming);
         let CameraRig { cameras } = rig();

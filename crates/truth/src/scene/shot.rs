@@ -8,7 +8,7 @@ use nalgebra::{Point2, Point3};
 use super::clock::SceneFigure;
 use super::{Occluders, SceneClock, Sight};
 use crate::body::LinkFrames;
-use crate::camera::{Camera, FilmingRig};
+use crate::camera::{Camera, TimedRig};
 
 /// How often the row in which a point is seen is looked for anew: the motion of a body between rows is so small that
 /// two or three times suffice.
@@ -32,7 +32,7 @@ pub struct ShotPoint {
 /// exposed.
 pub struct Shot<'a> {
     clock: &'a SceneClock<'a>,
-    filming: &'a FilmingRig,
+    filming: &'a TimedRig,
     camera: usize,
     frame: usize,
     /// What was needed so far, by rows.
@@ -50,7 +50,7 @@ struct ExposedRow<'a> {
 
 impl<'a> Shot<'a> {
     /// The image of a camera and a frame, which rig and truth must have; `None` where the camera takes none.
-    pub fn new(clock: &'a SceneClock<'a>, filming: &'a FilmingRig, camera: usize, frame: usize) -> Option<Self> {
+    pub fn new(clock: &'a SceneClock<'a>, filming: &'a TimedRig, camera: usize, frame: usize) -> Option<Self> {
         filming.has_image(camera, frame).then(|| Self { clock, filming, camera, frame, rows: BTreeMap::new() })
     }
 

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::mesh::{SkinError, SkinMesh};
 use super::{gltf_file, weights_file};
 use crate::body::{LANDMARKS, mesh_from_bytes};
-use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_ours, limits};
+use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_own_output, limits};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -125,7 +125,7 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
         malformed(format!("line {line}: {}", foreign_about(text.as_bytes(), e.message())))
     })?;
     if record.schema != "skiagraph.skin/1" {
-        let found = if is_ours(text.as_bytes()) { excerpt(&record.schema) } else { "another".to_owned() };
+        let found = if is_own_output(text.as_bytes()) { excerpt(&record.schema) } else { "another".to_owned() };
         return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {found:?}")));
     }
     if !(record.metres_per_unit > 0.0 && record.metres_per_unit <= 1000.0) {

@@ -153,7 +153,7 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
 #[test]
 fn the_road_over_capsules_and_the_road_over_masks_meet() {
     let settings = SilhouetteSettings::default();
-    let mut roads = [ComparisonRoad::Capsules, ComparisonRoad::Masks].map(|road| {
+    let mut roads = [ComparisonStrategy::Capsules, ComparisonStrategy::Masks].map(|road| {
         let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();
         likelihood.road = road;
         likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();

@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
 use crate::body::Humanoid;
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::observation::Observation;
 use crate::observing::Observer;
 use crate::observing::light::{GroundPixels, Sun};
@@ -20,7 +20,7 @@ pub struct CorruptedObserver<'a> {
     /// Its cameras take their images when the corrupted ones do.
     observer: Observer<'a>,
     /// How the cameras are said to film.
-    filming: FilmingRig,
+    filming: TimedRig,
     corruption: Corruption,
     seed: KeyedSeed,
     /// The actor without one limb each, where limbs go missing.
@@ -38,14 +38,14 @@ struct Shadow {
 impl<'a> CorruptedObserver<'a> {
     /// An observer of `truth` through the cameras of `rig`, which are the true ones and stand still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, corruption: Corruption, seed: impl Into<KeyedSeed>) -> Self {
-        Self::from_filming(truth, &FilmingRig::from(rig), corruption, seed)
+        Self::from_filming(truth, &TimedRig::from(rig), corruption, seed)
     }
 
     /// An observer of `truth` through the true cameras, which may move and take their images at times of their own. The
     /// axes of time come on top of those.
     pub fn from_filming(
         truth: &'a GroundTruth,
-        filming: &FilmingRig,
+        filming: &TimedRig,
         corruption: Corruption,
         seed: impl Into<KeyedSeed>,
     ) -> Self {

@@ -5,13 +5,13 @@ use std::path::Path;
 use nalgebra::{Unit, Vector3};
 
 use super::contact_facts;
+use super::distractors::{SceneDistractors, distractors};
 use super::error::scenario_error;
 use super::filming::{self, filming, moments};
 use super::mismatch_seed::mismatch_seed;
-use super::passers_by::{Passers, passers_by};
 use super::people::{another_adult, of_its_mass};
-use super::performance::{Performance, Recordings};
-use super::performed::{plant_feet_if_asked, refit};
+use super::retargeted_motion::{Recordings, RetargetedMotion};
+use super::retargeting::{plant_feet_if_asked, refit};
 use super::rig::rig;
 use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
@@ -21,7 +21,7 @@ use crate::benchmark_set::{
     TruthFacts,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion};
-use crate::camera::{CameraRig, FilmingRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
 use crate::motion_model::MotionModelError;
@@ -37,13 +37,13 @@ use crate::scene::GroundTruth;
 
 /// A scenario whose files are read: ready to be drawn.
 #[derive(Clone, Debug)]
-pub struct Staged {
+pub struct PreparedScene {
     /// Whose motion, in words.
     pub clip: String,
     /// The true cameras; those that move as they are in frame 0.
     pub rig: CameraRig,
     /// How they move and take their images.
-    pub filming: FilmingRig,
+    pub filming: TimedRig,
     /// What a tracker is told of them in every frame; `None` where all stand still and take an image of every frame at
     /// its time.
     pub moments: Option<RigMoments>,
@@ -73,7 +73,7 @@ pub struct Staged {
     pub notes: Vec<String>,
 }
 
-impl Staged {
+impl PreparedScene {
     /// Reads what the scenario names. Clips that are named without a path are looked for below `mocap_directory`.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Staged {
         let (tracker_template, notes_of_tracker) =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
-        let Performance { retargeted: mut performed, seams, pace } =
+        let RetargetedMotion { retargeted: mut performed, seams, pace } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         performed.humanoid = performed.humanoid.with_masses_of_skin();
         let contact = apply_contact(file, &mut performed, &pace)?;
@@ -107,7 +107,7 @@ impl Staged {
             ),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
-                let Performance { retargeted: mut own, pace, .. } =
+                let RetargetedMotion { retargeted: mut own, pace, .. } =
                     recordings.performed_by(file, robot, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
@@ -122,7 +122,7 @@ impl Staged {
         let rig = filming.rig().clone();
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = performed.motion.poses.len();
-        let Passers { distractors, notes: other_notes } = passers_by(file, frames, mocap_directory)?;
+        let SceneDistractors { distractors, notes: other_notes } = distractors(file, frames, mocap_directory)?;
         let ground_truth = GroundTruth::filmed(performed.humanoid, &performed.motion, &filming, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {

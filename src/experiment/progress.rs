@@ -26,7 +26,7 @@ pub enum Stage {
 }
 
 /// Observes an experiment, from any thread.
-pub trait Watch: Sync {
+pub trait Progress: Sync {
     /// A stage of so many frames begins.
     fn begin(&self, stage: Stage, frames: usize);
 
@@ -50,9 +50,9 @@ pub trait Watch: Sync {
 
 /// No progress output and no interruption.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Unwatched;
+pub struct NoProgress;
 
-impl Watch for Unwatched {
+impl Progress for NoProgress {
     fn begin(&self, _: Stage, _: usize) {}
 
     fn advance(&self) {}
@@ -63,7 +63,7 @@ impl Watch for Unwatched {
 }
 
 /// One more frame is done; an error if the work should stop.
-pub(super) fn advance(watch: &dyn Watch) -> Result<(), ExperimentError> {
-    watch.advance();
-    if watch.interrupted() { Err(ExperimentError::Interrupted) } else { Ok(()) }
+pub(super) fn advance(progress: &dyn Progress) -> Result<(), ExperimentError> {
+    progress.advance();
+    if progress.interrupted() { Err(ExperimentError::Interrupted) } else { Ok(()) }
 }

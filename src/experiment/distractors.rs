@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::performance::{Performance, Recordings};
+use super::retargeted_motion::{Recordings, RetargetedMotion};
 use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, error::scenario_error};
@@ -12,7 +12,7 @@ use crate::scene::Distractor;
 
 /// The other people of a scene.
 #[derive(Default)]
-pub(super) struct Passers {
+pub(super) struct SceneDistractors {
     /// One a table.
     pub(super) distractors: Vec<Distractor>,
     /// What a user should know of them.
@@ -23,12 +23,12 @@ pub(super) struct Passers {
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file or key.
-pub(super) fn passers_by(
+pub(super) fn distractors(
     file: &ScenarioFile,
     frames: usize,
     mocap_directory: Option<&Path>,
-) -> Result<Passers, ExperimentError> {
-    let mut passers = Passers::default();
+) -> Result<SceneDistractors, ExperimentError> {
+    let mut passers = SceneDistractors::default();
     for (index, settings) in file.scenario.distractor.iter().enumerate() {
         let (table, name) = (format!("distractor[{index}]"), settings.name.clone());
         let name = name.unwrap_or_else(|| format!("distractor{index:02}"));
@@ -69,7 +69,7 @@ fn passer_by(
     let key = format!("{table}.robot");
     let (template, skin_notes) = dressed(file, table, template, settings.skin.as_ref(), SkinBlending::Linear)?;
     let recordings = Recordings::load(&alone, &format!("{table}.motion"), &motion, mocap_directory)?;
-    let Performance { retargeted, .. } = recordings.performed_by(&alone, (&key, &settings.robot), &template)?;
+    let RetargetedMotion { retargeted, .. } = recordings.performed_by(&alone, (&key, &settings.robot), &template)?;
     let poses = retargeted.motion.poses;
     let skin_notes = skin_notes.into_iter().map(|note| format!("skin: {note}"));
     let notes = skin_notes.chain(retargeted.report.notes).collect();

@@ -28,7 +28,7 @@ pub(crate) enum ResultKind {
 }
 
 /// Whether `path` is a directory that holds nothing but a result of that kind; an empty one may be replaced too.
-pub(crate) fn is_ours(path: &Path, kind: ResultKind) -> bool {
+pub(crate) fn is_own_output(path: &Path, kind: ResultKind) -> bool {
     if path.is_symlink() || !path.is_dir() {
         return false;
     }
@@ -55,7 +55,7 @@ fn holds_figures_alone(folder: &Path) -> bool {
 
 /// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its
 /// mark.
-pub(crate) fn is_file_of_ours(path: &Path) -> bool {
+pub(crate) fn is_own_file(path: &Path) -> bool {
     let Some(head) = head(path) else { return false };
     let text = String::from_utf8_lossy(&head);
     let marked = match text.trim_start().as_bytes() {
@@ -105,10 +105,10 @@ mod tests {
     #[test]
     fn a_run_is_ours_once_it_is_listed_and_never_for_its_names() {
         let run = folder(&[("track.json", "{}"), ("poses.npz", "years of work")]);
-        assert!(!is_ours(run.path(), ResultKind::Run));
+        assert!(!is_own_output(run.path(), ResultKind::Run));
         ownership::sign(run.path()).unwrap();
-        assert!(is_ours(run.path(), ResultKind::Run) && !is_ours(run.path(), ResultKind::Set));
-        assert!(is_ours(folder(&[]).path(), ResultKind::Run), "an empty directory is nobody's loss");
+        assert!(is_own_output(run.path(), ResultKind::Run) && !is_own_output(run.path(), ResultKind::Set));
+        assert!(is_own_output(folder(&[]).path(), ResultKind::Run), "an empty directory is nobody's loss");
     }
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
             ("walk.model", "PK not really"),
             ("empty", ""),
         ]);
-        let ours = |name: &str| is_file_of_ours(&root.path().join(name));
+        let ours = |name: &str| is_own_file(&root.path().join(name));
         for name in ["page.html", "study.md", "chart.svg", "skiagraph.1", "run.json"] {
             assert!(ours(name), "{name}");
         }

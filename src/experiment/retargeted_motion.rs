@@ -5,8 +5,8 @@ use std::path::Path;
 use super::clip_file;
 use super::error::scenario_error;
 use super::people::given_to_person;
-use super::performed::retargeted;
 use super::placement::place;
+use super::retargeting::retargeted;
 use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
@@ -25,7 +25,7 @@ pub(super) struct Recordings<'a> {
 }
 
 /// A motion of a robot, edited.
-pub(super) struct Performance {
+pub(super) struct RetargetedMotion {
     /// With the body of the first take's subject.
     pub(super) retargeted: Retargeted,
     /// Where takes were joined.
@@ -70,7 +70,7 @@ impl<'a> Recordings<'a> {
         file: &ScenarioFile,
         robot: (&str, &str),
         template: &Humanoid,
-    ) -> Result<Performance, ExperimentError> {
+    ) -> Result<RetargetedMotion, ExperimentError> {
         let mut first: Option<Retargeted> = None;
         let (mut takes, mut seams) = (Vec::new(), Vec::new());
         for (table, settings, recording) in &self.takes {
@@ -109,7 +109,7 @@ impl<'a> Recordings<'a> {
             at(file, self.takes.get(index).map_or(&self.table, |(table, ..)| table), "clip")(error)
         })?;
         let pace = self.pace(&made);
-        self.edit(file, Performance { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
+        self.edit(file, RetargetedMotion { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
     }
 
     /// How many times as fast as recorded each frame is, before it is varied.
@@ -125,11 +125,11 @@ impl<'a> Recordings<'a> {
     fn edit(
         &self,
         file: &ScenarioFile,
-        performance: Performance,
+        performance: RetargetedMotion,
         mut made: Joined,
-    ) -> Result<Performance, ExperimentError> {
+    ) -> Result<RetargetedMotion, ExperimentError> {
         let settings = self.settings;
-        let Performance { mut retargeted, mut pace, .. } = performance;
+        let RetargetedMotion { mut retargeted, mut pace, .. } = performance;
         if let Some(v) = &settings.variation {
             let variation = Variation {
                 seed: u64::from(v.seed),
@@ -169,7 +169,7 @@ impl<'a> Recordings<'a> {
             .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
         retargeted.motion = made.motion;
         retargeted.report.notes.extend(made.seams.iter().map(in_words));
-        Ok(Performance { retargeted, seams: made.seams, pace })
+        Ok(RetargetedMotion { retargeted, seams: made.seams, pace })
     }
 
     fn join(&self) -> JoinSettings {
