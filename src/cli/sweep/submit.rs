@@ -10,8 +10,8 @@ use crate::experiment::sweep::{PlannedSweep, SubmitOptions, submit};
 
 /// Submit a sweep to a Slurm cluster
 ///
-/// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and a job that waits for it,
-/// submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
+/// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and a job that waits for
+/// it, submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep submit sweeps/mine --dry-run\n  \
                         skiagraph sweep submit sweeps/mine -- --partition=cpu --mem=2G\n\n\

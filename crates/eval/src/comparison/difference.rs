@@ -1,11 +1,11 @@
 //! The difference of two sides' means over clips, with its 95 % interval.
 //!
 //! The unit is a seed, a draw of the observation's noise or a clip ([`IntervalUnit`]), never the frame. Whether both
-//! sides are paired is decided by what they have in common ([`should_pair`]), before any value is looked at: choosing the
-//! narrower interval would make a false alarm more frequent than it says. Units of one side alone are then left out,
-//! and the differences of the pairs are summarised like any values ([`mean_interval`]): Student's t. Else the sides are
-//! independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
-//! Welch's (`[Welch 1938]`).
+//! sides are paired is decided by what they have in common ([`should_pair`]), before any value is looked at: choosing
+//! the narrower interval would make a false alarm more frequent than it says. Units of one side alone are then left
+//! out, and the differences of the pairs are summarised like any values ([`mean_interval`]): Student's t. Else the
+//! sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose
+//! interval is Welch's (`[Welch 1938]`).
 
 use std::fmt;
 
@@ -103,8 +103,8 @@ pub fn should_pair(base: &[u64], other: &[u64]) -> bool {
     common == most || (common >= FEWEST_IN_COMMON && 2 * common >= most)
 }
 
-/// The difference over these strata, with values of the same number paired or not ([`should_pair`]); those that one side
-/// lacks are then left out. `None` if a stratum lacks all values on either side, or there is none.
+/// The difference over these strata, with values of the same number paired or not ([`should_pair`]); those that one
+/// side lacks are then left out. `None` if a stratum lacks all values on either side, or there is none.
 pub fn difference(clips: &[ClipValues], paired: bool, unit: IntervalUnit) -> Option<Difference> {
     let found = if paired {
         let common: Vec<ClipValues> = clips.iter().map(ClipValues::in_common).collect();
