@@ -43,7 +43,7 @@ enum BaselineAction {
         /// noise, or 5 clips
         #[arg(value_name = "RUN", required = true)]
         runs: Vec<PathBuf>,
-        /// Rename an existing file that skiagraph did not write to NAME.json~
+        /// Rename an existing file to NAME.json~ if skiagraph did not write it
         #[arg(long)]
         force: bool,
     },

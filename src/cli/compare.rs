@@ -16,17 +16,17 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
 /// RUN is the directory of a run, or a directory of runs (clips, draws of their noise, several seeds). All are compared
-/// with the first. If there is a single RUN, the runs in it are compared with each other: the methods of a scenario.
-/// With --vs, all RUN before it are one side, and all after it the other.
+/// with the first. If a single RUN is given, the runs in it (the methods of a scenario) are compared with each other.
+/// With --vs, all RUN before it are one side and all after it the other.
 ///
-/// Intervals run over clips, each the mean of its draws and seeds, where both sides have three in common; else over
-/// draws of the observation's noise, three or more of every clip; else over seeds. Never over frames. The answer says
-/// what they cannot speak of. They are Student's or Welch's t; there is none below three values.
+/// Intervals are over clips (each the mean of its draws and seeds) if both sides have at least three in common;
+/// otherwise over draws of the observation noise, at least three per clip; otherwise over seeds; never over frames. The
+/// output states what the intervals do not cover. They are Student's or Welch's t, and need at least three values.
 ///
-/// Seeds are paired if the sides have at least three in common in every set, and at least half of those of the side
-/// with more; or the same. Seeds of one side are then left out. Nothing else decides it. Runs that are the same to the
-/// bit are one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the
-/// body is compared by itself.
+/// Seeds are paired if the sides have the same seeds, or share at least three in every set and at least half of those
+/// of the side with more; other seeds are then left out. The rule does not look at the values. Bit-identical runs are
+/// one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the body is
+/// compared separately.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \
@@ -40,11 +40,11 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
 
-    /// Directories of runs that are the other side all together; those before are the base
+    /// Directories of runs that together are the other side; those before --vs together are the base
     #[arg(long, value_name = "RUN", num_args = 1..)]
     vs: Vec<PathBuf>,
 
-    /// What intervals run over: seeds, draws or clips [default: the last of these of which there are three]
+    /// Unit of the intervals: seeds, draws or clips [default: the last of these with at least three]
     #[arg(long, value_name = "UNIT")]
     unit: Option<IntervalUnit>,
 
@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 
-    /// Move an existing FILE that skiagraph did not write aside, to FILE~
+    /// Move an existing FILE aside, to FILE~, if skiagraph did not write it
     #[arg(long)]
     force: bool,
 }

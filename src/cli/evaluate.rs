@@ -20,22 +20,22 @@ use crate::mocap::UpAxis;
 /// .trc, .c3d or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go
 /// beside it, into NAME-evaluation; files that skiagraph did not write are never changed.
 ///
-/// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
-/// markers, joints or links of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" =
-/// "left_knee"; names that it leaves out count as they are. In BVH files joints go before the markers that lie on them.
-/// Frames that a CSV file with frame numbers leaves out are lost.
+/// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
+/// HumanEva's markers, or joints or links of the set's body. --joint-map maps other names: a TOML file with lines such
+/// as "LKnee" = "left_knee"; unmapped names are used unchanged. In BVH files a name that is both a joint and a marker
+/// is the joint. Frames missing from a CSV file with frame numbers are lost.
 ///
 /// Keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and SMPL are known by their names too.
 ///
-/// Units and axes are metres, Z up, unless the file or --units, --up and --axes declare others; TRC declares its units
-/// and is Y up. A body of an impossible size is refused: its units are wrong. So are joint angles that several joints
-/// could only have in degrees, unless --angles says what they are. A line says what was declared and what was assumed,
-/// and if most of the error would go away with other axes, units, sides, frames, names or another origin, the result
-/// begins with that and the option to give.
+/// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
+/// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
+/// look like degrees are refused unless --angles states their unit. The output states what was declared and what was
+/// assumed. If other axes, units, sides, frame numbers, names or another origin would remove most of the error, the
+/// result begins with a hint that names the option to use.
 ///
 /// Another program's .npz needs fps and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
-/// estimate. Arrays begin with an axis of seeds, or with that of frames where there is one repetition.
+/// estimate. The first axis of an array is the seed; it may be omitted if there is one repetition.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
@@ -77,8 +77,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     swap_sides: bool,
 
-    /// Add N to the frame numbers: the file's frame 0 is the set's frame N (N < 0: an estimate that is late). Frames
-    /// outside the set are dropped, frames of the set that are left over are lost
+    /// Add N to the frame numbers: the file's frame 0 is the set's frame N (N < 0 for an estimate that is late). Frames
+    /// outside the set are dropped; frames of the set without an estimate are lost
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(i64).range(-10_000_000..=10_000_000))]
     shift: Option<i64>,
 
@@ -98,7 +98,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Move what the same command did not make aside, to NAME~
+    /// Move existing output of another command aside, to NAME~
     #[arg(long)]
     force: bool,
 

@@ -12,8 +12,8 @@ use crate::scenario::{NamedOnCommandLine, ScenarioFile};
 /// Where files that a file names may lie.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct FileAccess {
-    /// Let files name files anywhere: without it, only below their own folder or project (the nearest folder above with
-    /// .git or skiagraph.project), and what is named here
+    /// Allow files to refer to files anywhere. By default they may refer only to files below their own folder or
+    /// project (the nearest parent folder with .git or skiagraph.project) and to files named on the command line
     #[arg(long)]
     pub(super) allow_outside: bool,
 }

@@ -25,9 +25,9 @@ use crate::report::GateReport;
 /// tracker that draws no random numbers is gated over draws of the observation's noise (sets rendered with other values
 /// of observation.seed), 5 of every clip, or over 5 clips; --unit chooses.
 ///
-/// Metrics of the truth must not change at all. Errors leave out what has no estimate; therefore coverage must not fall
-/// by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of several
-/// metrics and clips; scenarios/README.md lists its keys.
+/// Metrics of the truth must not change. Errors are means over markers with an estimate; therefore coverage must not
+/// fall by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of
+/// several metrics and clips; scenarios/README.md lists its keys.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --add-seeds 10\n  \
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", default_value = BASELINES)]
     baselines: PathBuf,
 
-    /// By how much the metric may worsen: 2mm, 1.5deg, 0.02, or 5% of the baseline
+    /// Largest allowed worsening of the metric: 2mm, 1.5deg, 0.02, or 5% of the baseline
     #[arg(long, value_name = "MARGIN", allow_hyphen_values = true)]
     margin: Option<Margin>,
 
@@ -60,7 +60,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     rules: Option<PathBuf>,
 
-    /// What intervals run over: seeds, draws or clips [default: the first of which there are enough]
+    /// Unit of the intervals: seeds, draws or clips [default: the first of these with enough]
     #[arg(long, value_name = "UNIT")]
     unit: Option<IntervalUnit>,
 
@@ -68,8 +68,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     other_seeds: bool,
 
-    /// Run the seeds of the baseline that the run lacks, at most N; if the gate is inconclusive then, run N further
-    /// seeds of the same tracker on the same set, and ask again
+    /// Run the baseline's seeds that the run lacks, at most N; if the gate is then inconclusive, run N further seeds of
+    /// the same tracker on the same set and repeat the gate
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     add_seeds: Option<u32>,
 
@@ -108,7 +108,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     markdown: bool,
 
-    /// Move an existing JUnit FILE that skiagraph did not write aside, to FILE~
+    /// Move an existing JUnit FILE aside, to FILE~, if skiagraph did not write it
     #[arg(long)]
     force: bool,
 }

@@ -47,10 +47,10 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write pictures. Of a set an HTML page: every camera's frames with the true skeleton, layers, the rig from above;
-    /// of a model an HTML page: latent spaces, errors over frames, distances between frames; of a
-    /// robot, recording or skin a picture, .png, or a page, .html: turned about, in some poses, limits of its joints;
-    /// with --contacts a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
+    /// Write pictures. For a set, an HTML page: every camera's frames with the true skeleton, layers, the rig from
+    /// above. For a model, an HTML page: latent spaces, errors over frames, distances between frames. For a robot,
+    /// recording or skin, a picture (.png) or page (.html) from several sides, in some poses, with joint limits. With
+    /// --contacts, a chart (.svg or .html). For a scenario, a strip of its motion with stances and transitions (.png)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -58,12 +58,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "M")]
     pub(super) metres_per_unit: Option<f64>,
 
-    /// What to draw of a robot: its file's geometry, or capsules from joint to joint, as `solids = "from_joints"` of a
-    /// scenario's body does [default: urdf]
+    /// Solids of a robot to draw: the geometry in its file, or capsules between joints as with `solids = "from_joints"`
+    /// in a scenario [default: urdf]
     #[arg(long, value_name = "SOURCE")]
     solids: Option<ShownSolids>,
 
-    /// Move an existing file at --out that skiagraph did not write aside, to NAME~
+    /// Move an existing file at --out aside, to NAME~, if skiagraph did not write it
     #[arg(long, requires = "out")]
     force: bool,
 

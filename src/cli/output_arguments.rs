@@ -9,7 +9,7 @@ use crate::experiment::Destination;
 /// How a command treats existing files.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct OutputArguments {
-    /// Replace an existing set that the same command made; move anything else that it did not make aside, to NAME~
+    /// Replace existing output of the same command; move any other output aside, to NAME~
     #[arg(long)]
     force: bool,
 

@@ -20,9 +20,9 @@ use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
 ///
-/// Frames are drawn, written and forgotten: memory does not grow with the images. If that is interrupted (Ctrl-C, a
-/// killed process, a full disk), what is whole stays in SET.partial, and the same command goes on with it: the set has
-/// the bytes of an undisturbed one. Other settings are refused there; --force begins anew.
+/// Frames are drawn and written one by one, so memory does not grow with their number. If rendering is interrupted
+/// (Ctrl-C, a killed process, a full disk), finished files stay in SET.partial and the same command resumes; the result
+/// has the same bytes as an uninterrupted one. Other settings are refused there; --force starts again.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
@@ -40,7 +40,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 
-    /// Keep the truth apart: write the complete set here, for skiagraph evaluate, and --out without its truth
+    /// Keep the truth separate: write the complete set to DIR, for skiagraph evaluate, and the set without truth to
+    /// --out
     #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
     truth: Option<PathBuf>,
 
@@ -50,13 +51,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     shards: Option<usize>,
 
-    /// Secret that everything drawn for the observations depends on: 32 hexadecimal digits, or "default" for the public
-    /// one, with which everybody draws the same. By default it is the scenario's observation.key; where it states none
-    /// and trackers must not know what is drawn, or with --truth, a fresh one, kept in SET/truth/key.txt
+    /// Secret key of the observations' random numbers: 32 hexadecimal digits, or "default" for the public key. Without
+    /// it the scenario's observation.key is used; if there is none, a fresh key is drawn and kept in SET/truth/key.txt
+    /// wherever the observations have errors that trackers must not know, and with --truth
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 
-    /// Make one set per level of a corruption, SET/AXIS-LEVEL; all have one key, so that they differ in strength alone
+    /// Make one set per level of a corruption, SET/AXIS-LEVEL. All share one key, so they differ only in strength
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
     ladder: Option<String>,
 

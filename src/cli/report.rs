@@ -13,7 +13,8 @@ use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
 use crate::experiment::{Destination, ExperimentError, REPORT_FILE, put_file, run_picture, write_figures};
 use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 
-/// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run or sweep
+/// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run
+/// or sweep
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and

@@ -28,16 +28,16 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     params_json: Option<PathBuf>,
 
-    /// First random seed, instead of the scenario's
+    /// First random seed, overriding the scenario
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
 
-    /// Number of seeds, instead of the scenario's
+    /// Number of seeds, overriding the scenario
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
-    /// Output directory; replaced if the same scenario with the same settings made what is there [default: runs/NAME,
-    /// or runs/NAME-2 and so on if runs/NAME holds results of another scenario or of other settings]
+    /// Output directory; replaced if it holds output of the same scenario and settings [default: runs/NAME, or
+    /// runs/NAME-2 and so on if runs/NAME holds results of another scenario or of other settings]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -12,7 +12,7 @@ use super::{CommandError, output};
 use crate::experiment::{SegmentInput, segment};
 use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
 
-/// Cut silhouettes out of camera images by background subtraction
+/// Extract silhouettes from camera images by background subtraction
 ///
 /// Reads PNG, PPM, PGM and JPEG images of one camera that stands still; grey or colour. Writes one mask per image
 /// (8-bit grey PNG, 255 foreground) and segment.json.
@@ -22,9 +22,9 @@ use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
                         skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/\n  \
                         skiagraph segment --method online --background empty/ --frames walk/ --out masks/")]
 pub(super) struct Arguments {
-    /// Directory with images of the background alone, at least one per component, better 20. Give it once per period of
-    /// the background; if given once, its images are cut, in the order of names, into --components periods of equal
-    /// length
+    /// Directory with images of the empty background, at least one per component, preferably 20. Give it once per
+    /// period of the background; if given once, its images, ordered by name, are divided into --components periods of
+    /// equal length
     #[arg(long, value_name = "DIR", required = true)]
     background: Vec<PathBuf>,
 
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
 
-    /// Output directory; replaced if the same command made what is there
+    /// Output directory; replaced if it holds output of the same command
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     components: u16,
 
-    /// What a false alarm costs compared with a miss; higher finds less foreground [default: 1 in colour, 100 in grey]
+    /// Cost of a false alarm relative to a miss; higher values find less foreground [default: 1 in colour, 100 in grey]
     #[arg(long, value_name = "R", value_parser = positive)]
     risk: Option<f64>,
 
@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     keep_shadows: bool,
 
-    /// Write the masks as they are found: not opened, closed, filled or cleared of specks
+    /// Write the raw masks: not opened, closed, filled or cleared of specks
     #[arg(long)]
     raw: bool,
 

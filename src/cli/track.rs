@@ -22,11 +22,10 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 ///
 /// Reads the set's cameras, observations and start pose. Only references such as oracle read the ground truth.
 ///
-/// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
-/// (docs/protocol.md). It gets a fresh folder with the blind side of the set, and is started once per seed. A
-/// frame without an answer in time, or with one that makes no sense, is lost; after a crash the program is started
-/// again. The exit code is 1 if no frame at all was answered. --dry-run asks for five frames and says whether the
-/// program follows the protocol.
+/// --exec runs any program as the tracker: it reads JSON lines from standard input and answers on standard output
+/// (docs/protocol.md). It is started once per seed in a fresh folder with the blind side of the set. A frame is lost if
+/// its answer is late or invalid; after a crash the program is started again. The exit code is 1 if no frame was
+/// answered. --dry-run asks for five frames and reports whether the program follows the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
@@ -63,7 +62,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::START_LIMIT_S, value_parser = seconds)]
     start_limit: f64,
 
-    /// How often the program is started again after a crash or a time limit, for each seed
+    /// How many times the program is restarted after a crash or a time limit, for each seed
     #[arg(long, value_name = "N", default_value_t = ProgramSettings::RESTARTS, value_parser = clap::value_parser!(u32).range(0..=1000))]
     restarts: u32,
 
@@ -71,12 +70,12 @@ pub(super) struct Arguments {
     #[arg(long, requires = "exec")]
     inline: bool,
 
-    /// Run the program in a sandbox (bubblewrap): it sees the system and the blind side, read-only, and no network
+    /// Run the program in a sandbox (bubblewrap) with read-only access to the system and the blind side, and no network
     #[arg(long, requires = "exec")]
     sandbox: bool,
 
-    /// A file or folder that the program may read in the sandbox, the program itself for example; several times. Even
-    /// inside it the set is hidden
+    /// A file or folder that the program may read in the sandbox, for example the program itself; may be repeated. The
+    /// set stays hidden even inside it
     #[arg(long, value_name = "PATH", requires = "sandbox")]
     readable: Vec<PathBuf>,
 
@@ -90,15 +89,15 @@ pub(super) struct Arguments {
 
     /// Calibrate the tracker's body on the first frames, or do not [default: what the set says]
     ///
-    /// Lengths, girths, places of joints and one inflation of all radii are solved together with the poses of the first
-    /// 20 frames, a fifteenth of a second apart. The body that was found is kept only if it fits clearly better.
+    /// Lengths, girths, joint positions and one scale of all radii are estimated together with the poses of the first
+    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better.
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
-    /// Output directory of the run; replaced if the same command made what is there
+    /// Output directory of the run; replaced if it holds output of the same command
     ///
-    /// With several seeds, those that are finished are kept in RUN.partial until all are, and the same command goes on
-    /// with the others.
+    /// With several seeds, finished ones are kept in RUN.partial until all are done; the same command resumes with the
+    /// others.
     #[arg(long, value_name = "RUN", required_unless_present = "dry_run", conflicts_with = "dry_run")]
     out: Option<PathBuf>,
 

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     model: ModelArgument,
 
-    /// Output file; replaced if the same training made what is there
+    /// Output file; replaced if it holds the result of the same training
     #[arg(long, value_name = "MODEL")]
     out: PathBuf,
 
@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TH", default_value_t = 1.0)]
     threshold: f64,
 
-    /// Number of frames by which a segment grows [default: those of 0.5 s]
+    /// Number of frames by which a segment grows [default: 0.5 s]
     #[arg(long, value_name = "N")]
     clip_length: Option<u32>,
 
@@ -79,7 +79,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     access: FileAccess,
 
-    /// Move an existing file that the same training did not make aside, to NAME~
+    /// Move an existing file of another training aside, to NAME~
     #[arg(long)]
     force: bool,
 

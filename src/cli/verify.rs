@@ -21,10 +21,10 @@ const MOST_PRINTED: usize = 8;
 ///
 /// Checks the hashes, then what hashes cannot show: cameras, axes, units, left and right, joints and markers from the
 /// poses, the start and cameras that trackers are told, projections by OpenCV's formula, every silhouette and truth
-/// image redrawn, contacts, everything in shards, and that no file outside truth/ reveals a pose of the test. What only
-/// the scenario or the recording could tell (which lengths the tracker's body was given, what a recording is called) is
-/// not checked: docs/sets.md has a table of files, tolerances and what cannot be told. Exit code 1 if anything is
-/// wrong, 2 if the directory is no set.
+/// image redrawn, contacts, everything in shards, and that no file outside truth/ reveals a pose of the test. Facts
+/// known only from the scenario or the recording (the lengths of the tracker's body, the name of a recording) are not
+/// checked; docs/sets.md lists files, tolerances and what cannot be detected. Exit code 1 if anything is wrong, 2 if
+/// the directory is not a set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
                         skiagraph verify sets/walk --every 10    # redraw every tenth frame only\n  \

@@ -15,9 +15,9 @@ use crate::experiment::sweep::{CellOptions, RunOptions, Status, run_cell, run_so
 
 /// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
 ///
-/// Safe to repeat and to kill: a cell that has a result is not run again, and a result is whole or absent. A tracker
-/// that loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2:
-/// bad input.
+/// Safe to repeat and to kill: a cell with a result is not run again, and no partial result is left. A tracker that
+/// loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2: bad
+/// input.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep cell sweeps/mine --index 17\n  \
                         skiagraph sweep cell sweeps/mine --shard 3/40\n  \
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "shard")]
     again: bool,
 
-    /// Cells of a shard at a time, each on one core
+    /// Parallel jobs, each on one core
     #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: u16,
 

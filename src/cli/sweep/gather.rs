@@ -8,7 +8,7 @@ use clap::Args;
 use super::super::{CommandError, output};
 use crate::experiment::sweep::{PlannedSweep, RUNS_LINES, RUNS_TABLE, TIMING_TABLE, gather};
 
-/// Put the results of all cells into one table
+/// Collect the results of all cells into one table
 ///
 /// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with what
 /// they cost.
@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
-    /// Gather what there is; cells without a result have no row
+    /// Gather the available results; cells without a result have no row
     #[arg(long)]
     allow_partial: bool,
 }

@@ -19,7 +19,7 @@ use crate::experiment::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SweepSummary,
 /// Settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
 
-/// Run all cells of a sweep that have no result, one cell a core
+/// Run all cells of a sweep that have no result, one cell per core
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep run sweeps/mine\n  skiagraph sweep run sweeps/mine -j 8\n\n\
                         Stopped or killed, it resumes where it was: run the same command again. Exit code 1: some cells\n\
@@ -39,11 +39,11 @@ pub(super) struct Arguments {
 /// Options of running.
 #[derive(Args, Clone, Debug)]
 struct How {
-    /// Cells at a time, each on one core [default: all cores]
+    /// Parallel jobs, each on one core [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Try cells again that could not be run
+    /// Retry failed cells
     #[arg(long)]
     retry_failed: bool,
 

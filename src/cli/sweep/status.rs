@@ -8,9 +8,9 @@ use clap::Args;
 use super::super::{CommandError, output};
 use crate::experiment::sweep::{PlannedSweep, sweep_status};
 
-/// Say which cells of a sweep have results
+/// List which cells of a sweep have results
 ///
-/// Counts result files and nothing else, whatever the cluster's queue says.
+/// Counts result files only and does not ask the cluster's queue.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep status sweeps/mine\n  \
                         sbatch --array=$(skiagraph sweep status sweeps/mine --missing) cell.sh\n  \
@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
-    /// Print the indices of cells without a result, as job arrays take them: 3,7-8. Nothing if there is none
+    /// Print the indices of cells without a result in the format of job arrays: 3,7-8
     #[arg(long, conflicts_with = "json")]
     missing: bool,
 
