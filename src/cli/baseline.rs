@@ -75,13 +75,23 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             volume.written(&saved.path);
             let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));
             let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
-            output::print(&format!("{}: {}{before}", saved.path.display(), line(&saved.baseline)))?;
+            output::print(&format!(
+                "{}{}: {}{before}",
+                misread(&saved.baseline),
+                saved.path.display(),
+                line(&saved.baseline)
+            ))?;
         }
         BaselineAction::List { json } => list(folder, *json)?,
         BaselineAction::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
         BaselineAction::Show { name, json: false } => output::print(&shown(&Baseline::read(name, folder)?))?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Lines on estimates that may have been misread, before all else.
+fn misread(baseline: &Baseline) -> String {
+    baseline.misread.iter().map(|hint| format!("The estimate may have been misread: {hint}.\n\n")).collect()
 }
 
 fn list(folder: &std::path::Path, json: bool) -> Result<(), CommandError> {
@@ -129,7 +139,7 @@ fn error_of(runs: &MeasuredRuns) -> Option<f64> {
 }
 
 fn shown(baseline: &Baseline) -> String {
-    let mut lines = vec![format!("{}: {}", baseline.name, line(baseline))];
+    let mut lines = vec![format!("{}{}: {}", misread(baseline), baseline.name, line(baseline))];
     for (name, clip) in baseline.runs.sets() {
         lines.push(format!("\n{name}: {} frames at {} Hz, set {}", clip.frames, clip.frames_per_second, clip.set_hash));
         lines.push(format!("  {:<32} {:>12} {:>12} {:>12}  seeds", "", "mean", "least", "greatest"));

@@ -8,6 +8,7 @@ use serde_json::Value;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
 use super::error::read_file;
+use super::run_reading::hints_of_runs;
 use super::{Destination, ExperimentError, put_file, read_runs};
 use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 use crate::input::{excerpt, foreign, is_own_output, limits, unquoted};
@@ -29,6 +30,9 @@ pub struct Baseline {
     pub name: String,
     /// Version of the program that saved it.
     pub version: String,
+    /// What its runs say of estimates that may have been misread, each with its clip.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misread: Vec<String>,
     /// Values per clip x seed, with set hashes, protocols and settings.
     #[serde(flatten)]
     pub runs: MeasuredRuns,
@@ -62,7 +66,8 @@ impl Baseline {
         }
         let replaced = Self::read_file(&path).ok();
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let baseline = Self { schema: SCHEMA.to_owned(), name: name.to_owned(), version, runs: measured };
+        let misread = runs.iter().flat_map(|run| hints_of_runs(run)).collect();
+        let baseline = Self { schema: SCHEMA.to_owned(), name: name.to_owned(), version, misread, runs: measured };
         put_file(Destination { path: &path, force }, &baseline.to_bytes()?)?;
         Ok(Saved { baseline, path, replaced })
     }
@@ -236,7 +241,13 @@ mod tests {
             joints: BTreeMap::from([("pelvis".to_owned(), per_seed)]),
         };
         let runs = MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]), ..MeasuredRuns::default() };
-        Baseline { schema: SCHEMA.to_owned(), name: "walk".to_owned(), version: "0.1.0".to_owned(), runs }
+        Baseline {
+            schema: SCHEMA.to_owned(),
+            name: "walk".to_owned(),
+            version: "0.1.0".to_owned(),
+            misread: Vec::new(),
+            runs,
+        }
     }
 
     #[test]

@@ -30,6 +30,7 @@ impl From<GateRefusal> for ExperimentError {
 pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
     let mut outcome = gate(&baseline.runs, &read_runs(runs)?, rules)?;
     outcome.misread = runs.iter().flat_map(|run| hints_of_runs(run)).collect();
+    outcome.misread.extend(baseline.misread.iter().map(|hint| format!("baseline {}: {hint}", baseline.name)));
     let lacking: Vec<_> = outcome.checks.iter().filter_map(|check| check.more_seeds).collect();
     outcome.notes.extend(match outcome.unit {
         IntervalUnit::Seeds => seed_advice(runs, baseline, lacking),

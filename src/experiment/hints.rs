@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
+use super::missing_values;
 use super::poses_file::{ReadAs, UNITS_OF_LENGTH, other_side};
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
@@ -35,9 +36,9 @@ pub struct Hint {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
     /// Mean distance of the markers as they were read, over the frames that were looked at, millimetres.
-    pub error_as_read_mm: f64,
-    /// The same when they are read so, millimetres.
-    pub error_corrected_mm: f64,
+    pub error_as_read_mm: Option<f64>,
+    /// The same when they are read so, millimetres; `None` where that is not known.
+    pub error_corrected_mm: Option<f64>,
 }
 
 /// The explanation of most of a run's error, if there is one. Nothing was read of the program's own trackers, so theirs
@@ -45,6 +46,9 @@ pub struct Hint {
 pub(super) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
     if tracked.record.is_some() {
         return None;
+    }
+    if let Some(doubt) = doubt(tracked) {
+        return Some(doubt);
     }
     let truth: Vec<Markers> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
     let sequences: Vec<GivenSequence> = tracked
@@ -57,6 +61,22 @@ pub(super) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
     let case = HintCase { truth: &truth, rate: set.blind.frames_per_second, cameras: &camera_centres(&set.blind) };
     let found = case.find(&sequences, tracked);
     found.map(|found| in_words(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked))
+}
+
+/// What is doubtful of the numbers themselves, whatever their errors.
+fn doubt(tracked: &Tracked) -> Option<Hint> {
+    let read_as = tracked.read_as.as_ref();
+    let quaternions = read_as.and_then(|read_as| read_as.doubt.clone());
+    let text = quaternions.or_else(|| missing_values::note(&tracked.estimates.sequences))?;
+    let from = read_as.map_or("the program", |read_as| &read_as.file);
+    Some(Hint::without_errors(format!("{from} {text}")))
+}
+
+impl Hint {
+    fn without_errors(text: String) -> Self {
+        let (options, joint_map) = Default::default();
+        Self { kinds: Vec::new(), text, options, joint_map, error_as_read_mm: None, error_corrected_mm: None }
+    }
 }
 
 /// What the first answers of a program say when they are compared with the start pose, which it was given: `track` does
@@ -172,16 +192,12 @@ fn relative_to_the_body(truth: &[Markers], tracked: &Tracked) -> Option<Hint> {
     let far: Vec<f64> = truth.iter().filter_map(|markers| Some(markers[pelvis]?.coords.norm())).collect();
     let away = crate::evaluation::mean(&far).is_some_and(|away| away > AWAY_M);
     let is_given = sequences.iter().any(|sequence| sequence.markers.iter().any(|markers| markers[pelvis].is_some()));
-    (is_given && away && places.all(|place| place.coords.norm() < AT_ORIGIN_M)).then(|| Hint {
-        kinds: Vec::new(),
-        text:
-            "the estimate's pelvis is at the origin in every frame: its positions are relative to the body, so errors \
-               in the world say nothing of it; compare mpjpe_root_mm and pa_mpjpe_mm, or add the path of the pelvis"
+    (is_given && away && places.all(|place| place.coords.norm() < AT_ORIGIN_M)).then(|| {
+        Hint::without_errors(
+            "the estimate's pelvis is at the origin in every frame: its positions are relative to the body, so errors in \
+             the world say nothing of it; compare mpjpe_root_mm and pa_mpjpe_mm, or add the path of the pelvis"
                 .to_owned(),
-        options: Vec::new(),
-        joint_map: BTreeMap::new(),
-        error_as_read_mm: 1000.0 * crate::evaluation::mean(&far).unwrap_or(0.0),
-        error_corrected_mm: 0.0,
+        )
     })
 }
 
@@ -202,8 +218,8 @@ fn in_words(found: &Misreading, tracked: &Tracked) -> Hint {
         ),
         options: told.options,
         joint_map: told.joint_map,
-        error_as_read_mm: before,
-        error_corrected_mm: after,
+        error_as_read_mm: Some(before),
+        error_corrected_mm: Some(after),
     }
 }
 
@@ -315,7 +331,11 @@ fn of_program(correction: &Correction) -> String {
         parts.push(match kind {
             MisreadingKind::Axes => {
                 let order: AxisOrder = correction.axes;
-                format!("the program answers in the axes {order} ({}); the set has Z up, x,y,z", order.up_in_words())
+                let handed = if order.is_mirrored() { ", left-handed" } else { "" };
+                format!(
+                    "the program answers in the axes {order} ({}{handed}); the set has Z up, x,y,z",
+                    order.up_in_words()
+                )
             }
             MisreadingKind::Units => format!("it answers in units of {} m, expected metres", correction.scale),
             MisreadingKind::Sides => "it takes left for right".to_owned(),

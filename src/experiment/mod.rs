@@ -55,6 +55,7 @@ mod learning;
 mod measuring;
 mod memory;
 mod mismatch_seed;
+mod missing_values;
 mod model_file;
 mod model_store;
 mod model_training;

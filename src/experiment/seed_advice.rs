@@ -162,7 +162,7 @@ mod tests {
     fn baseline(settings: Option<Value>) -> Baseline {
         let clip = MeasuredClip { seeds: (0..5).collect(), settings, ..MeasuredClip::default() };
         let runs = MeasuredRuns { clips: [("walk".to_owned(), clip)].into(), ..MeasuredRuns::default() };
-        Baseline { schema: String::new(), name: "walk".to_owned(), version: String::new(), runs }
+        Baseline { schema: String::new(), name: "walk".to_owned(), version: String::new(), misread: Vec::new(), runs }
     }
 
     #[test]

@@ -135,6 +135,7 @@ impl GateReport<'_> {
         Ok(environment.get_template("junit")?.render(Value::from(Serde(&serde_json::json!({
             "suite": xml(&format!("skiagraph gate: {} against {}", self.run, self.baseline)),
             "cases": cases,
+            "misread": self.misread().map(|line| xml(&line)).collect::<Vec<_>>(),
             "failures": count(GateVerdict::Fail),
             "errors": count(GateVerdict::Inconclusive),
             "generator": super::GENERATOR,
@@ -146,7 +147,8 @@ const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <testsuites><!-- <meta name="generator" content="{{ generator }}"> -->
 <testsuite name="{{ suite }}" tests="{{ cases|length }}" failures="{{ failures }}" errors="{{ errors }}" skipped="0">
 {% for case in cases %}<testcase classname="skiagraph.gate" name="{{ case.name }}">{% if case.verdict == "FAIL" %}<failure {% if case.is_open %}type="inconclusive" {% endif %}message="{{ case.finding }}"/>{% elif case.verdict == "INCONCLUSIVE" %}<error type="inconclusive" message="{{ case.finding }}"/>{% else %}<system-out>{% if case.is_open %}inconclusive: {% endif %}{{ case.finding }}</system-out>{% endif %}</testcase>
-{% endfor %}</testsuite>
+{% endfor %}{% if misread %}<system-out>{{ misread|join(". ") }}</system-out>
+{% endif %}</testsuite>
 </testsuites>
 "#;
 

@@ -13,7 +13,6 @@ mod quaternions;
 mod read_as;
 mod rewriting;
 mod scale;
-mod zeros;
 
 use std::path::{Path, PathBuf};
 
@@ -138,14 +137,13 @@ fn tracked_from(
     let file = path.display().to_string();
     let body = &set.blind.start.body;
     let left_out = read_as.left_out.as_ref().map(|names| format!("has names that were left out: {names}"));
-    let told = left_out.into_iter().chain(zeros::note(&npz));
-    let notes: Vec<String> = notes.into_iter().chain(told.map(|note| format!("{file} {note}"))).collect();
+    let notes: Vec<String> = notes.into_iter().chain(left_out.map(|note| format!("{file} {note}"))).collect();
     let npz = rewriting::rewritten(npz, &file, &read_as, body, set.blind.frame_count)
         .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
     estimates.notes.extend(notes);
     let start = &set.blind.start.pose.world_from_root.rotation;
-    estimates.notes.extend(quaternions::note(&estimates, &read_as, start).map(|note| format!("{file} {note}")));
+    let doubt = quaternions::note(&estimates, &read_as, start);
     Ok(Tracked {
         record: None,
         estimates,
@@ -153,7 +151,7 @@ fn tracked_from(
         sources: Vec::new(),
         program: None,
         estimate: None,
-        read_as: Some(read_as),
+        read_as: Some(ReadAs { doubt, ..read_as }),
     })
 }
 

@@ -44,6 +44,9 @@ pub struct ReadAs {
     /// Columns that were not read, in words; a note of the run names them too.
     #[serde(skip)]
     pub(in crate::experiment) left_out: Option<String>,
+    /// What its numbers seem to be instead, whatever its errors.
+    #[serde(skip)]
+    pub(in crate::experiment) doubt: Option<String>,
     /// The file's name of every marker that it gives.
     #[serde(skip)]
     pub(in crate::experiment) columns: BTreeMap<String, String>,
@@ -86,6 +89,7 @@ impl ReadAs {
             offset_m: declared.offset_m,
             layout: None,
             left_out: None,
+            doubt: None,
             columns: BTreeMap::new(),
             order,
         }

@@ -36,13 +36,19 @@ pub(super) fn samples(case: &MisreadingCase<'_>) -> Vec<Sample> {
             estimate.is_some_and(|estimate| common(&case.truth[sample.frame], estimate).count() >= FEWEST_MARKERS)
         })
         .collect();
-    let step = all.len().div_ceil(MOST_SAMPLES).max(1);
     let first = all.iter().take_while(|sample| sample.frame <= FIRST_FRAMES).count();
-    all.iter()
-        .enumerate()
-        .filter(|(index, _)| *index < first.min(MOST_SAMPLES) || index % step == 0)
-        .map(|(_, s)| *s)
-        .collect()
+    let (first, later) = all.split_at(first);
+    [thinned(first, MOST_SAMPLES), thinned(later, MOST_SAMPLES)].concat()
+}
+
+/// About so many of these samples, which are in order of their frames: every repetition in frames that are spread
+/// evenly, because a step over samples can meet the same repetition again and again.
+pub(super) fn thinned(samples: &[Sample], most: usize) -> Vec<Sample> {
+    let step = samples.len().div_ceil(most).max(1);
+    let mut frames: Vec<usize> = samples.iter().map(|sample| sample.frame).collect();
+    frames.dedup();
+    let kept: Vec<usize> = frames.into_iter().step_by(step).collect();
+    samples.iter().filter(|sample| kept.binary_search(&sample.frame).is_ok()).copied().collect()
 }
 
 /// Pairs of truth and estimate of the markers that both have.

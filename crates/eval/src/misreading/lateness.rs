@@ -1,7 +1,10 @@
 //! Frames that are numbered otherwise.
 
-use super::evidence::{PairedFrames, Sample, common};
-use super::{Correction, MisreadingKind};
+use nalgebra::Vector3;
+
+use super::Correction;
+use super::evidence::{PairedFrames, Sample, common, thinned};
+use crate::body::Markers;
 use crate::mean;
 
 /// The longest shift that is looked for, seconds.
@@ -23,26 +26,46 @@ const STILL_M: f64 = 0.02;
 const STRETCHES: usize = 3;
 
 /// By how many frames the estimate's numbers must be raised to be nearest to the truth, at most a second and a third of
-/// the clip; 0 where no shift is better.
+/// the clip; 0 where no shift is better. Where limbs move, their pose about the middle of the body decides: along its
+/// path a body that is a few centimetres off seems early or late.
 pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -> i64 {
     let reach = reach(evidence);
     let inner = inner(evidence, reach);
-    let all: &dyn Fn(usize) -> bool = &|_| true;
-    nearest(evidence, correction, &inner, reach as i64, all).unwrap_or(0)
+    let at = |shift: i64, centred: bool| {
+        let counts: &dyn Fn(usize) -> bool = &|_| true;
+        let shifted = Correction { shift, ..correction.clone() };
+        if centred { centred_error(evidence, &shifted, &inner) } else { error(evidence, &shifted, &inner, counts) }
+    };
+    let whole = nearest(reach as i64, &|shift| at(shift, false)).unwrap_or(0);
+    if whole != 0 && limbs_move(evidence, &inner, whole) {
+        return nearest(reach as i64, &|shift| at(shift, true)).unwrap_or(0);
+    }
+    whole
 }
 
-/// The same where the origin may be another one as well, which is found anew for every shift: along a straight path a
-/// shift moves the body nearly as another origin does.
-pub(super) fn best_shift_elsewhere(evidence: &PairedFrames<'_>, correction: &Correction) -> i64 {
-    let reach = reach(evidence);
-    let inner = inner(evidence, reach);
-    let few = PairedFrames { samples: &inner, ..*evidence };
-    let at = |shift: i64| {
-        let here = Correction { shift, ..correction.without(MisreadingKind::Offset) };
-        few.mean_error(&Correction { offset: few.offset(&here), ..here })
+/// Whether poses about the middle of the body change within so many frames.
+fn limbs_move(evidence: &PairedFrames<'_>, samples: &[Sample], frames: i64) -> bool {
+    let truth = evidence.case.truth;
+    let moved = |sample: &Sample| {
+        let other = truth.get(sample.frame.checked_add_signed(frames as isize)?)?;
+        centred_distance(&truth[sample.frame], other)
     };
-    let all = (0..=reach as i64).flat_map(|shift| [shift, -shift]).map(|shift| (shift, at(shift)));
-    all.min_by(|one, other| one.1.total_cmp(&other.1)).map_or(0, |best| best.0)
+    mean(&samples.iter().filter_map(moved).collect::<Vec<f64>>()).is_some_and(|moved| moved >= STILL_M)
+}
+
+/// Mean distance of the markers in these samples once the middles of the markers coincide, metres.
+fn centred_error(evidence: &PairedFrames<'_>, correction: &Correction, samples: &[Sample]) -> Option<f64> {
+    let of_sample = |sample: &Sample| {
+        let (truth, estimate) = evidence.read(*sample, correction)?;
+        centred_distance(truth, &estimate)
+    };
+    mean(&samples.iter().filter_map(of_sample).collect::<Vec<f64>>())
+}
+
+fn centred_distance(one: &Markers, other: &Markers) -> Option<f64> {
+    let apart: Vec<Vector3<f64>> = common(one, other).map(|(_, a, b)| a - b).collect();
+    let middle = apart.iter().sum::<Vector3<f64>>() / apart.len().max(1) as f64;
+    mean(&apart.iter().map(|apart| (apart - middle).norm()).collect::<Vec<f64>>())
 }
 
 fn reach(evidence: &PairedFrames<'_>) -> usize {
@@ -55,8 +78,7 @@ fn inner(evidence: &PairedFrames<'_>, reach: usize) -> Vec<Sample> {
     let frames = evidence.case.truth.len();
     let is_inner = |sample: &&Sample| sample.frame > reach && sample.frame + reach < frames;
     let all: Vec<Sample> = evidence.samples.iter().filter(is_inner).copied().collect();
-    let step = all.len().div_ceil(MOST_COMPARED).max(1);
-    all.into_iter().step_by(step).collect()
+    thinned(&all, MOST_COMPARED)
 }
 
 /// Mean distance of some of the markers in these samples, metres.
@@ -74,15 +96,8 @@ fn error(
     mean(&samples.iter().filter_map(of_sample).collect::<Vec<f64>>())
 }
 
-/// The shift of least error of some of the markers in these samples; the smaller wins a tie.
-fn nearest(
-    evidence: &PairedFrames<'_>,
-    correction: &Correction,
-    samples: &[Sample],
-    reach: i64,
-    counts: &dyn Fn(usize) -> bool,
-) -> Option<i64> {
-    let at = |shift: i64| error(evidence, &Correction { shift, ..correction.clone() }, samples, counts);
+/// The shift of least error, at most `reach` either way; the smaller wins a tie.
+fn nearest(reach: i64, at: &dyn Fn(i64) -> Option<f64>) -> Option<i64> {
     let mut best = (0, at(0)?);
     for shift in (1..=reach).flat_map(|shift| [shift, -shift]) {
         if let Some(error) = at(shift).filter(|error| *error < best.1) {
@@ -132,7 +147,8 @@ fn part_agrees(
     let errors = [correction, &as_numbered].map(|read| error(evidence, read, samples, counts));
     let [Some(shifted), Some(as_numbered)] = errors else { return true };
     let tolerance = (shift.abs() / 4).max(1);
-    let nearest = nearest(evidence, correction, samples, shift.abs() + tolerance + 1, counts);
+    let at = |shift: i64| error(evidence, &Correction { shift, ..correction.clone() }, samples, counts);
+    let nearest = nearest(shift.abs() + tolerance + 1, &at);
     shifted <= PART * as_numbered && nearest.is_some_and(|nearest| (nearest - shift).abs() <= tolerance)
 }
 

@@ -1,6 +1,8 @@
 //! When an explanation is told.
 
-use super::evidence::PairedFrames;
+use std::collections::BTreeMap;
+
+use super::evidence::{PairedFrames, Sample};
 use super::lateness::is_shifted;
 use super::{Correction, Misreading, MisreadingKind};
 use crate::{mean, quantile};
@@ -42,9 +44,11 @@ pub(super) fn judge(evidence: &PairedFrames<'_>, correction: &Correction) -> Opt
     let as_read = Correction::none();
     let pairs = evidence.both(&as_read, correction);
     let [before, after] = means(&pairs)?;
+    // parts that undo each other are each needed, and together do little
+    let whole = correction.kinds().iter().map(|kind| kind.most_left()).fold(0.0, f64::max);
     let every_part = || correction.kinds().iter().all(|kind| is_needed(evidence, correction, *kind));
     let kept = after <= LEFT_M
-        && after < before
+        && after <= whole * before
         && every_part()
         && is_throughout(evidence, correction)
         && mends_path(evidence, correction)
@@ -62,10 +66,25 @@ fn is_another_origin(evidence: &PairedFrames<'_>, correction: &Correction) -> bo
     seen >= OFFSET_M
 }
 
-fn means<T>(pairs: &[(T, f64, f64)]) -> Option<[f64; 2]> {
-    let one: Vec<f64> = pairs.iter().map(|(_, one, _)| *one).collect();
-    let other: Vec<f64> = pairs.iter().map(|(_, _, other)| *other).collect();
-    Some([mean(&one)?, mean(&other)?])
+/// The median over repetitions of some number of each: a few that are lost do not decide.
+fn over_repetitions(
+    pairs: &[(Sample, f64, f64)],
+    of_one: &dyn Fn(&[(Sample, f64, f64)]) -> Option<f64>,
+) -> Option<f64> {
+    let mut repetitions: BTreeMap<usize, Vec<(Sample, f64, f64)>> = BTreeMap::new();
+    for pair in pairs {
+        repetitions.entry(pair.0.seed).or_default().push(*pair);
+    }
+    let mut all: Vec<f64> = repetitions.values().filter_map(|one| of_one(one)).collect();
+    all.sort_by(f64::total_cmp);
+    quantile(&all, 0.5)
+}
+
+/// Mean errors before and after, of the repetitions' median.
+fn means(pairs: &[(Sample, f64, f64)]) -> Option<[f64; 2]> {
+    let before = over_repetitions(pairs, &|one| mean(&one.iter().map(|(_, before, _)| *before).collect::<Vec<_>>()))?;
+    let after = over_repetitions(pairs, &|one| mean(&one.iter().map(|(.., after)| *after).collect::<Vec<_>>()))?;
+    Some([before, after])
 }
 
 /// Whether much of the error comes back without a part of the explanation.
@@ -90,7 +109,10 @@ fn is_throughout(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     }
     let as_read = Correction { shift: correction.shift, ..Correction::none() };
     let pairs = evidence.both(&as_read, correction);
-    let nearer = pairs.iter().filter(|(_, before, after)| after < before).count();
+    let share_nearer = over_repetitions(&pairs, &|one| {
+        let nearer = one.iter().filter(|(_, before, after)| after < before).count();
+        Some(nearer as f64 / one.len() as f64)
+    });
     let last = FIRST_FRAMES.max((FIRST_SHARE * evidence.case.truth.len() as f64) as usize);
     let begin = pairs.iter().map(|(sample, ..)| sample.frame).min().unwrap_or(0);
     let mut ratios: Vec<f64> = pairs
@@ -99,7 +121,8 @@ fn is_throughout(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
         .map(|(_, before, after)| after / before.max(f64::MIN_POSITIVE))
         .collect();
     ratios.sort_by(f64::total_cmp);
-    nearer as f64 >= NEARLY_ALL * pairs.len() as f64 && quantile(&ratios, 0.5).is_some_and(|ratio| ratio <= AT_FIRST)
+    share_nearer.is_some_and(|share| share >= NEARLY_ALL)
+        && quantile(&ratios, 0.5).is_some_and(|ratio| ratio <= AT_FIRST)
 }
 
 /// Whether axes that keep the vertical mend the path of the body: where it is, or with another origin how it moves.

@@ -1,7 +1,7 @@
 //! The search among all explanations.
 
 use super::evidence::{PairedFrames, samples};
-use super::lateness::{best_shift, best_shift_elsewhere};
+use super::lateness::best_shift;
 use super::naming::names;
 use super::rule::{SMALL_M, judge};
 use super::{AxisOrder, Correction, Misreading, MisreadingCase, MisreadingKind};
@@ -30,9 +30,7 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
         for one in std::iter::once(base).chain(of_names) {
             let shifted = Correction { shift: best_shift(&evidence, &one), ..one.clone() };
             let moved = Correction { offset: evidence.offset(&shifted), ..shifted.clone() };
-            let both = Correction { shift: best_shift_elsewhere(&evidence, &one), ..one.clone() };
-            let both = Correction { offset: evidence.offset(&both), ..both };
-            for found in [one, shifted, moved, both] {
+            for found in [one, shifted, moved] {
                 with_parts_left_out(&found, &mut candidates);
             }
         }
@@ -53,12 +51,18 @@ fn with_parts_left_out(whole: &Correction, candidates: &mut Vec<Correction>) {
     for left_out in 0..1_u32 << kinds.len() {
         let dropped = kinds.iter().enumerate().filter(|(index, _)| left_out >> index & 1 == 1);
         let less = dropped.fold(whole.clone(), |less, (_, kind)| less.without(*kind));
-        // mirrors with another origin are how a body looks that is mirrored in depth
-        let is_doubtful = less.axes.is_mirrored() && less.has(MisreadingKind::Offset);
-        if !less.kinds().is_empty() && !is_doubtful && !candidates.contains(&less) {
+        if !less.kinds().is_empty() && !is_doubtful(&less) && !candidates.contains(&less) {
             candidates.push(less);
         }
     }
+}
+
+/// Whether something else looks the same: a mirror with another origin is a body that is mirrored in depth, a mirror
+/// with exchanged sides nearly a turned body, and a shift with another origin a gait half a period or a whole one later.
+fn is_doubtful(correction: &Correction) -> bool {
+    let mirrored = correction.axes.is_mirrored();
+    let (elsewhere, shifted) = (correction.has(MisreadingKind::Offset), correction.has(MisreadingKind::Shift));
+    mirrored && (elsewhere || correction.swapped) || shifted && elsewhere
 }
 
 /// Units, axes and sides, and another origin, that leave the least error; first that which changes the unit alone.

@@ -191,6 +191,12 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
         let middle = middle(markers);
         markers.map(|marker| marker.map(|point| middle + change(point - middle)))
     };
+    // the pose of half a period later
+    let wrong_foot = |frame: usize, markers: &Markers| {
+        let later = walker(frame as f64 / RATE + 0.55);
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -0.4 * 0.55);
+        later.map(|marker| marker.map(|point| middle(markers) + turn * (point - middle(&later))))
+    };
     let rigid = {
         let first = middle(&truth[0]);
         framewise(&|_, markers| truth[0].map(|point| point.map(|point| point + (middle(markers) - first))))
@@ -235,6 +241,9 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
             framewise(&|f, m| mapped(&[*m], |p| p + Vector3::x() * 0.6 * (0.03 * f as f64).sin())[0]),
         ),
         ("half as deep", framewise(&|_, m| about(m, &|v| Vector3::new(0.3 * v.x, v.y, v.z)))),
+        ("starts on the wrong foot", framewise(&|f, m| wrong_foot(f, m))),
+        ("changes to the wrong foot", framewise(&|f, m| if f > 30 { wrong_foot(f, m) } else { *m })),
+        ("mirrored sideways on the right path", framewise(&|_, m| about(m, &|v| Vector3::new(-v.x, v.y, v.z)))),
         ("small noise", noisy(0.03, 11)),
         ("much noise", noisy(0.25, 12)),
         ("very much noise", noisy(0.6, 13)),
@@ -297,11 +306,34 @@ fn an_error_of_depth_is_no_other_origin_but_an_offset_that_cameras_see_is() {
 }
 
 #[test]
-fn a_shift_together_with_another_origin_is_found() {
-    let moved = mapped(&noisy(0.02, 23), |point| point + Vector3::new(1.0, -0.5, 0.2));
-    for shift in [8_i64, -8, 20] {
-        let found = told(&delayed(&moved, -shift)).unwrap().correction;
-        let parts = [MisreadingKind::Shift, MisreadingKind::Offset].map(|kind| found.has(kind));
-        assert_eq!((parts, found.kinds().len(), found.shift), ([true; 2], 2, shift));
+fn most_repetitions_decide_whichever_they_are() {
+    let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
+    for lost in 0..5 {
+        let estimate = |seed: u64| match seed == lost {
+            // lost after 50 frames
+            true => {
+                noisy(0.05, seed).into_iter().enumerate().map(|(f, m)| if f < 50 { m } else { walker(0.8) }).collect()
+            }
+            false => noisy(0.05, seed),
+        };
+        let all: Vec<Vec<Markers>> = (0..5).map(|seed| turn(estimate(seed))).collect();
+        let found = told_of(&all).map(|found| found.correction.kinds());
+        assert_eq!(found, Some(vec![MisreadingKind::Axes]), "repetition {lost}");
     }
+}
+
+#[test]
+fn a_bias_along_the_path_does_not_change_the_shift() {
+    let ahead = |metres: f64| {
+        let of = |frame: usize| {
+            let (now, next) = (walker(frame as f64 / RATE), walker((frame + 1) as f64 / RATE));
+            let way = (next[0].unwrap() - now[0].unwrap()).normalize() * metres;
+            now.map(|marker| marker.map(|point| point + way))
+        };
+        (0..FRAMES).map(of).collect::<Vec<Markers>>()
+    };
+    let shift = |estimate: Vec<Markers>| told(&estimate).map(|found| found.correction.shift);
+    assert_eq!(shift(delayed(&ahead(-0.02), 6)), Some(-6));
+    assert_eq!(shift(delayed(&ahead(0.02), 6)), Some(-6));
+    assert_eq!(shift(delayed(&ahead(-0.02), 2)), None, "a filter's delay, and a bias");
 }
