@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::Correction;
 use super::evidence::{PairedFrames, Sample, common, thinned};
+use super::{Correction, MisreadingKind};
 use crate::body::Markers;
 use crate::mean;
 
@@ -122,6 +122,8 @@ pub(super) fn is_shifted(evidence: &PairedFrames<'_>, correction: &Correction) -
     for part in [[0, 1, 14].as_slice(), &[2, 3, 4, 5, 6, 7], &[8, 9, 10, 11, 12, 13]] {
         agrees &= part_agrees(evidence, correction, &inner, &|marker| part.contains(&marker));
     }
+    // the shift may have been found together with parts that were left out since
+    agrees = agrees && best_shift(evidence, &correction.without(MisreadingKind::Shift)) == shift;
     agrees && (late < 0 || smoothing(evidence, correction, &inner).is_some_and(|share| share < SMOOTHING))
 }
 
