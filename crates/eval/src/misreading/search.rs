@@ -58,7 +58,8 @@ fn with_parts_left_out(whole: &Correction, candidates: &mut Vec<Correction>) {
 }
 
 /// Whether something else looks the same: a mirror with another origin is a body that is mirrored in depth, a mirror
-/// with exchanged sides nearly a turned body, and a shift with another origin a gait half a period or a whole one later.
+/// with exchanged sides nearly a turned body, and a shift with another origin a gait half a period or a whole one
+/// later.
 fn is_doubtful(correction: &Correction) -> bool {
     let mirrored = correction.axes.is_mirrored();
     let (elsewhere, shifted) = (correction.has(MisreadingKind::Offset), correction.has(MisreadingKind::Shift));
