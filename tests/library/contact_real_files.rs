@@ -1,8 +1,6 @@
 //! Contact of real walks: labels that do not depend on the frame rate, and walks planted on the ground. The study
 //! `contact` does the same with all walks at all rates.
 
-#[allow(dead_code, reason = "the study uses the rest")]
-
 /// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75
 /// frames apart.
 #[test]
