@@ -66,7 +66,12 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             "checks": found.checks,
         }))?;
     } else {
-        output::print(&in_words(&place, &found, if volume.verbose { usize::MAX } else { MOST_PRINTED }))?;
+        let most = if volume.verbose { usize::MAX } else { MOST_PRINTED };
+        let partly = match arguments.every {
+            0 | 1 => String::new(),
+            every => format!("; silhouettes and truth images were redrawn in one frame of {every} only"),
+        };
+        output::print(&(in_words(&place, &found, most) + &partly))?;
     }
     Ok(if found.is_sound() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

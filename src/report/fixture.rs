@@ -43,6 +43,8 @@ pub(super) struct Story {
     pub(super) rigid: bool,
     /// The frame from which on the left wrist is half a metre off.
     pub(super) wrist_lost_from: Option<usize>,
+    /// The frame from which on the left wrist has no estimate.
+    pub(super) wrist_missing_from: Option<usize>,
     /// Overlap with the exact silhouettes, where those observed are corrupted.
     pub(super) exact_overlap: Option<f64>,
     /// Whether energies are of the tracker's own likelihood.
@@ -68,6 +70,7 @@ impl Default for Story {
             exchanged: false,
             rigid: false,
             wrist_lost_from: None,
+            wrist_missing_from: None,
             exact_overlap: None,
             own_likelihood: true,
             shown: &[],
@@ -262,6 +265,9 @@ fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
         if story.wrist_lost_from.is_some_and(|from| frame >= from) {
             let wrist = &mut estimate[Landmark::LeftWrist as usize];
             *wrist = wrist.map(|p| p + Vector3::new(0.0, 0.5, 0.0));
+        }
+        if story.wrist_missing_from.is_some_and(|from| frame >= from) {
+            estimate[Landmark::LeftWrist as usize] = None;
         }
         if story.exchanged {
             [(3, 6), (4, 7), (9, 12), (10, 13)].into_iter().for_each(|(left, right)| estimate.swap(left, right));

@@ -49,17 +49,26 @@ fn error_in_words(input: &ReportInput<'_>) -> String {
 /// What a mean hides: in how many frames a marker is far off.
 fn lost_limb_in_words(input: &ReportInput<'_>) -> String {
     let share = input.summary.metrics.get("lost_limb").map(|lost| lost.mean);
-    match share {
-        None => String::new(),
-        Some(0.0) => ", no marker is ever more than 150 mm off".to_owned(),
-        Some(share) => format!(", a marker is more than 150 mm off in {} of the frames", percent(share)),
+    match (share, lacks_markers(input)) {
+        (None, _) => String::new(),
+        (Some(0.0), false) => ", no marker is ever more than 150 mm off".to_owned(),
+        (Some(0.0), true) => ", no marker that it gives is ever more than 150 mm off".to_owned(),
+        (Some(share), false) => format!(", a marker is more than 150 mm off in {} of the frames", percent(share)),
+        (Some(share), true) => {
+            format!(", a marker is missing or more than 150 mm off in {} of the frames", percent(share))
+        }
     }
+}
+
+/// Whether markers have no estimate in some frames or in all.
+fn lacks_markers(input: &ReportInput<'_>) -> bool {
+    input.summary.metrics.get("coverage").is_some_and(|coverage| coverage.mean < 1.0)
 }
 
 /// The longest stretch with a lost limb, as a sentence with a space before it; nothing where none is long.
 fn longest_lost(input: &ReportInput<'_>) -> String {
     let Some(longest) = &input.summary.longest_lost else { return String::new() };
-    let words = longest.stretch.in_words();
+    let words = longest.stretch.in_words(lacks_markers(input));
     let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
     let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
     format!(" The longest: {}{rest}{seed}.", first.to_lowercase())
@@ -173,6 +182,15 @@ mod tests {
         let short = told(&Story { wrist_lost_from: Some(116), ..Story::default() }, verdict);
         assert_eq!(short.grade, Grade::Good, "5 of 120 frames: {}", short.line);
         assert!(!short.line.contains("The longest"), "{}", short.line);
+    }
+
+    /// A marker without an estimate was said to be more than 150 mm off.
+    #[test]
+    fn a_marker_that_is_missing_is_called_so() {
+        let verdict = told(&Story { wrist_missing_from: Some(50), ..Story::default() }, verdict);
+        let words = "The longest: left wrist missing or more than 150 mm off from frame 50 to 120.";
+        assert!(verdict.line.ends_with(words), "{}", verdict.line);
+        assert!(verdict.line.contains("a marker is missing or more than 150 mm off in "), "{}", verdict.line);
     }
 
     /// A pose that never changes fits better with left and right exchanged in a third of the frames of a walk.

@@ -15,6 +15,7 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
     assert!(answer.stdout.contains("10 silhouettes redrawn"), "{}", answer.stdout);
     let every = room.succeed("verify set --every 4");
     assert!(every.stdout.contains("4 silhouettes redrawn"), "{}", every.stdout);
+    assert!(every.stdout.trim_end().ends_with("were redrawn in one frame of 4 only"), "{}", every.stdout);
 
     room.write("set/observations/cam01/silhouette/000002.png", "nothing");
     let answer = room.skiagraph(["verify", "set"]);

@@ -644,6 +644,13 @@ fn a_contact_that_was_edited_is_found() {
     set.found_in_spite_of_good_hashes("contact", "truth/contact.npz", &["gap differs", "first number 4"]);
 }
 
+#[test]
+fn contacts_that_are_gone_are_missed_in_sets_that_describe_them() {
+    let set = Copy::new();
+    fs::remove_file(set.0.path().join("truth/contact.npz")).unwrap();
+    set.found_in_spite_of_good_hashes("contact", "truth/contact.npz", &["is missing"]);
+}
+
 // ---- pictures --------------------------------------------------------------------------------------------------
 
 #[test]

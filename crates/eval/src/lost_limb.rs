@@ -41,16 +41,18 @@ impl LostStretch {
         self.last_frame + 1 - self.first_frame
     }
 
-    /// `left elbow and left wrist more than 150 mm off from frame 40 to 260`; more than half of the markers are called
-    /// so.
-    pub fn in_words(&self) -> String {
+    /// `left elbow and left wrist more than 150 mm off from frame 40 to 260`, or `missing or more than` where the
+    /// estimate lacks markers; more than half of the markers are called so.
+    pub fn in_words(&self, lacks_markers: bool) -> String {
         let names: Vec<String> = self.markers.iter().map(|name| name.replace('_', " ")).collect();
         let who = match names.as_slice() {
             several if 2 * several.len() > self.of_markers => "most of the body".to_owned(),
             [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
             all => all.concat(),
         };
-        format!("{who} more than {LOST_LIMB_MM:.0} mm off from frame {} to {}", self.first_frame, self.last_frame)
+        let missing = if lacks_markers { "missing or " } else { "" };
+        let frames = format!("from frame {} to {}", self.first_frame, self.last_frame);
+        format!("{who} {missing}more than {LOST_LIMB_MM:.0} mm off {frames}")
     }
 }
 
@@ -135,7 +137,7 @@ mod tests {
         assert!((evaluation.metrics["lost_limb"].mean - 201.0 / 400.0).abs() < 1e-12);
         let longest = evaluation.longest_lost.unwrap();
         assert_eq!(
-            (longest.frames(), longest.in_words()),
+            (longest.frames(), longest.in_words(false)),
             (201, "left wrist more than 150 mm off from frame 40 to 240".to_owned())
         );
     }
@@ -147,7 +149,7 @@ mod tests {
         moved(&mut estimate, 20..40, Landmark::LeftWrist, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftElbow, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftShoulder, 0.2);
-        let words = |estimate: &[Markers]| evaluate_markers(&truth, estimate).longest_lost.unwrap().in_words();
+        let words = |estimate: &[Markers]| evaluate_markers(&truth, estimate).longest_lost.unwrap().in_words(false);
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 40");
         estimate[30..61].fill([None; 15]);
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 60");

@@ -67,11 +67,11 @@ fn is_another_origin(evidence: &PairedFrames<'_>, correction: &Correction) -> bo
 }
 
 /// A sample with its errors before and after.
-type Errors = (Sample, f64, f64);
+type SampleErrors = (Sample, f64, f64);
 
 /// The median over repetitions of some number of each: a few that are lost do not decide.
-fn over_repetitions(pairs: &[Errors], of_one: &dyn Fn(&[Errors]) -> Option<f64>) -> Option<f64> {
-    let mut repetitions: BTreeMap<usize, Vec<Errors>> = BTreeMap::new();
+fn over_repetitions(pairs: &[SampleErrors], of_one: &dyn Fn(&[SampleErrors]) -> Option<f64>) -> Option<f64> {
+    let mut repetitions: BTreeMap<usize, Vec<SampleErrors>> = BTreeMap::new();
     for pair in pairs {
         repetitions.entry(pair.0.seed).or_default().push(*pair);
     }
@@ -81,7 +81,7 @@ fn over_repetitions(pairs: &[Errors], of_one: &dyn Fn(&[Errors]) -> Option<f64>)
 }
 
 /// Mean errors before and after, of the repetitions' median.
-fn means(pairs: &[Errors]) -> Option<[f64; 2]> {
+fn means(pairs: &[SampleErrors]) -> Option<[f64; 2]> {
     let before = over_repetitions(pairs, &|one| mean(&one.iter().map(|(_, before, _)| *before).collect::<Vec<_>>()))?;
     let after = over_repetitions(pairs, &|one| mean(&one.iter().map(|(.., after)| *after).collect::<Vec<_>>()))?;
     Some([before, after])

@@ -4,6 +4,7 @@ use super::parts::ReadParts;
 use super::{Fault, Outcome};
 use crate::contact_file;
 use crate::files::SetFiles;
+use crate::listing::FORMATS;
 use crate::npz::{Array, Npz, Values};
 
 /// How far a number may be off, in shares of the greatest of its array and of 1.
@@ -17,8 +18,10 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         return Ok(("the actor has no feet".to_owned(), faults.into_iter().collect()));
     };
     if !files.has(path) {
+        // sets that describe their formats have one
+        let missing = files.has(FORMATS).then(|| Fault::new(path, "is missing, and the actor has feet"));
         let words = "the set has no contact.npz, as sets of older versions".to_owned();
-        return Ok((words, Vec::new()));
+        return Ok((words, missing.into_iter().collect()));
     }
     let found = files.read(path).map_err(|_| "not checked: contact.npz cannot be read".to_owned())?;
     let found = match Npz::from_bytes(path, &found) {
