@@ -2,9 +2,15 @@
 
 use super::*;
 
-/// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose
-/// buffer is `uri`.
 fn text(uri: &str, length: usize) -> String {
+    text_with_more(uri, length, "", "")
+}
+
+/// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose
+/// buffer is `uri`. After the joints, which are nodes 1 to 15, come `more_nodes`, and after the skin `more_skins`.
+fn text_with_more(uri: &str, length: usize, more_nodes: &str, more_skins: &str) -> String {
+    let [more_nodes, more_skins] =
+        [more_nodes, more_skins].map(|more| if more.is_empty() { String::new() } else { format!(", {more}") });
     let names = ["Hips", "Neck", "Head"].map(str::to_owned).into_iter();
     let limbs = ["Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot"];
     let limbs = ["Left", "Right"].into_iter().flat_map(|side| limbs.map(|limb| format!("{side}{limb}")));
@@ -16,8 +22,8 @@ fn text(uri: &str, length: usize) -> String {
     let nodes = names.iter().map(node).collect::<Vec<_>>().join(",");
     let joints = (1..=names.len()).map(|node| node.to_string()).collect::<Vec<_>>().join(",");
     format!(
-        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "skin": 0}}, {nodes}],
-        "skins": [{{"joints": [{joints}]}}],
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "skin": 0}}, {nodes}{more_nodes}],
+        "skins": [{{"joints": [{joints}]}}{more_skins}],
         "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}}}]}}],
         "buffers": [{{"uri": "{uri}", "byteLength": {length}}}],
         "bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 36}},
@@ -51,12 +57,8 @@ fn a_skinned_triangle_is_read_as_its_nodes_pose_it_in_the_axes_of_bodies() {
     assert_eq!(mesh.landmarks["left_ankle"], Point3::origin());
 }
 
-/// The same with more nodes and skins; the joints of the first are nodes 1 to 15.
 fn more(nodes: &str, skins: &str) -> String {
-    let skins = if skins.is_empty() { String::new() } else { format!(", {skins}") };
-    let text = text("b.bin", 96);
-    let text = text.replacen("],\n            \"skins\"", &format!(", {nodes}],\n            \"skins\""), 1);
-    text.replacen("}],\n            \"meshes\"", &format!("}}{skins}],\n            \"meshes\""), 1)
+    text_with_more("b.bin", 96, nodes, skins)
 }
 
 /// Only meshes of the first skin were read; hair and clothes with skins of their own were dropped without a word.
