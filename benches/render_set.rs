@@ -2,10 +2,11 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetDrawing, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetDrawing, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Motion, shipped, shipped_skin};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
 use skiagraph::observation::Observer;
+use skiagraph::rng::ObservationKey;
 use skiagraph::retarget::with_skin;
 use skiagraph::scene::GroundTruth;
 
@@ -54,13 +55,14 @@ impl Stage {
     fn with_parts<T>(&self, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
         let parts = SetParts {
             name: "bench",
-            rig: &self.rig,
+            rig: &TimedRig::from(&self.rig),
             start: &self.start,
             ground_truth: &self.truth,
             refitted: None,
             facts: &TruthFacts::default(),
             recordings: &[],
-            observed: Observed::default(),
+            observation: None,
+            key: ObservationKey::default(),
         };
         make(&parts, &Observer::new(&self.truth, &self.rig))
     }

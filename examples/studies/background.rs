@@ -107,11 +107,11 @@ fn ours(staged: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     for seed in SEEDS {
         let settings = ImageSettings { clothing_contrast: contrast, ..ImageSettings::default() };
-        let scene = SceneCamera::new(&staged.ground_truth, &staged.rig, &settings, seed);
+        let scene = SceneCamera::new(&staged.ground_truth, staged.rig.rig(), &settings, seed);
         let numbers: Vec<usize> = (0..staged.frames()).step_by(STRIDE).collect();
         let frames: Vec<(Vec<Image>, Vec<Mask>)> =
             numbers.iter().map(|frame| (scene.images(*frame), observer.observe(*frame).silhouettes)).collect();
-        for camera in 0..staged.rig.cameras.len() {
+        for camera in 0..staged.rig.cameras() {
             let place = folder.join(format!("cam{seed}{camera:02}"));
             let period = |period| (0..20).map(|number| scene.background(camera, period, number)).collect();
             let periods: Vec<Vec<Image>> = (0..scene.periods()).map(period).collect();

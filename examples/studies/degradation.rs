@@ -107,7 +107,7 @@ fn scenario(axis: &CorruptionAxis, level: f64, seed: u64, tracker: &str) -> Resu
         return Ok(ScenarioFile::built_in(&overrides)?);
     }
     let staged = PreparedScene::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
-    let cameras: String = staged.rig.cameras.iter().map(with_lens).collect();
+    let cameras: String = staged.rig.rig().cameras.iter().map(with_lens).collect();
     let walk = skiagraph::scenario::DEFAULT_SCENARIO;
     let (before, ring) = walk.split_once("[rig.ring]").ok_or("a ring")?;
     let (_, after) = ring.split_once("[tracker").ok_or("a tracker")?;

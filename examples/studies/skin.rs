@@ -96,7 +96,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 /// The overlap of actor and tracker's body in the refitted true poses.
 fn overlap(file: &ScenarioFile) -> Result<Overlap, Box<dyn Error>> {
     let staged = PreparedScene::new(file, None)?;
-    let (actor, body, cameras) = (&staged.ground_truth.actor, &staged.start.body, &staged.rig.cameras);
+    let (actor, body, cameras) = (&staged.ground_truth.actor, &staged.start.body, &staged.rig.rig().cameras);
     let mut painters: Vec<SilhouettePainter> = cameras.iter().map(SilhouettePainter::new).collect();
     let motion = staged.ground_truth.motion();
     let mut of_frame = |frame: usize| {

@@ -117,7 +117,7 @@ fn check_report(
         matched: staged.facts.matched,
         retarget_residual_mm: staged.report.mean_residual_mm,
         path,
-        cameras: staged.rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        cameras: staged.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect(),
         views,
         tracker: names.join(", "),
         seeds: scenario.seeds,

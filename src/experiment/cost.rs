@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::learning::Models;
 use super::measuring::Measures;
-use super::observing::Observing;
+use super::observing::observer;
 use super::scene_preparation::PreparedScene;
 use super::tracking::track;
 use super::{ExperimentError, NoProgress, memory};
-use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, RigMoments, SetParts};
+use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
@@ -167,7 +167,7 @@ fn background_s(file: &ScenarioFile, staged: &PreparedScene) -> Result<f64, Expe
         let mut observation = observation.clone();
         observation.images.background_frames = background_frames;
         let (learned, seconds) =
-            timed(|| Observing::new(&staged.ground_truth, &staged.filming, &observation).map(drop));
+            timed(|| observer(&staged.ground_truth, &staged.rig, &observation).map(drop));
         learned.map(|()| seconds)
     };
     let (one, two) = (learn(1)?, learn(2)?);
@@ -193,8 +193,8 @@ fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<B
         frames: whole.frames[..count].to_vec(),
     };
     let refitted = Motion { poses: staged.refitted.poses[..count].to_vec(), ..staged.refitted };
-    let first = |all: &RigMoments| RigMoments { frames: all.frames[..count].to_vec(), ..all.clone() };
-    let moments = staged.moments.as_ref().map(first);
+    let mut observation = file.scenario.observation.clone();
+    let facts = observation.corruption.changes_cameras().then(|| observation.facts());
     let parts = SetParts {
         name: &file.scenario.name,
         rig: &staged.rig,
@@ -203,12 +203,12 @@ fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<B
         refitted: Some(&refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: Observed { moments: moments.as_ref(), ..staged.observed(None) },
+        observation: facts.as_ref(),
+        key: staged.key,
     };
-    let mut observation = file.scenario.observation.clone();
     // the sample need not segment well, and learning the background takes longer than it
     observation.images.background_frames = observation.images.background_frames.min(2);
-    let observer = Observing::new(&ground_truth, &staged.filming, &observation)?;
+    let observer = observer(&ground_truth, &staged.rig, &observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 
@@ -280,19 +280,19 @@ impl Speed {
 }
 
 fn pixels(staged: &PreparedScene) -> impl Iterator<Item = f64> + Clone + '_ {
-    staged.rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
+    staged.rig.rig().cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
 /// Most memory while a set is drawn: the truth twice, files of `in_memory` bytes, what cameras need to be ready, and a
 /// thread's image.
 fn render_memory(file: &ScenarioFile, staged: &PreparedScene, in_memory: f64) -> f64 {
     let truth = &staged.ground_truth;
-    let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
+    let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
     let capsules = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
     let all_capsules = truth.actor.links.iter().flat_map(|link| &link.solids).all(capsules);
     let by_rays = !all_capsules || !file.scenario.prop.is_empty();
-    let distorts = staged.rig.cameras.iter().any(|camera| !camera.distortion.is_none());
+    let distorts = staged.rig.rig().cameras.iter().any(|camera| !camera.distortion.is_none());
     let rays = if by_rays || distorts { 16.0 * pixels(staged).sum::<f64>() } else { 0.0 };
     let threads = rayon::current_num_threads() as f64;
     let largest = pixels(staged).fold(0.0, f64::max);
@@ -300,7 +300,7 @@ fn render_memory(file: &ScenarioFile, staged: &PreparedScene, in_memory: f64) ->
         if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
     let observation = &file.scenario.observation;
     let segmentation = match observation.silhouette {
-        SilhouetteSource::Segmented => memory::needed(&staged.rig, &observation.images, rayon::current_num_threads()),
+        SilhouetteSource::Segmented => memory::needed(staged.rig.rig(), &observation.images, rayon::current_num_threads()),
         _ => 0.0,
     };
     segmentation + BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens

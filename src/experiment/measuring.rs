@@ -75,12 +75,12 @@ impl Measures {
             Some(_) => truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?,
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
-        let filming = set.true_filming();
-        let exact = blind.observation.as_ref().map(|_| Observer::from_filming(&set.truth.ground_truth, &filming));
+        let rig = &set.truth.rig;
+        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, rig));
         let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
-                || (Painters::new(blind), Painters::from_rig(filming.rig())),
+                || (Painters::new(blind), Painters::from_rig(rig.rig())),
                 |(painters, true_painters), frame| {
                     if progress.interrupted() {
                         return Err(ExperimentError::Interrupted);
@@ -218,12 +218,12 @@ impl SeedEstimate<'_> {
             let actor = truth.frames.iter().map(|frame| Some(&frame.pose));
             [comparable.rotations(&truth.actor, actor), comparable.rotations(self.body, estimate)]
         });
-        let filming = set.true_filming();
-        let moved: Vec<CameraRig> = match filming.is_still() {
+        let rig = &set.truth.rig;
+        let moved: Vec<CameraRig> = match rig.is_still() {
             true => Vec::new(),
-            false => truth.frames.iter().map(|frame| filming.rig_at(frame.time_s)).collect(),
+            false => truth.frames.iter().map(|frame| rig.rig_at(frame.time_s)).collect(),
         };
-        let cameras = &filming.rig().cameras;
+        let cameras = &rig.rig().cameras;
         let in_view: Vec<_> = truth.frames.iter().map(|frame| frame.in_view.as_slice()).collect();
         let visible: Vec<_> = truth.frames.iter().map(|frame| frame.visible.as_slice()).collect();
         let evaluation = evaluate(&Sequence {

@@ -44,7 +44,6 @@ mod error;
 mod export;
 mod external;
 mod figure_files;
-mod filming;
 mod gating;
 mod hints;
 mod inputs;

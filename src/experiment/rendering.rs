@@ -7,7 +7,7 @@ use super::ExperimentError;
 use super::destination::Destination;
 use super::inputs::Inputs;
 use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
-use super::observing::Observing;
+use super::observing::observer;
 use super::partial_directory::PartialDirectory;
 use super::progress::{Progress, Stage};
 use super::provenance::ResultKind;
@@ -63,9 +63,10 @@ fn draw_by<T>(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: staged.observed(facts.as_ref()),
+        observation: facts.as_ref(),
+        key: staged.key,
     };
-    let observer = Observing::new(&staged.ground_truth, &staged.filming, settings)?;
+    let observer = observer(&staged.ground_truth, &staged.rig, settings)?;
     let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
     let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     let made = make(&parts, &|frame| {
@@ -182,7 +183,7 @@ fn draw_to_disk(
     let (folder, journal) = (unfinished.folder(), unfinished.journal());
     let layers = &file.scenario.layers;
     let (there, mut notes) = draw_by(file, mocap_directory, progress, |parts, observe| {
-        let (frames, cameras) = (parts.ground_truth.frames.len(), parts.rig.cameras.len());
+        let (frames, cameras) = (parts.ground_truth.frames.len(), parts.rig.cameras());
         let done = AtomicUsize::new(0);
         if shards.is_some() && !layers.is_empty() {
             progress.begin(Stage::Layers, frames * (1 + cameras));

@@ -1,4 +1,5 @@
-//! The cameras of a scenario: a ring or an arc, files of other tools, single cameras, less those that are left out.
+//! The cameras of a scenario: a ring or an arc, files of other tools, single cameras, less those that are left out; how
+//! they move and when they take their images.
 
 use std::path::Path;
 
@@ -6,16 +7,23 @@ use nalgebra::Point3;
 
 use super::ExperimentError;
 use super::error::scenario_error;
+use crate::benchmark_set::RigMoments;
 use crate::body::Motion;
-use crate::camera::{Camera, CameraError, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
+use crate::camera::{
+    Camera, CameraError, CameraFileFormat, CameraKeyframe, CameraPath, CameraRig, CameraTiming, DEFAULT_NEAR,
+    RingParameters, TimedRig, read_cameras,
+};
 use crate::input::{self, excerpt, limits};
-use crate::scenario::{CameraFileSettings, CameraSettings, RingSettings, ScenarioError, ScenarioFile, did_you_mean};
+use crate::scenario::{
+    CameraFileSettings, CameraSettings, CameraTimingSettings, KeyframeSettings, RingSettings, ScenarioError, ScenarioFile,
+    did_you_mean,
+};
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
 const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 
-/// The cameras that see `motion`.
-pub(super) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentError> {
+/// The cameras that see `motion`, how they move and when they take their images.
+pub(super) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<TimedRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let in_rig = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
     let mut cameras = match &settings.ring {
@@ -47,7 +55,7 @@ pub(super) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, Exp
     leave_out(file, &mut cameras)?;
     let rig = CameraRig { cameras };
     rig.check_size().map_err(|e| in_rig("rig", e))?;
-    Ok(rig)
+    timed(file, rig, motion)
 }
 
 /// Takes the cameras away that `rig.leave_out` names.
@@ -129,6 +137,59 @@ fn middle_of_path(motion: &Motion) -> Point3<f64> {
     nalgebra::center(&low, &high)
 }
 
+/// The cameras of `rig` as they move and take their images of `motion`. What is said of cameras that are left out is passed over.
+fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRig, ExperimentError> {
+    let settings = &file.scenario.rig;
+    let mut paths = vec![None; rig.cameras.len()];
+    let mut timings = vec![CameraTiming::default(); rig.cameras.len()];
+    let refused = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
+    let is_there = |camera: &String| !settings.leave_out.contains(camera);
+    for (index, entry) in settings.motion.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
+        let key = format!("rig.motion[{index}]");
+        let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
+        let keyframes = entry.keyframes.iter().map(keyframe).collect();
+        let path = CameraPath::new(&entry.camera, keyframes);
+        paths[camera] = Some(path.map_err(|e| refused(&format!("{key}.keyframes"), e))?);
+    }
+    for (index, entry) in settings.timing.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
+        let key = format!("rig.timing[{index}]");
+        let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
+        let CameraTimingSettings { offset_ms, line_delay_us, .. } = *entry;
+        let every = entry.every(file.scenario.motion.frames_per_second).ok_or_else(|| {
+            let message = "expected the scenario's rate divided by a whole number".to_owned();
+            scenario_error(file, &format!("{key}.frames_per_second"), message)
+        })?;
+        timings[camera] = CameraTiming { every, offset_s: 1e-3 * offset_ms, line_delay_s: 1e-6 * line_delay_us };
+    }
+    let rig = TimedRig::new(rig, paths, timings).map_err(|e| refused("rig.motion", e))?;
+    let on_its_way = rig.check(motion.poses.len(), motion.frames_per_second);
+    on_its_way.map_err(|e| refused("rig.motion", e))?;
+    Ok(rig)
+}
+
+/// How the cameras film, for users.
+pub(super) fn rig_notes(moments: &RigMoments, rig: &CameraRig, frames_per_second: f64) -> Vec<String> {
+    let cameras = rig.cameras.iter().enumerate();
+    let words = cameras.filter_map(|(index, camera)| Some((camera, moments.in_words(index, frames_per_second)?)));
+    words.map(|(camera, words)| format!("camera `{}`: {words}", camera.name)).collect()
+}
+
+fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
+    let KeyframeSettings { time_s, position_m, look_at_m, roll_deg } = *settings;
+    CameraKeyframe { time_s, position: position_m.into(), look_at: look_at_m.into(), roll: roll_deg.to_radians() }
+}
+
+/// The number of the camera of a name.
+fn camera_named(file: &ScenarioFile, key: &str, name: &str, rig: &CameraRig) -> Result<usize, ExperimentError> {
+    rig.cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
+        let names = || rig.cameras.iter().map(|camera| camera.name.as_str());
+        let guess = did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
+        let known = names().collect::<Vec<_>>().join(", ");
+        let message = format!("expected the name of a camera of the rig, {known}; found `{}`{guess}", excerpt(name));
+        scenario_error(file, key, message)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,7 +199,7 @@ mod tests {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let file = ScenarioFile::built_in(&overrides).map_err(|e| e.to_string())?;
         let staged = PreparedScene::new(&file, None).map_err(|e| e.to_string())?;
-        Ok(staged.rig.cameras.into_iter().map(|camera| camera.name).collect())
+        Ok(staged.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect())
     }
 
     #[test]

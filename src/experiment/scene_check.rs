@@ -89,7 +89,7 @@ impl CamerasInside {
     pub(super) fn new(file: &ScenarioFile, staged: &PreparedScene) -> Self {
         let mut found = Self::default();
         let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
-        for (index, camera) in staged.rig.cameras.iter().enumerate() {
+        for (index, camera) in staged.rig.rig().cameras.iter().enumerate() {
             let inside = frames_inside(staged, index);
             let Some((first, link)) = inside.first() else { continue };
             let (name, link) = (&camera.name, &staged.ground_truth.actor.links[*link].name);
@@ -113,7 +113,7 @@ impl CamerasInside {
 
 /// The frames in which a camera is inside one of the actor's solids, each with the link.
 fn frames_inside(staged: &PreparedScene, camera: usize) -> Vec<(usize, usize)> {
-    let (truth, filming) = (&staged.ground_truth, &staged.filming);
+    let (truth, filming) = (&staged.ground_truth, &staged.rig);
     let within = |index: usize| {
         let frame = &truth.frames[index];
         let point = &filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0)).centre();
@@ -166,10 +166,10 @@ pub(super) fn doubts(staged: &PreparedScene) -> Vec<String> {
                 frames.len(),
             ));
         }
-        for (index, camera) in staged.rig.cameras.iter().enumerate() {
-            let at = |time_s| is_inside(&prop.solid, staged.filming.camera_at(index, time_s).centre());
-            let seconds = truth.frames.iter().map(|frame| staged.filming.row_s(index, frame.time_s, 0));
-            let inside = match staged.filming.path(index) {
+        for (index, camera) in staged.rig.rig().cameras.iter().enumerate() {
+            let at = |time_s| is_inside(&prop.solid, staged.rig.camera_at(index, time_s).centre());
+            let seconds = truth.frames.iter().map(|frame| staged.rig.row_s(index, frame.time_s, 0));
+            let inside = match staged.rig.path(index) {
                 None => at(0.0).then(|| "and sees nothing else".to_owned()),
                 Some(_) => Some(seconds.filter(|time_s| at(*time_s)).count())
                     .filter(|count| *count > 0)
@@ -184,9 +184,9 @@ pub(super) fn doubts(staged: &PreparedScene) -> Vec<String> {
 
 /// How every camera sees the actor.
 pub(super) fn views(staged: &PreparedScene) -> Vec<CameraView> {
-    let observer = Observer::from_filming(&staged.ground_truth, &staged.filming);
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let pixels = |camera: &Camera| camera.pinhole.width as usize * camera.pinhole.height as usize;
-    let a_frame = staged.rig.cameras.iter().map(pixels).sum::<usize>().max(1);
+    let a_frame = staged.rig.rig().cameras.iter().map(pixels).sum::<usize>().max(1);
     let frames =
         frames_to_look_at(staged.frames(), (PIXELS_LOOKED_AT / a_frame).clamp(FEWEST_LOOKED_AT, FRAMES_LOOKED_AT));
     let seen: Vec<Observation> = parallel::map(frames.len(), |i| observer.observe(frames[i]));
@@ -207,7 +207,7 @@ pub(super) fn views(staged: &PreparedScene) -> Vec<CameraView> {
             height_px: heights.first().zip(heights.last()).map(|(low, high)| [*low, heights[heights.len() / 2], *high]),
         }
     };
-    staged.rig.cameras.iter().enumerate().map(view).collect()
+    staged.rig.rig().cameras.iter().enumerate().map(view).collect()
 }
 
 /// What `run` refuses once it has drawn everything: not a pixel of the actor in any frame of any camera.
@@ -215,7 +215,7 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &PreparedScene, views: &[Camer
     if views.iter().any(|view| view.height_px.is_some()) {
         return None;
     }
-    let observer = Observer::from_filming(&staged.ground_truth, &staged.filming);
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let is_seen = |frame: &usize| observer.observe(*frame).silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     (0..staged.frames()).find(is_seen).is_none().then(|| unseen_in(file, staged.frames()))
 }

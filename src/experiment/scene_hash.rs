@@ -13,11 +13,12 @@ use crate::input::hex_sha256;
 /// The hash is of text that this version writes for each of these; runs of other versions are never put together.
 pub(super) fn scene_hash(set: &BenchmarkSet) -> String {
     let truth = &set.truth.ground_truth;
-    let rig = set.truth.cameras.as_ref().unwrap_or(&set.blind.rig);
+    let rig = set.truth.rig.rig();
+    let filming = (!set.truth.rig.is_still()).then_some(&set.truth.rig);
     let facts = TruthFacts { observation_seed: None, ..set.truth.facts.clone() };
     let mut text = String::new();
     // writing into a string does not fail
-    let _ = write!(text, "{:?} {rig:?} {:?} {:?}", set.blind.frames_per_second, set.truth.filming, truth.props);
+    let _ = write!(text, "{:?} {rig:?} {filming:?} {:?}", set.blind.frames_per_second, truth.props);
     let (actor, start) = (&truth.actor, &set.blind.start);
     let _ = write!(text, " {:?} {:?} {:?}", actor.links, actor.joints, actor.skin);
     let skinned = start.body.skin.is_some();

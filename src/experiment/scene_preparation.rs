@@ -7,17 +7,16 @@ use nalgebra::{Unit, Vector3};
 use super::contact_facts;
 use super::distractors::{SceneDistractors, distractors};
 use super::error::scenario_error;
-use super::filming::{self, filming, moments};
 use super::mismatch_seed::mismatch_seed;
 use super::people::{another_adult, of_its_mass};
 use super::retargeted_motion::{Recordings, RetargetedMotion};
 use super::retargeting::{plant_feet_if_asked, refit};
-use super::rig::rig;
+use super::rig::{rig, rig_notes};
 use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
+    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
     TruthFacts,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion};
@@ -25,7 +24,7 @@ use crate::camera::{CameraRig, TimedRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
 use crate::motion_model::MotionModelError;
-use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
+use crate::observation::{Corruption, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
@@ -40,15 +39,8 @@ use crate::scene::GroundTruth;
 pub struct PreparedScene {
     /// Whose motion, in words.
     pub clip: String,
-    /// The true cameras; those that move as they are in frame 0.
-    pub rig: CameraRig,
-    /// How they move and take their images.
-    pub filming: TimedRig,
-    /// What a tracker is told of them in every frame; `None` where all stand still and take an image of every frame at
-    /// its time.
-    pub moments: Option<RigMoments>,
-    /// The cameras that a tracker is told, where they differ from the true ones.
-    pub tracker_rig: Option<CameraRig>,
+    /// The true cameras, how they move and take their images.
+    pub rig: TimedRig,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
     /// Which frames of which files the actor performs.
@@ -118,12 +110,11 @@ impl PreparedScene {
                 )
             }
         };
-        let filming = filming(file, rig(file, &performed.motion)?, &performed.motion)?;
-        let rig = filming.rig().clone();
+        let rig = rig(file, &performed.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = performed.motion.poses.len();
         let SceneDistractors { distractors, notes: other_notes } = distractors(file, frames, mocap_directory)?;
-        let ground_truth = GroundTruth::filmed(performed.humanoid, &performed.motion, &filming, props, distractors)?;
+        let ground_truth = GroundTruth::among(performed.humanoid, &performed.motion, &rig, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {
             true => performed.motion,
@@ -138,12 +129,11 @@ impl PreparedScene {
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
-        let tracker_rig = corruption.changes_cameras().then(|| tracker_rig(&rig, corruption, seed));
-        let moments = moments(&ground_truth, &filming, corruption, seed);
+        let told = RigMoments::told(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
         let mut notes = performed.report.notes.clone();
-        notes.extend(lens_without_effect(corruption, &rig));
+        notes.extend(lens_without_effect(corruption, rig.rig()));
         let rate = ground_truth.frames_per_second;
-        notes.extend(moments.iter().flat_map(|moments| filming::notes(moments, &rig, rate)));
+        notes.extend(told.iter().flat_map(|told| rig_notes(told, rig.rig(), rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(robot_notes("actor", &actor_template, &notes_of_skin));
         if !same_robot {
@@ -154,7 +144,7 @@ impl PreparedScene {
         notes.extend(other_notes);
         notes.extend(footless("actor.robot", &ground_truth.actor));
         notes.extend(footless("tracker_body.robot", &body));
-        let unseen = ground_truth.unfilmed_frames(&filming).len();
+        let unseen = ground_truth.unseen_frames(&rig).len();
         if unseen > 0 {
             let frames = ground_truth.frames.len();
             notes.push(format!(
@@ -164,9 +154,6 @@ impl PreparedScene {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            filming,
-            moments,
-            tracker_rig,
             start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,
@@ -192,13 +179,6 @@ impl PreparedScene {
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.ground_truth.frames.len()
-    }
-
-    /// How observations that are described so differ from what the true cameras see.
-    pub(super) fn observed<'a>(&'a self, facts: Option<&'a ObservationFacts>) -> Observed<'a> {
-        let filming = (!self.filming.is_still()).then_some(&self.filming);
-        let (tracker_rig, moments) = (self.tracker_rig.as_ref(), self.moments.as_ref());
-        Observed { facts, tracker_rig, filming, moments, key: self.key }
     }
 }
 

@@ -28,7 +28,7 @@ fn text(room: &Sandbox, path: &str) -> String {
 /// What the cameras and the start pose that a tracker is told are off by: metres and radians.
 fn errors(room: &Sandbox, set: &str) -> Vec<f64> {
     let set = BenchmarkSet::read(&room.path(set)).unwrap();
-    let pairs = set.blind.rig.cameras.iter().zip(&set.true_rig().cameras);
+    let pairs = set.blind.rig.cameras.iter().zip(&set.truth.rig.rig().cameras);
     let of_camera = |(told, seen): (&skiagraph::camera::Camera, &skiagraph::camera::Camera)| {
         let turned = told.camera_from_world.rotation * seen.camera_from_world.rotation.inverse();
         let parts: [Vector3<f64>; 2] = [told.centre() - seen.centre(), turned.scaled_axis()];
@@ -75,7 +75,7 @@ fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_w
     let found = |set: &str| -> Vec<u64> {
         let set = BenchmarkSet::read(&room.path(set)).unwrap();
         let told = set.blind.rig.cameras[0].centre();
-        let draws = |seed: &u64| (tracker_rig(set.true_rig(), &corruption, *seed).cameras[0].centre() - told).norm();
+        let draws = |seed: &u64| (tracker_rig(set.truth.rig.rig(), &corruption, *seed).cameras[0].centre() - told).norm();
         (0..20_000).filter(|seed| draws(seed) < 1e-5).collect()
     };
     assert_eq!(found("public"), [2137]);

@@ -68,9 +68,9 @@ fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
     let filming = TimedRig::new(rig(), vec![Some(standing)], Vec::new()).unwrap();
     assert_eq!(filming.rig(), &rig());
     let truth = still(6);
-    let filmed = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
+    let filmed = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
     assert_eq!(filmed, truth);
-    let observer = Observer::from_filming(&filmed, &filming);
+    let observer = Observer::new(&filmed, &filming);
     for expected in observe(&truth, &rig()) {
         assert_eq!(observer.observe(expected.frame).silhouettes, expected.silhouettes);
     }
@@ -95,8 +95,8 @@ fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
     };
     let path = CameraPath::new("front", vec![along(0.0), along(4.0)]).unwrap();
     let filming = TimedRig::new(rig(), vec![Some(path)], Vec::new()).unwrap();
-    let truth = GroundTruth::filmed(actor(), &walk, &filming, Vec::new(), Vec::new()).unwrap();
-    let observer = Observer::from_filming(&truth, &filming);
+    let truth = GroundTruth::from_motion(actor(), &walk, &filming).unwrap();
+    let observer = Observer::new(&truth, &filming);
     let first = observer.observe(0);
     assert!(first.silhouettes[0].count() > 500);
     for frame in 1..5 {
@@ -115,8 +115,8 @@ fn a_camera_that_is_late_sees_the_motion_that_comes() {
     // half a frame late is every other frame of the motion at twice the rate; early as well
     for (offset_s, shift) in [(0.5 / RATE, 1), (-0.5 / RATE, -1), (2.0 / RATE, 4)] {
         let filming = timed(CameraTiming { offset_s, ..CameraTiming::default() });
-        let filmed = GroundTruth::filmed(actor(), &motion(8), &filming, Vec::new(), Vec::new()).unwrap();
-        let observer = Observer::from_filming(&truth, &filming);
+        let filmed = GroundTruth::from_motion(actor(), &motion(8), &filming).unwrap();
+        let observer = Observer::new(&truth, &filming);
         for frame in 1..6 {
             let seen = observer.observe(frame);
             let there = (2 * frame as i64 + shift) as usize;
@@ -139,21 +139,21 @@ fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_t
     let filming = TimedRig::new(rig(), vec![Some(moving())], vec![rolling; 2]).unwrap();
     let solid = Solid::Box { link_from_box: Isometry3::translation(1.2, 0.2, 0.4), half_extents: [0.05, 0.2, 0.4] };
     let props = vec![Prop { name: "box".into(), solid }];
-    let truth = GroundTruth::filmed(actor(), &motion(6), &filming, props, Vec::new()).unwrap();
-    let seen = Observer::from_filming(&truth, &filming).observe(2);
+    let truth = GroundTruth::among(actor(), &motion(6), &filming, props, Vec::new()).unwrap();
+    let seen = Observer::new(&truth, &filming).observe(2);
     let wanted = WantedLayers { normals: true, ..WantedLayers::default() };
     for camera in 0..2 {
-        let layers = LayerObserver::from_filming(&truth, &filming, camera, wanted).look(2).unwrap();
+        let layers = LayerObserver::new(&truth, &filming, camera, wanted).look(2).unwrap();
         let (mut pixels, mut depths, mut rows_that_differ) = (0, 0, 0);
         for row in (0..SIZE[1]).step_by(7) {
             let at_once = CameraTiming { offset_s: 0.002 + delay * f64::from(row), ..CameraTiming::default() };
             let path = (camera == 0).then(moving);
             let paths = if camera == 0 { vec![path] } else { Vec::new() };
             let global = TimedRig::new(rig(), paths, vec![at_once; 2]).unwrap();
-            let image = &Observer::from_filming(&truth, &global).observe(2).silhouettes[camera];
+            let image = &Observer::new(&truth, &global).observe(2).silhouettes[camera];
             let differ = |x: &u32| image.get(*x, row) != seen.silhouettes[camera].get(*x, row);
             pixels += (0..SIZE[0]).filter(differ).count();
-            let own = LayerObserver::from_filming(&truth, &global, camera, wanted).look(2).unwrap();
+            let own = LayerObserver::new(&truth, &global, camera, wanted).look(2).unwrap();
             let at = |x: u32| (row * SIZE[0] + x) as usize;
             let other = |x: &u32| {
                 let (a, b) = (at(*x), at(*x));
@@ -167,7 +167,7 @@ fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_t
         assert!(rows_that_differ > 10 && pixels <= 2 && depths <= 2, "camera {camera}: {pixels} and {depths} pixels");
     }
     let global = TimedRig::new(rig(), vec![Some(moving())], Vec::new()).unwrap();
-    let at_once = Observer::from_filming(&truth, &global).observe(2);
+    let at_once = Observer::new(&truth, &global).observe(2);
     assert!(differing(&at_once.silhouettes[0], &seen.silhouettes[0]) > 20, "and that can be seen");
 }
 
@@ -176,14 +176,14 @@ fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
     let truth = still(6);
     let own = timed(CameraTiming { line_delay_s: 2e-5, ..CameraTiming::default() });
     let corruption = Corruption { line_delay_us: 30.0, ..Corruption::default() };
-    let both = CorruptedObserver::from_filming(&truth, &own, corruption, 3).observe(2);
+    let both = CorruptedObserver::new(&truth, &own, corruption, 3).observe(2);
     let sum = timed(CameraTiming { line_delay_s: 2e-5 + 1e-6 * 30.0, ..CameraTiming::default() });
-    assert_eq!(both.silhouettes, Observer::from_filming(&truth, &sum).observe(2).silhouettes);
+    assert_eq!(both.silhouettes, Observer::new(&truth, &sum).observe(2).silhouettes);
     // a tracker is told of the camera's own times alone
     assert_eq!(both.moment, own.moment(2, truth.frames[2].time_s));
     let slow = timed(CameraTiming { every: 2, ..CameraTiming::default() });
     let lossy = Corruption { dropped_frames: 0.5, ..Corruption::default() };
-    let observer = CorruptedObserver::from_filming(&truth, &slow, lossy, 3);
+    let observer = CorruptedObserver::new(&truth, &slow, lossy, 3);
     for frame in 0..6 {
         let seen = observer.observe(frame);
         assert_eq!(seen.has_image(0), frame % 2 == 0);
@@ -195,9 +195,9 @@ fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
 fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
     let timing = CameraTiming { every: 2, offset_s: 0.004, line_delay_s: 0.0 };
     let filming = TimedRig::new(rig(), vec![Some(moving())], vec![timing]).unwrap();
-    let truth = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
+    let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
     let wanted = WantedLayers { flow: true, ..WantedLayers::default() };
-    let observer = LayerObserver::from_filming(&truth, &filming, 0, wanted);
+    let observer = LayerObserver::new(&truth, &filming, 0, wanted);
     assert!(observer.look(1).is_none(), "there is no image");
     let layers = observer.look(2).unwrap();
     let smooth = motion(6).made_continuous(&actor());
@@ -225,8 +225,8 @@ fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_w
     let slow = CameraTiming { every: 2, ..CameraTiming::default() };
     let timings = vec![CameraTiming::default(), slow];
     let filming = TimedRig::new(rig(), vec![Some(moving())], timings).unwrap();
-    let truth = GroundTruth::filmed(actor(), &motion(6), &filming, Vec::new(), Vec::new()).unwrap();
-    let observer = Observer::from_filming(&truth, &filming);
+    let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
+    let observer = Observer::new(&truth, &filming);
     let likelihood = |rig: &CameraRig| {
         SilhouetteLikelihood::new(actor(), rig, SilhouetteSettings::default()).unwrap().with_descent()
     };
@@ -267,7 +267,7 @@ fn a_set_says_where_its_cameras_are_and_which_took_an_image_and_is_read_back() {
     set.write_with_layers(folder.path(), &[Layer::Depth]).unwrap();
     let read = BenchmarkSet::read(folder.path()).unwrap();
     assert_eq!((&read.truth, &read.blind.moments), (&set.truth, &set.blind.moments));
-    let filming = read.true_filming();
+    let filming = &read.truth.rig;
     let blind = BlindSet::read(folder.path()).unwrap();
     for frame in 0..8 {
         let observation = blind.observation(frame).unwrap();
@@ -293,7 +293,7 @@ fn a_set_of_cameras_that_stand_still_is_what_it_always_was() {
     assert!(text("set.toml").contains("skiagraph.set/1") && text("cameras.json").contains("skiagraph.cameras/1"));
     assert!(!text("cameras.json").contains("frames") && !text("README.txt").contains("cameras.npz"));
     assert!(!text("files.sha256").contains("cameras.npz") && !text("files.sha256").contains("filming.json"));
-    assert_eq!((set.blind.moments, set.truth.filming), (None, None));
+    assert!(set.blind.moments.is_none() && set.truth.rig.is_still());
 }
 
 #[test]

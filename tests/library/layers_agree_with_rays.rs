@@ -208,7 +208,7 @@ fn every_layer_of_a_hundred_random_views_agrees_with_rays() {
         let camera = camera(index, &middle, &mut random);
         let props = props(index, &middle, &camera, &mut random);
         let rig = CameraRig { cameras: vec![camera.clone()] };
-        let truth = GroundTruth::among_props(body.clone(), &motion, &rig, props.clone()).unwrap();
+        let truth = GroundTruth::among(body.clone(), &motion, &rig, props.clone(), Vec::new()).unwrap();
         let layers = LayerObserver::new(&truth, &rig, 0, wanted).look(0).unwrap();
         let scene = RayScene::new(body, &motion.poses, &props);
         let plain = PlainCamera::new(&camera);

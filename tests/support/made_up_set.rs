@@ -1,12 +1,10 @@
 //! A set of a few made-up frames of the built-in actor, for tests of files of sets.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Observed, RigMoments, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, RigMoment, TimedRig};
-use skiagraph::observation::{
-    CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource, tracker_rig, tracker_start,
-};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
+use skiagraph::observation::{ObservationSettings, SilhouetteObserver, tracker_start};
 use skiagraph::scene::GroundTruth;
 
 /// A camera `[name, eye, distortion]` of `size` pixels that looks at the actor's belly.
@@ -58,23 +56,11 @@ pub(crate) fn assemble_filmed(
 ) -> BenchmarkSet {
     let (corruption, seed) = (&settings.corruption, settings.keyed_seed());
     let actor = shipped("actor").unwrap();
-    let rig = filming.rig();
-    let truth = GroundTruth::filmed(actor.clone(), motion, filming, Vec::new(), Vec::new()).unwrap();
-    let told = |moment: RigMoment| {
-        let told = tracker_rig(&rig.at(&moment), corruption, seed);
-        RigMoment { camera_from_world: told.cameras.iter().map(|c| c.camera_from_world).collect(), ..moment }
-    };
-    let frames = truth.frames.iter().enumerate();
-    let moments = RigMoments {
-        frames: frames.filter_map(|(frame, known)| filming.moment(frame, known.time_s)).map(told).collect(),
-        line_delay_s: (0..filming.cameras()).map(|camera| filming.timing(camera).line_delay_s).collect(),
-    };
-    let is_filmed = !filming.is_still();
+    let truth = GroundTruth::from_motion(actor.clone(), motion, filming).unwrap();
     let training = Training::none(&actor);
     let pose = tracker_start(&actor, &motion.poses[0], corruption, seed);
     let start = Start { body: actor, pose, training, calibrate: false };
     let exact = settings.is_exact();
-    let told_rig = corruption.changes_cameras().then(|| tracker_rig(rig, corruption, seed));
     let facts = TruthFacts {
         motion: "made up".into(),
         matched: true,
@@ -84,32 +70,15 @@ pub(crate) fn assemble_filmed(
     let observed = settings.facts();
     let parts = SetParts {
         name,
-        rig,
+        rig: filming,
         start: &start,
         ground_truth: &truth,
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
-        observed: Observed {
-            facts: (!exact).then_some(&observed),
-            tracker_rig: told_rig.as_ref(),
-            filming: is_filmed.then_some(filming),
-            moments: is_filmed.then_some(&moments),
-            key: seed.key,
-        },
+        observation: (!exact).then_some(&observed),
+        key: seed.key,
     };
-    match settings.silhouette {
-        SilhouetteSource::Exact => {
-            let observer = Observer::from_filming(&truth, filming);
-            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
-        }
-        SilhouetteSource::Corrupted => {
-            let observer = CorruptedObserver::from_filming(&truth, filming, settings.corruption, seed);
-            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
-        }
-        SilhouetteSource::Segmented => {
-            let observer = SegmentedObserver::new(&truth, rig, &settings.images, &settings.background, seed).unwrap();
-            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
-        }
-    }
+    let observer = SilhouetteObserver::new(&truth, filming, &observed, seed).unwrap();
+    BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
 }

@@ -28,7 +28,7 @@ pub struct BlindSet {
     /// The way the body faces in frame 0, a unit vector on the ground; `None` if it has no heading, and in sets of
     /// older versions.
     pub forward: Option<[f64; 3]>,
-    /// The cameras as a tracker is told them; the true ones may differ ([`super::TruthSet::cameras`]).
+    /// The cameras as a tracker is told them; the true ones may differ ([`super::TruthSet::rig`]).
     /// In sets whose cameras move, as they are in frame 0; [`Self::rig_at`] has them in any frame.
     pub rig: CameraRig,
     /// Where the cameras are in every frame and when they took their images; `None` where all stand still and took an

@@ -57,12 +57,8 @@ pub(super) fn observations_directory(index: usize) -> String {
     format!("observations/cam{index:02}")
 }
 
-pub(super) fn to_json(rig: &CameraRig) -> Result<Vec<u8>, SetError> {
-    to_json_with(rig, None)
-}
-
-/// As [`to_json`], of cameras whose every frame stands in another file.
-pub(super) fn to_json_with(rig: &CameraRig, frames: Option<&str>) -> Result<Vec<u8>, SetError> {
+/// `frames`: the file that has where the cameras are in every frame; `None` where they stand still.
+pub(super) fn to_json(rig: &CameraRig, frames: Option<&str>) -> Result<Vec<u8>, SetError> {
     let cameras = rig.cameras.iter().enumerate().map(|(index, camera)| CameraRecord::new(index, camera)).collect();
     let schema = if frames.is_some() { FILMED } else { SCHEMA }.into();
     let frames = frames.map(str::to_owned);
@@ -128,8 +124,8 @@ mod tests {
 
     #[test]
     fn a_rig_is_read_back_to_the_bit_once_it_has_been_in_a_file() {
-        let written = from_json(&to_json(&test_cameras::rig()).unwrap()).unwrap();
-        assert_eq!(from_json(&to_json(&written).unwrap()).unwrap(), written);
+        let written = from_json(&to_json(&test_cameras::rig(), None).unwrap()).unwrap();
+        assert_eq!(from_json(&to_json(&written, None).unwrap()).unwrap(), written);
         for (a, b) in test_cameras::rig().cameras.iter().zip(&written.cameras) {
             assert_eq!((&a.name, a.distortion, a.pinhole.focal), (&b.name, b.distortion, b.pinhole.focal));
             assert!((a.pinhole.principal_point[0] - b.pinhole.principal_point[0]).abs() < 1e-12);
@@ -138,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_rotation_matrix_that_disagrees_with_the_quaternion_is_refused() {
-        let text = String::from_utf8(to_json(&test_cameras::rig()).unwrap()).unwrap();
+        let text = String::from_utf8(to_json(&test_cameras::rig(), None).unwrap()).unwrap();
         let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
         json["cameras"][1]["t"][2] = 9.0.into();
         let message = from_json(json.to_string().as_bytes()).unwrap_err().to_string();

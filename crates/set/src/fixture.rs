@@ -2,10 +2,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFacts};
+use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
+use crate::camera::TimedRig;
 use crate::observing::Observer;
 use crate::raster::TaperedCapsule;
 use crate::rng::ObservationKey;
@@ -31,13 +32,14 @@ pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &O
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",
-        rig: &rig(),
+        rig: &TimedRig::from(&rig()),
         start: &start,
         ground_truth: &truth,
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
-        observed: Observed { key: ObservationKey::from_bytes([7; 16]), ..Observed::default() },
+        observation: None,
+        key: ObservationKey::from_bytes([7; 16]),
     };
     make(&parts, &Observer::new(&truth, &rig()))
 }

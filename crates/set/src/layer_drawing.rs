@@ -1,6 +1,5 @@
 //! The truth images of a set, drawn while they are written.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use super::set_writer::SetWriter;
@@ -33,7 +32,7 @@ fn bytes_a_pixel(layer: &Layer) -> usize {
 /// Images of every true camera and frame.
 pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
-    pub(super) filming: Cow<'a, TimedRig>,
+    pub(super) rig: &'a TimedRig,
     /// How colour images look, and the seed of what is random in them.
     pub(super) scene: (ImageSettings, KeyedSeed),
     pub(super) layers: &'a [Layer],
@@ -49,7 +48,7 @@ impl LayerDrawing<'_> {
             let Some(images) = self.observer(camera).look(frame) else { return Ok(0) };
             Ok(layer_files(camera, frame, &images, self.layers)?.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())
         };
-        (0..self.filming.cameras()).map(size).sum()
+        (0..self.rig.cameras()).map(size).sum()
     }
 
     /// Sees the images of one camera.
@@ -62,7 +61,7 @@ impl LayerDrawing<'_> {
             coverage: self.layers.contains(&Layer::Coverage),
             colour: self.layers.contains(&Layer::Colour).then_some(self.scene),
         };
-        LayerObserver::from_filming(self.truth, &self.filming, camera, wanted)
+        LayerObserver::new(self.truth, self.rig, camera, wanted)
     }
 
     /// Images of some frames, one camera after another. Each image is drawn, written and dropped, so memory does not
@@ -73,7 +72,7 @@ impl LayerDrawing<'_> {
         frames: Range<usize>,
         tick: &(dyn Fn() + Sync),
     ) -> Result<(), SetError> {
-        for (index, camera) in self.filming.rig().cameras.iter().enumerate() {
+        for (index, camera) in self.rig.rig().cameras.iter().enumerate() {
             let observer = self.observer(index);
             let workers = workers(camera, self.layers);
             let work = |worker| {

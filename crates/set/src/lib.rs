@@ -112,7 +112,7 @@ pub use recording_file::{
 };
 pub use retarget_facts::RetargetFacts;
 pub use set::{
-    BenchmarkSet, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, listed_files, verify_hashes,
+    BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, listed_files, verify_hashes,
 };
 pub use set_drawing::SetDrawing;
 pub use silhouette_png::to_png as silhouette_to_png;

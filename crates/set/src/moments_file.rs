@@ -13,8 +13,11 @@ use nalgebra::{Isometry3, Point3};
 use super::files::SetFiles;
 use super::manifest::BlindManifest;
 use super::{SetError, rigid};
-use crate::camera::{CameraRig, RigMoment};
+use crate::camera::{CameraRig, RigMoment, TimedRig};
 use crate::npz::{Array, Npz, Values};
+use crate::observing::{Corruption, ObservationFacts, tracker_rig};
+use crate::rng::KeyedSeed;
+use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "cameras.npz";
 
@@ -31,6 +34,28 @@ pub struct RigMoments {
 }
 
 impl RigMoments {
+    /// What a tracker is told of `rig` in every frame of `truth`, with the errors of cameras that observations made so
+    /// have; `None` where all cameras stand still and take an image of every frame at its time.
+    pub fn told(
+        rig: &TimedRig,
+        truth: &GroundTruth,
+        observation: Option<&ObservationFacts>,
+        seed: KeyedSeed,
+    ) -> Option<Self> {
+        let corruption = observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras);
+        let told = |(frame, known): (usize, &TruthFrame)| {
+            let mut moment = rig.moment(frame, known.time_s)?;
+            if let Some(corruption) = &corruption {
+                let told = tracker_rig(&rig.rig().at(&moment), corruption, seed);
+                moment.camera_from_world = told.cameras.iter().map(|camera| camera.camera_from_world).collect();
+            }
+            Some(moment)
+        };
+        let frames = truth.frames.iter().enumerate().map(told).collect::<Option<_>>()?;
+        let line_delay_s = (0..rig.cameras()).map(|camera| rig.timing(camera).line_delay_s).collect();
+        Some(Self { frames, line_delay_s })
+    }
+
     /// How a camera, which the rig must have, moves and takes its images, in words; `None` for one that stands still
     /// and takes an image of every frame at its time. `frames_per_second` is that of the frames.
     pub fn in_words(&self, camera: usize, frames_per_second: f64) -> Option<String> {

@@ -1,6 +1,5 @@
 //! A complete set: the blind side and the truth.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,10 +16,10 @@ use super::{
     filming_file, key_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
-use crate::camera::{CameraRig, RigMoment, TimedRig};
+use crate::camera::{CameraRig, TimedRig};
 use crate::npz::Npz;
 use crate::observation::Observation;
-use crate::observing::ObservationFacts;
+use crate::observing::{Corruption, ObservationFacts, tracker_rig};
 use crate::parallel;
 use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;
@@ -75,28 +74,9 @@ pub struct TruthSet {
     pub facts: TruthFacts,
     /// The recordings that the actor performs, to detect models that learned from them; none in sets without them.
     pub recordings: Vec<SourceRecording>,
-    /// The cameras that saw the actor, where trackers are told others; `None` where these are the same.
-    pub cameras: Option<CameraRig>,
-    /// How these cameras move and when they took their images; `None` where all stand still and took an image of every
-    /// frame at its time.
-    pub filming: Option<TimedRig>,
+    /// The cameras that saw the actor, whatever trackers are told, how they move and when they took their images.
+    pub rig: TimedRig,
     /// The secret that everything drawn for the observations depends on; the public key where there is none.
-    pub key: ObservationKey,
-}
-
-/// How observations differ from what the true cameras see.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Observed<'a> {
-    /// How they were made; `None` where they are exact.
-    pub facts: Option<&'a ObservationFacts>,
-    /// The cameras that a tracker is told, where they differ from the true ones.
-    pub tracker_rig: Option<&'a CameraRig>,
-    /// How the true cameras move and take their images; `None` where all stand still and take an image of every frame
-    /// at its time.
-    pub filming: Option<&'a TimedRig>,
-    /// What a tracker is told of the cameras in every frame, where they film so.
-    pub moments: Option<&'a RigMoments>,
-    /// The secret that everything drawn for them depends on, which is kept with the truth; the public key is not.
     pub key: ObservationKey,
 }
 
@@ -106,7 +86,7 @@ pub struct SetParts<'a> {
     /// The set's name.
     pub name: &'a str,
     /// The true cameras.
-    pub rig: &'a CameraRig,
+    pub rig: &'a TimedRig,
     /// What the tracker is told.
     pub start: &'a Start,
     /// The truth.
@@ -117,8 +97,10 @@ pub struct SetParts<'a> {
     pub facts: &'a TruthFacts,
     /// The recordings that the actor performs, where they are known.
     pub recordings: &'a [SourceRecording],
-    /// How the observations differ from the truth.
-    pub observed: Observed<'a>,
+    /// How the observations were made, with the errors of what a tracker is told; `None` where they are exact.
+    pub observation: Option<&'a ObservationFacts>,
+    /// The secret that everything drawn for them depends on, which is kept with the truth; the public key is not.
+    pub key: ObservationKey,
 }
 
 impl TruthSet {
@@ -153,20 +135,16 @@ impl TruthSet {
             true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
             false => Vec::new(),
         };
-        let cameras = match files.has(cameras_file::TRUTH_PATH) {
-            true => Some(cameras_file::from_file(cameras_file::TRUTH_PATH, &files.read(cameras_file::TRUTH_PATH)?)?),
-            false => None,
-        };
-        let filming = match files.has(filming_file::PATH) {
-            true => {
-                let told = || cameras_file::from_json(&files.read(cameras_file::PATH)?);
-                let rig = cameras.clone().map_or_else(told, Ok)?;
-                Some(filming_file::from_json(&files.read(filming_file::PATH)?, &rig)?)
-            }
-            false => None,
+        // where trackers are told other cameras than the true ones, these have a file of their own
+        let own = files.has(cameras_file::TRUTH_PATH);
+        let path = if own { cameras_file::TRUTH_PATH } else { cameras_file::PATH };
+        let cameras = cameras_file::from_file(path, &files.read(path)?)?;
+        let rig = match files.has(filming_file::PATH) {
+            true => filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?,
+            false => TimedRig::from(&cameras),
         };
         let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
-        Ok(Self { ground_truth, refitted, facts, recordings, cameras, filming, key })
+        Ok(Self { ground_truth, refitted, facts, recordings, rig, key })
     }
 }
 
@@ -207,16 +185,6 @@ impl BenchmarkSet {
     /// As [`BlindSet::read`] and [`TruthSet::read`].
     pub fn read(directory: &Path) -> Result<Self, SetError> {
         Self::from_files(SetFiles::open(directory)?)
-    }
-
-    /// The cameras that saw the actor, whatever trackers are told; in sets whose cameras move, as they are in frame 0.
-    pub fn true_rig(&self) -> &CameraRig {
-        self.truth.cameras.as_ref().unwrap_or(&self.blind.rig)
-    }
-
-    /// How the cameras that saw the actor move and take their images.
-    pub fn true_filming(&self) -> TimedRig {
-        self.truth.filming.clone().unwrap_or_else(|| TimedRig::from(self.true_rig()))
     }
 
     /// A set whose truth lies elsewhere.
@@ -285,8 +253,7 @@ impl BenchmarkSet {
 
     fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
         let scene = self.truth.facts.scene(self.blind.observation.as_ref(), self.truth.key);
-        let filming = Cow::Owned(self.true_filming());
-        LayerDrawing { truth: &self.truth.ground_truth, filming, scene, layers }
+        LayerDrawing { truth: &self.truth.ground_truth, rig: &self.truth.rig, scene, layers }
     }
 }
 
@@ -319,33 +286,16 @@ pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
 
 impl SetParts<'_> {
     pub(super) fn check(&self) -> Result<(), SetError> {
-        let (truth, cameras) = (self.ground_truth, &self.rig.cameras);
+        let (truth, cameras) = (self.ground_truth, self.rig.cameras());
         let frames = truth.frames.len();
         if !(1..=manifest::MOST_FRAMES).contains(&frames) {
             return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to {}", manifest::MOST_FRAMES)));
         }
-        if truth.frames.iter().any(|f| f.in_view.len() != cameras.len() || f.visible.len() != cameras.len()) {
-            return Err(SetError::inconsistent(format!(
-                "the ground truth does not fit these {} cameras",
-                cameras.len()
-            )));
+        if truth.frames.iter().any(|f| f.in_view.len() != cameras || f.visible.len() != cameras) {
+            return Err(SetError::inconsistent(format!("the ground truth does not fit these {cameras} cameras")));
         }
         if let Some(motion) = self.refitted.filter(|m| m.poses.len() != frames) {
             let detail = format!("{} refitted poses for {frames} frames", motion.poses.len());
-            return Err(SetError::inconsistent(detail));
-        }
-        let fits = |moment: &RigMoment| [moment.camera_from_world.len(), moment.exposed_s.len()] == [cameras.len(); 2];
-        let fit = match (self.observed.filming, self.observed.moments) {
-            (None, None) => true,
-            (Some(filming), Some(RigMoments { frames: moments, line_delay_s })) => {
-                let counts = [filming.cameras(), line_delay_s.len()] == [cameras.len(); 2];
-                counts && moments.len() == frames && moments.iter().all(fits)
-            }
-            _ => false,
-        };
-        if !fit {
-            let detail =
-                format!("expected a moment of {} cameras that film for each of {frames} frames", cameras.len());
             return Err(SetError::inconsistent(detail));
         }
         let degrees = self.start.body.degrees_of_freedom.len();
@@ -360,6 +310,12 @@ impl SetParts<'_> {
 }
 
 impl SetParts<'_> {
+    /// The cameras that a tracker is told, where they differ from the true ones.
+    fn told_rig(&self) -> Option<CameraRig> {
+        let corruption = self.observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras)?;
+        Some(tracker_rig(self.rig.rig(), &corruption, self.facts.keyed_seed(self.key)))
+    }
+
     /// All files but the silhouettes.
     fn files_beside_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
         let mut files = BTreeMap::new();
@@ -379,29 +335,30 @@ impl SetParts<'_> {
         let bytes = FileContent::Bytes;
         take(manifest::PATH, bytes(self.manifest()?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
-        let filming = self.observed.filming;
-        take(README, bytes(readme(truth, filming.is_some())))?;
+        let moments = RigMoments::told(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
+        take(README, bytes(readme(truth, moments.is_some())))?;
         take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
-        let (told, frames) = (self.observed.tracker_rig.unwrap_or(self.rig), filming.map(|_| moments_file::PATH));
-        take(cameras_file::PATH, bytes(cameras_file::to_json_with(told, frames)?))?;
-        if let (Some(filming), Some(moments)) = (filming, self.observed.moments) {
+        let (rig, other) = (self.rig.rig(), self.told_rig());
+        let told = other.as_ref().unwrap_or(rig);
+        take(cameras_file::PATH, bytes(cameras_file::to_json(told, moments.is_some().then_some(moments_file::PATH))?))?;
+        if let Some(moments) = &moments {
             take(moments_file::PATH, FileContent::Arrays(moments_file::to_npz(moments, told)))?;
-            take(filming_file::PATH, bytes(filming_file::to_json(filming)?))?;
+            take(filming_file::PATH, bytes(filming_file::to_json(self.rig)?))?;
         }
         take(start_file::PATH, bytes(self.start.to_json()?))?;
         let (training_path, training) = self.start.training_file()?;
         take(training_path, bytes(training))?;
         take(start_file::BODY_PATH, bytes(body_file::to_json(start_file::BODY_PATH, &self.start.body)?))?;
         take(truth_file::ACTOR_PATH, bytes(body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?))?;
-        if !self.observed.key.is_public() {
-            take(KEY_FILE, bytes(key_file::to_text(self.observed.key)))?;
+        if !self.key.is_public() {
+            take(KEY_FILE, bytes(key_file::to_text(self.key)))?;
         }
         if !self.recordings.is_empty() {
             take(recording_file::PATH, bytes(recording_file::to_npz(recording_file::PATH, self.recordings)?))?;
         }
-        if self.observed.tracker_rig.is_some() {
-            take(cameras_file::TRUTH_PATH, bytes(cameras_file::to_json(self.rig)?))?;
+        if other.is_some() {
+            take(cameras_file::TRUTH_PATH, bytes(cameras_file::to_json(rig, None)?))?;
         }
         if !truth.distractors.is_empty() {
             for (path, own) in distractors_file::to_files(&truth.distractors)? {
@@ -412,9 +369,8 @@ impl SetParts<'_> {
             take(props_file::PATH, bytes(props_file::to_json(&truth.props)?))?;
         }
         let refitted = self.refitted.map(|motion| (&self.start.body, motion));
-        take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, self.rig)))?;
-        let filming = filming.cloned().unwrap_or_else(|| TimedRig::from(self.rig));
-        take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, &filming)))?;
+        take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, rig)))?;
+        take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, self.rig)))?;
         match contact_file::to_npz(truth) {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
             None => Ok(()),
@@ -425,18 +381,11 @@ impl SetParts<'_> {
         let sequence = SequenceFacts {
             frames: self.ground_truth.frames.len(),
             frames_per_second: self.ground_truth.frames_per_second,
-            cameras: self.rig.cameras.len(),
+            cameras: self.rig.cameras(),
             forward: self.start.pose.forward(),
         };
-        let manifest = BlindManifest::new(self.name, sequence, self.observed.facts.cloned());
-        manifest::to_toml(&manifest.filmed(self.observed.filming.is_some()))
-    }
-}
-
-impl SetParts<'_> {
-    /// Whether a camera takes an image for a frame.
-    pub(super) fn has_image(&self, camera: usize, frame: usize) -> bool {
-        self.observed.filming.is_none_or(|filming| filming.has_image(camera, frame))
+        let manifest = BlindManifest::new(self.name, sequence, self.observation.cloned());
+        manifest::to_toml(&manifest.filmed(!self.rig.is_still()))
     }
 }
 
@@ -446,13 +395,13 @@ pub(super) fn silhouette_files(
     frame: usize,
     observation: &Observation,
 ) -> Result<Vec<(String, Vec<u8>)>, SetError> {
-    let sizes = parts.rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
+    let sizes = parts.rig.rig().cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
     if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
         return Err(SetError::inconsistent(format!(
             "the observation of set frame {frame} (from 0) does not fit the cameras"
         )));
     }
-    let taken = observation.silhouettes.iter().enumerate().filter(|(camera, _)| parts.has_image(*camera, frame));
+    let taken = observation.silhouettes.iter().enumerate().filter(|(camera, _)| parts.rig.has_image(*camera, frame));
     let silhouettes = taken.map(|(camera, mask)| {
         let path = silhouette_path(camera, frame);
         silhouette_png::encode(&path, mask).map(|bytes| (path, bytes))

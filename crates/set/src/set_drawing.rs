@@ -1,6 +1,5 @@
 //! A set drawn straight to disk, frame by frame, and gone on with after an interruption.
 
-use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
@@ -10,7 +9,6 @@ use super::set::silhouette_files;
 use super::set_writer::SetWriter;
 use super::shards::Packing;
 use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
-use crate::camera::TimedRig;
 use crate::observation::Observation;
 use crate::parallel;
 
@@ -52,7 +50,7 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<usize, SetError> {
         parts.check()?;
-        if drawing.shards.is_some() && parts.observed.filming.is_some() {
+        if drawing.shards.is_some() && !parts.rig.is_still() {
             let detail = "--shards: expected cameras that stand still and take every frame at its own time, found rig.motion or \
                           rig.timing; leave out --shards";
             return Err(SetError::inconsistent(detail.to_owned()));
@@ -89,11 +87,11 @@ fn draw_frames(
     observe: &(impl Fn(usize) -> Observation + Sync),
     frames: Range<usize>,
 ) -> Result<usize, SetError> {
-    let cameras = parts.rig.cameras.len();
+    let cameras = parts.rig.cameras();
     let of_frame = |index: usize| {
         let frame = frames.start + index;
         writer.unless_stopped()?;
-        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.has_image(*camera, frame)).collect();
+        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
         let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
         let whole = !taken.is_empty() && taken.iter().all(has);
         if !whole {
@@ -110,8 +108,8 @@ fn draw_frames(
     if !drawing.layers.is_empty() {
         let layers = LayerDrawing {
             truth: parts.ground_truth,
-            filming: parts.observed.filming.map_or_else(|| Cow::Owned(TimedRig::from(parts.rig)), Cow::Borrowed),
-            scene: parts.facts.scene(parts.observed.facts, parts.observed.key),
+            rig: parts.rig,
+            scene: parts.facts.scene(parts.observation, parts.key),
             layers: drawing.layers,
         };
         layers.write(writer, frames, drawing.tick)?;

@@ -97,13 +97,13 @@ impl Packing<'_> {
             let own = observations_directory(camera);
             [format!("{own}/silhouette"), own, format!("{LAYERS}cam{camera:02}")]
         };
-        let folders = (0..self.parts.rig.cameras.len()).flat_map(of_camera).chain([LAYERS.to_owned()]);
+        let folders = (0..self.parts.rig.cameras()).flat_map(of_camera).chain([LAYERS.to_owned()]);
         // one that is not there, or not empty, is no fault
         folders.for_each(|folder| fs::remove_dir(self.folder.join(folder)).unwrap_or_default());
     }
 
     fn images(&self, shard: usize) -> impl Iterator<Item = ImagePlace> + use<> {
-        let cameras = self.parts.rig.cameras.len();
+        let cameras = self.parts.rig.cameras();
         self.plan.frames_of(shard).flat_map(move |frame| (0..cameras).map(move |camera| (camera, frame)))
     }
 
@@ -136,7 +136,7 @@ impl Packing<'_> {
     fn add_sample<W: Write>(&self, to: &mut ShardWriter<W>, (camera, frame): ImagePlace) -> io::Result<()> {
         let key = samples::key(camera, frame);
         let truth = &self.parts.ground_truth.frames[frame];
-        let said = samples::facts(&self.parts.rig.cameras[camera], truth, camera, frame).to_string();
+        let said = samples::facts(&self.parts.rig.rig().cameras[camera], truth, camera, frame).to_string();
         to.add(&format!("{key}.json"), said.as_bytes(), said.len() as u64)?;
         self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
         for path in layer_paths(camera, frame, self.layers) {

@@ -13,10 +13,8 @@
 //! else hides it that the line from the point to the camera enters; of a body with a skin the skin does, not its
 //! solids.
 
-use nalgebra::Point3;
-
 use crate::body::LANDMARKS;
-use crate::camera::{CameraRig, TimedRig};
+use crate::camera::TimedRig;
 use crate::npz::{Array, Npz};
 use crate::parallel;
 use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint, Sight};
@@ -52,17 +50,13 @@ impl FrameViews {
 /// The arrays, seen through the true cameras.
 pub(super) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     let rig = filming.rig();
-    let clock = (!filming.is_still()).then(|| SceneClock::new(truth, filming));
+    let clock = SceneClock::new(truth, filming);
     let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
     let mut all = FrameViews::of_size(count * cameras, joints);
     // frames by the hundred: all of them twice would be most of what a long set takes
     for first in (0..count).step_by(FRAMES_AT_A_TIME) {
         let here = FRAMES_AT_A_TIME.min(count - first);
-        let views_of = |frame: usize| match &clock {
-            None => views_of(truth, rig, first + frame),
-            Some(clock) => filmed_views(clock, filming, first + frame),
-        };
-        for views in parallel::map(here, views_of) {
+        for views in parallel::map(here, |frame| views_of(&clock, filming, first + frame)) {
             all.joints.extend(views.joints);
             all.joint_sights.extend(views.joint_sights);
             all.markers.extend(views.markers);
@@ -83,52 +77,31 @@ pub(super) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     ])
 }
 
-fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
-    let occluders = truth.occluders(frame);
-    let (actor, frame) = (&truth.actor, &truth.frames[frame]);
+fn views_of(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> FrameViews {
     let mut views = FrameViews::default();
-    for camera in &rig.cameras {
-        let lines = occluders.seen_by(camera);
-        let pixel = |point: Option<&Point3<f64>>| match point.and_then(|point| camera.project(point)) {
-            // files have pixel centres at integers
-            Some(pixel) => [pixel.x - 0.5, pixel.y - 0.5],
-            None => [f64::NAN; 2],
-        };
-        let sight = |point: &Point3<f64>, own: &[usize]| lines.to(point, own) as i64;
-        for (index, point) in frame.joint_positions.iter().enumerate() {
-            views.joints.extend(pixel(Some(point)));
-            views.joint_sights.push(sight(point, &[actor.joints[index].parent, index + 1]));
+    let mut shot = Shot::new(clock, rig, frame);
+    for camera in 0..rig.cameras() {
+        for joint in 0..clock.truth().actor.joints.len() {
+            let seen = shot.joint(camera, joint);
+            views.joints.extend(pixel(seen.as_ref()));
+            views.joint_sights.push(sight(&mut shot, camera, seen));
         }
-        for (marker, own) in frame.markers.iter().zip(&actor.markers) {
-            views.markers.extend(pixel(marker.as_ref()));
-            let seen = marker.as_ref().zip(*own).map(|(point, own)| sight(point, &[own.link]));
-            views.marker_sights.push(seen.unwrap_or(Sight::OutOfView as i64));
+        for marker in 0..LANDMARKS.len() {
+            let seen = shot.marker(camera, marker);
+            views.markers.extend(pixel(seen.as_ref()));
+            views.marker_sights.push(sight(&mut shot, camera, seen));
         }
     }
     views
 }
 
-/// As [`views_of`], of cameras that move or take their images at times of their own.
-fn filmed_views(clock: &SceneClock<'_>, filming: &TimedRig, frame: usize) -> FrameViews {
-    let mut views = FrameViews::default();
-    let pixel = |seen: &ShotPoint| seen.pixel.map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5]);
-    let nowhere = ([f64::NAN; 2], Sight::OutOfView as i64);
-    for camera in 0..filming.cameras() {
-        let mut shot = Shot::new(clock, filming, camera, frame);
-        for joint in 0..clock.truth().actor.joints.len() {
-            let seen = shot.as_mut().map(|shot| shot.joint(joint));
-            let (place, sight) = seen.map_or(nowhere, |seen| (pixel(&seen), seen.sight as i64));
-            views.joints.extend(place);
-            views.joint_sights.push(sight);
-        }
-        for marker in 0..LANDMARKS.len() {
-            let seen = shot.as_mut().and_then(|shot| shot.marker(marker));
-            let (place, sight) = seen.map_or(nowhere, |seen| (pixel(&seen), seen.sight as i64));
-            views.markers.extend(place);
-            views.marker_sights.push(sight);
-        }
-    }
-    views
+/// Files have pixel centres at integers.
+fn pixel(point: Option<&ShotPoint>) -> [f64; 2] {
+    point.and_then(|point| point.pixel).map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5])
+}
+
+fn sight(shot: &mut Shot<'_>, camera: usize, point: Option<ShotPoint>) -> i64 {
+    point.map_or(Sight::OutOfView, |point| shot.sight(camera, &point)) as i64
 }
 
 #[cfg(test)]

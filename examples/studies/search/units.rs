@@ -6,11 +6,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts};
+use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
+use skiagraph::camera::{CameraRig, TimedRig};
 use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, track};
 use skiagraph::observation::Observer;
 use skiagraph::retarget::{FitOptions, fit_motion_to_markers};
+use skiagraph::rng::ObservationKey;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::GroundTruth;
 use skiagraph::tracker::CalibrationVerdict;
@@ -165,12 +167,14 @@ impl Case<'_> {
     fn set(&self, mocap: &Path) -> Result<BenchmarkSet, Box<dyn Error>> {
         let mut staged = PreparedScene::new(&self.file("")?, Some(mocap))?;
         let most = (self.most_frames as f64 * self.condition.frames_per_second() / 60.0) as usize;
-        staged.rig.cameras.truncate(self.condition.cameras());
+        let cameras = &staged.rig.rig().cameras;
+        let rig = CameraRig { cameras: cameras.iter().take(self.condition.cameras()).cloned().collect() };
+        staged.rig = TimedRig::from(&rig);
         let mut motion = staged.ground_truth.motion();
         motion.poses.truncate(most);
         staged.refitted.poses.truncate(most);
         let GroundTruth { actor, props, .. } = staged.ground_truth;
-        staged.ground_truth = GroundTruth::among_props(actor, &motion, &staged.rig, props)?;
+        staged.ground_truth = GroundTruth::among(actor, &motion, &staged.rig, props, Vec::new())?;
         let seed = self.take.name.bytes().fold(7, |hash: u64, byte| hash * 31 + u64::from(byte));
         staged.start.pose = self.condition.start(&staged.start.body, &staged.start.pose, seed);
         let parts = SetParts {
@@ -181,7 +185,8 @@ impl Case<'_> {
             refitted: Some(&staged.refitted),
             facts: &staged.facts,
             recordings: &[],
-            observed: Observed::default(),
+            observation: None,
+            key: ObservationKey::default(),
         };
         let observer = Observer::new(&staged.ground_truth, &staged.rig);
         Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)

@@ -8,7 +8,7 @@ use super::layer_pictures::{self, ColourRanges};
 use super::set::{SetSides, SetSummary};
 use crate::benchmark_set::{BlindSet, LayerFiles, LayerValues, TruthSet};
 use crate::body::LANDMARKS;
-use crate::camera::{CameraRig, TimedRig};
+use crate::camera::CameraRig;
 use crate::experiment::ExperimentError;
 use crate::experiment::measuring::Painters;
 use crate::parallel;
@@ -36,7 +36,7 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         Ok(observed.silhouettes.iter().map(|mask| plan.pack(mask, None)).collect())
     };
     let views = parallel::map(kept.len(), pack).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let rig = truth.and_then(|truth| truth.cameras.as_ref()).unwrap_or(&blind.rig);
+    let rig = truth.map_or(&blind.rig, |truth| truth.rig.rig());
     let props = truth.map_or(&[][..], |truth| &truth.ground_truth.props);
     let nobody = [None; LANDMARKS.len()];
     let markers = |frame: &usize| truth.map_or(nobody, |truth| truth.ground_truth.frames[*frame].markers);
@@ -45,7 +45,7 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         plan,
         views,
         props: if blind.moments.is_some() { Vec::new() } else { Painters::new(blind).props(props) },
-        moved: kept.iter().filter_map(|frame| moved(blind, truth, rig, *frame)).collect(),
+        moved: kept.iter().filter_map(|frame| moved(blind, truth, *frame)).collect(),
         truth: kept.iter().map(markers).collect(),
         estimate: vec![nobody; kept.len()],
     };
@@ -85,12 +85,10 @@ fn plan(blind: &BlindSet) -> Result<PlaybackPlan, ExperimentError> {
 }
 
 /// The cameras of a frame, where any moves: the true ones where they are known.
-fn moved(blind: &BlindSet, truth: Option<&TruthSet>, rig: &CameraRig, frame: usize) -> Option<CameraRig> {
+fn moved(blind: &BlindSet, truth: Option<&TruthSet>, frame: usize) -> Option<CameraRig> {
     blind.moments.as_ref()?;
-    let filming: Option<&TimedRig> = truth.and_then(|truth| truth.filming.as_ref());
     let frame_s = frame as f64 / blind.frames_per_second;
-    let moment = filming.and_then(|filming| filming.moment(frame, frame_s));
-    Some(moment.map_or_else(|| blind.rig_at(frame).into_owned(), |moment| rig.at(&moment)))
+    Some(truth.map_or_else(|| blind.rig_at(frame).into_owned(), |truth| truth.rig.rig_at(frame_s)))
 }
 
 /// The layers of as many of the kept frames as fit into the page.

@@ -34,7 +34,8 @@ pub struct RigMoment {
     pub exposed_s: Vec<Option<f64>>,
 }
 
-/// A rig whose cameras may move, and may take their images at times of their own.
+/// A rig whose cameras may move, and may take their images at times of their own. A [`CameraRig`] is one that stands
+/// still and takes all its images at the frames' times; whatever draws or measures takes either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedRig {
     rig: CameraRig,
@@ -49,6 +50,12 @@ impl From<&CameraRig> for TimedRig {
     fn from(rig: &CameraRig) -> Self {
         let cameras = rig.cameras.len();
         Self { rig: rig.clone(), paths: vec![None; cameras], timings: vec![CameraTiming::default(); cameras] }
+    }
+}
+
+impl From<&TimedRig> for TimedRig {
+    fn from(rig: &TimedRig) -> Self {
+        rig.clone()
     }
 }
 

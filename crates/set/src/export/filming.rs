@@ -5,7 +5,10 @@ use crate::{BenchmarkSet, SetError};
 
 /// Refuses a format that would say something else than the set.
 pub(super) fn refuse(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
-    let Some(filming) = &set.truth.filming else { return Ok(()) };
+    let filming = &set.truth.rig;
+    if filming.is_still() {
+        return Ok(());
+    }
     let moves = (0..filming.cameras()).any(|camera| filming.path(camera).is_some());
     let detail = match format {
         ExportFormat::Npz

@@ -29,12 +29,12 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     let mut npz = truth_file::to_npz(&truth.ground_truth, refitted, rig);
     let (joints, markers) = (truth.ground_truth.actor.joints.len(), LANDMARKS.len());
     let of_joints = |f: &TruthFrame| f.joint_positions.iter().copied().map(Some).collect();
-    if truth.filming.is_none() {
+    if truth.rig.is_still() {
         npz.push("joints_2d", pixels(&truth.ground_truth, rig, joints, of_joints));
         npz.push("markers_2d", pixels(&truth.ground_truth, rig, markers, |f| f.markers.to_vec()));
     }
-    if let (Some(moments), Some(filming)) = (&set.blind.moments, &set.truth.filming) {
-        push_filming(&mut npz, &truth.ground_truth, moments, filming);
+    if let Some(moments) = &set.blind.moments {
+        push_moments(&mut npz, &truth.ground_truth, moments, &truth.rig);
     }
     let cameras = rig.cameras.as_slice();
     let of = |shape: &[usize], numbers: &dyn Fn(&Camera) -> Vec<f64>| {
@@ -51,7 +51,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 }
 
 /// The cameras of every frame, and points where they were when they were exposed.
-fn push_filming(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &TimedRig) {
+fn push_moments(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &TimedRig) {
     let views = views_file::to_npz(truth, filming);
     for array in ["joints_2d", "markers_2d"] {
         if let Some(pixels) = views.get(array) {

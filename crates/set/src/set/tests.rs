@@ -163,18 +163,19 @@ fn parts_that_do_not_fit_together_make_no_set() {
     let (truth, blind) = (&set.truth, &set.blind);
     let parts = SetParts {
         name: "x",
-        rig: &blind.rig,
+        rig: &truth.rig,
         start: &blind.start,
         ground_truth: &truth.ground_truth,
         refitted: None,
         facts: &truth.facts,
         recordings: &[],
-        observed: Observed::default(),
+        observation: None,
+        key: ObservationKey::default(),
     };
     let refused = |parts: &SetParts<'_>| {
         BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()
     };
-    let two = CameraRig { cameras: blind.rig.cameras[..2].to_vec() };
+    let two = TimedRig::from(&CameraRig { cameras: blind.rig.cameras[..2].to_vec() });
     assert!(refused(&SetParts { rig: &two, ..parts }).contains("does not fit these 2 cameras"));
     let mut start = blind.start.clone();
     start.pose.joint_angles = nalgebra::DVector::zeros(3);

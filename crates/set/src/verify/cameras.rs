@@ -13,6 +13,7 @@ use crate::input::excerpt;
 const TOLERANCE: f64 = 1e-9;
 
 /// A camera's numbers as any reader of JSON finds them.
+#[derive(Clone)]
 pub(super) struct ListedCamera {
     pub(super) name: String,
     pub(super) size: [f64; 2],
@@ -53,16 +54,19 @@ impl ListedCamera {
         ([self.k[(0, 0)] * bent_x + self.k[(0, 2)], self.k[(1, 1)] * bent_y + self.k[(1, 2)]], p.z)
     }
 
+    /// By how much a point is inside the image and beyond the near plane, pixels or metres; below 0 outside.
+    pub(super) fn margin(&self, point: &Vector3<f64>) -> f64 {
+        let ([u, v], depth) = self.project(point);
+        let [width, height] = self.size;
+        // the image reaches from -0.5 to its size less 0.5
+        let margins = [u + 0.5, width - 0.5 - u, v + 0.5, height - 0.5 - v, depth - self.near];
+        margins.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// The same camera elsewhere.
     pub(super) fn placed(&self, camera_from_world: &Isometry3<f64>) -> Self {
         let r = camera_from_world.rotation.to_rotation_matrix().into_inner();
-        Self {
-            r,
-            t: camera_from_world.translation.vector,
-            name: self.name.clone(),
-            observations: String::new(),
-            ..*self
-        }
+        Self { r, t: camera_from_world.translation.vector, ..self.clone() }
     }
 
     fn faults(&self, index: usize) -> Vec<String> {

@@ -7,7 +7,6 @@ use super::Fault;
 use super::parts::ReadParts;
 use crate::camera::{RigMoment, TimedRig};
 use crate::input::excerpt;
-use crate::observing::tracker_rig;
 use crate::{RigMoments, moments_file};
 
 /// How far a time may be off, seconds.
@@ -21,14 +20,8 @@ pub(super) fn faults(parts: &ReadParts) -> Vec<Fault> {
     let mut faults = unsteady_times(moments);
     // where the key cannot be read, the check of the start says so
     if let (Ok(filming), Some(truth), (facts, Some(seed))) = (parts.filming(), &parts.truth, parts.observed()) {
-        let seconds: Vec<f64> = truth.frames.iter().map(|frame| frame.time_s).collect();
-        let told = |moment: RigMoment| {
-            let told = tracker_rig(&filming.rig().at(&moment), &facts.corruption, seed);
-            RigMoment { camera_from_world: told.cameras.iter().map(|c| c.camera_from_world).collect(), ..moment }
-        };
-        let moments_of = |(frame, time_s): (usize, &f64)| filming.moment(frame, *time_s).map(told);
-        let expected: Vec<RigMoment> = seconds.iter().enumerate().filter_map(moments_of).collect();
-        if expected.len() == moments.frames.len() {
+        let told = RigMoments::told(&filming, truth, Some(&facts), seed);
+        if let Some(expected) = told.map(|told| told.frames).filter(|told| told.len() == moments.frames.len()) {
             for camera in 0..filming.cameras() {
                 faults.extend(wrong_times(&filming, moments, &expected, camera));
                 faults.extend(wrong_delay(&filming, moments, camera));

@@ -34,7 +34,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
     let (mut faults, mut skipped) = (Vec::new(), 0);
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     for index in 0..rig.cameras.len() {
-        let observer = LayerObserver::from_filming(truth, &filming, index, wanted(files, parts, index, &numbers));
+        let observer = LayerObserver::new(truth, &filming, index, wanted(files, parts, index, &numbers));
         let of_frame = |at: usize| {
             let (number, mut faults, mut skipped) = (numbers[at], Vec::new(), 0);
             if (how.stop)() {

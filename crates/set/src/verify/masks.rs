@@ -2,14 +2,13 @@
 
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
-use super::set_observer::SetObserver;
 use super::{Fault, Outcome, VerifyOptions, but_for};
 use crate::KEY_FILE;
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
 use crate::observation::Observation;
-use crate::observing::SilhouetteSource;
+use crate::observing::{SilhouetteObserver, SilhouetteSource};
 use crate::parallel;
 use crate::raster::{Mask, overlap};
 use crate::silhouette_png;
@@ -23,7 +22,8 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
     let (facts, seed) = parts.observed();
     let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;
     let filming = parts.filming()?;
-    let observing = SetObserver::new(truth, &filming, &facts, seed)?;
+    let observing = SilhouetteObserver::new(truth, &filming, &facts, seed);
+    let observing = observing.map_err(|e| format!("not checked: set.toml: {e}"))?;
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     let exact = facts.silhouette == SilhouetteSource::Exact;
     let rounding = Rounding::new(truth, &filming, &facts, seed);
@@ -49,7 +49,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
 struct Redrawn<'a> {
     files: &'a SetFiles,
     rig: &'a CameraRig,
-    observing: &'a SetObserver<'a>,
+    observing: &'a SilhouetteObserver<'a>,
     number: usize,
     /// Which pixels rounding may decide.
     rounding: &'a Rounding<'a>,

@@ -15,7 +15,6 @@ mod body;
 mod cameras;
 mod contacts;
 mod explanation;
-mod filmed_projection;
 mod filming;
 mod layers;
 mod masks;
@@ -25,7 +24,6 @@ mod projection;
 mod recording;
 mod refit;
 mod rounding;
-mod set_observer;
 mod shards;
 mod start;
 mod surface;
@@ -199,10 +197,7 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     add(poses::check(&parts))?;
     add(start::check(files, &parts))?;
     add(recording::check(files, &parts))?;
-    add(match parts.is_filmed() {
-        true => filmed_projection::check(files, &parts),
-        false => projection::check(files, &parts),
-    })?;
+    add(projection::check(files, &parts))?;
     add(poses::check_visibility(files, &parts))?;
     add(masks::check(files, &parts, how))?;
     add(layers::check(files, &parts, how))?;

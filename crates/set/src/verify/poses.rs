@@ -132,7 +132,7 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (props, others) = (truth.props.clone(), truth.distractors.clone());
     let filming = parts.filming()?;
-    let known = GroundTruth::filmed(truth.actor.clone(), &truth.motion(), &filming, props, others);
+    let known = GroundTruth::among(truth.actor.clone(), &truth.motion(), &filming, props, others);
     let known = match known {
         Ok(known) => known,
         Err(error) => return Ok((String::new(), vec![Fault::new(PATH, error.to_string())])),

@@ -1,174 +1,238 @@
-//! The truth through the exported camera files, as anybody with OpenCV's formula sees it.
+//! The truth through the exported camera files, as anybody with OpenCV's formula sees it: every point where it was when
+//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them.
 
-use nalgebra::Point3;
+use std::borrow::Cow;
 
 use super::cameras::{ListedCamera, plain};
 use super::parts::ReadParts;
 use super::{Fault, Outcome};
 use crate::blind::silhouette_path;
 use crate::body::LANDMARKS;
-use crate::camera::Camera;
+use crate::camera::TimedRig;
 use crate::files::SetFiles;
 use crate::npz::Npz;
+use crate::parallel;
 use crate::raster::Mask;
-use crate::scene::{GroundTruth, TruthFrame};
-use crate::{cameras_file, silhouette_png, truth_file};
+use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint};
+use crate::views_file::PATH as VIEWS;
+use crate::{RigMoments, cameras_file, moments_file, silhouette_png, truth_file};
 
 /// How far the formula may be from this program's own projection, pixels.
-pub(super) const TOLERANCE_PX: f64 = 1e-6;
+const TOLERANCE_PX: f64 = 1e-6;
 
 /// Markers lie inside the body or on it: this share of those that a camera sees must lie in its silhouettes, give or
 /// take [`REACH_PX`].
-pub(super) const LEAST_SHARE: f64 = 0.85;
+const LEAST_SHARE: f64 = 0.85;
 const REACH_PX: i64 = 2;
 
-/// Pixels of joints and markers.
-pub(super) const VIEWS: &str = "truth/views.npz";
-
 /// Fewer markers than this prove nothing.
-pub(super) const LEAST_MARKERS: usize = 10;
+const LEAST_MARKERS: usize = 10;
 
 /// How many frames' silhouettes are looked into.
-pub(super) const SAMPLED_FRAMES: usize = 200;
+const SAMPLED_FRAMES: usize = 200;
+
+/// What one image shows to be wrong.
+#[derive(Default)]
+struct ImageFaults {
+    /// Greatest distance between the formula and this program's projection, pixels.
+    worst: f64,
+    /// Points of `joints_2d` and of `markers_2d` that are elsewhere.
+    wrong_pixels: [usize; 2],
+    /// Markers whose `in_view` the formula contradicts.
+    wrong_views: Vec<usize>,
+    /// Markers that are visible, and those of them that lie in the silhouette.
+    visible: usize,
+    inside: usize,
+}
+
+struct ProjectedScene<'a> {
+    files: &'a SetFiles,
+    truth: &'a GroundTruth,
+    rig: &'a TimedRig,
+    /// Of a rig that does not stand still.
+    moments: Option<&'a RigMoments>,
+    clock: &'a SceneClock<'a>,
+    views: Option<&'a Npz>,
+}
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
-    let (truth, rig) = parts.scene()?;
+    let (truth, _) = parts.scene()?;
     if let Some(why) = parts.spoiled() {
         return Ok((why, Vec::new()));
     }
-    let cameras = plain(files)?;
-    let mut faults = Vec::new();
-    let mut markers = 0;
-    for (index, (plain, camera)) in cameras.iter().zip(&rig.cameras).enumerate() {
-        faults.extend(disagreement(plain, camera, truth));
-        let (seen, inside) = in_silhouettes(files, truth, plain, camera, index);
-        markers += seen;
-        if seen >= LEAST_MARKERS && (inside as f64) < LEAST_SHARE * seen as f64 {
-            let name = &plain.name;
-            faults.push(Fault::new(cameras_file::PATH, format!(
-                "camera {name:?}: only {inside} of {seen} visible markers lie in its silhouettes when they are projected \
-                by K, R, t and distortion: these numbers, the markers or the silhouettes belong to another camera, axis \
-                or unit"
-            )));
-        }
-        faults.extend(wrong_views(plain, truth, index));
+    let (cameras, rig) = (plain(files)?, parts.filming()?);
+    if parts.is_filmed() && parts.moments.is_none() {
+        return Err("not checked: cameras.npz cannot be read".to_owned());
     }
-    faults.extend(wrong_pixels(files, &cameras, truth));
+    let moments = parts.moments.as_ref().filter(|_| parts.is_filmed());
+    let clock = SceneClock::new(truth, &rig);
+    let views = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
+    let scene = ProjectedScene { files, truth, rig: &rig, moments, clock: &clock, views: views.as_ref() };
+    let (mut faults, mut markers, mut wrong_pixels) = (scene.wrong_shapes(), 0, [0; 2]);
+    for (index, plain) in cameras.iter().enumerate() {
+        let found = parallel::map(truth.frames.len(), |frame| scene.look(plain, index, frame));
+        let sum = |of: fn(&ImageFaults) -> usize| found.iter().map(of).sum::<usize>();
+        let (worst, visible) = (found.iter().fold(0.0, |w, f| greater(w, f.worst)), sum(|found| found.visible));
+        faults.extend(scene.disagreement(&plain.name, worst));
+        faults.extend(scene.strangers(&plain.name, visible, sum(|found| found.inside)));
+        faults.extend(wrong_views(&plain.name, &found));
+        markers += visible;
+        wrong_pixels[0] += sum(|found| found.wrong_pixels[0]);
+        wrong_pixels[1] += sum(|found| found.wrong_pixels[1]);
+    }
+    for (array, wrong) in ["joints_2d", "markers_2d"].into_iter().zip(wrong_pixels).filter(|(_, wrong)| *wrong > 0) {
+        let detail = format!("{array}: {wrong} pixels are not what OpenCV's formula gives at the moment of exposure");
+        faults.push(Fault::new(VIEWS, detail));
+    }
     Ok((format!("{} cameras, {markers} visible markers", cameras.len()), faults))
 }
 
-fn disagreement(plain: &ListedCamera, camera: &Camera, truth: &GroundTruth) -> Option<Fault> {
-    let mut worst: f64 = 0.0;
-    for marker in truth.frames.iter().flat_map(|frame| frame.markers.iter().flatten()) {
-        let Some(own) = camera.project(marker) else { continue };
-        let ([u, v], _) = plain.project(&marker.coords);
-        worst = worst.max((own.x - 0.5 - u).abs().max((own.y - 0.5 - v).abs()));
+impl ProjectedScene<'_> {
+    /// What the image of a camera and frame shows.
+    fn look(&self, plain: &ListedCamera, camera: usize, frame: usize) -> ImageFaults {
+        let (mut found, known) = (ImageFaults::default(), &self.truth.frames[frame]);
+        let mut shot = Shot::new(self.clock, self.rig, frame);
+        let joints = self.truth.actor.joints.len();
+        for joint in 0..joints {
+            let Some(seen) = shot.joint(camera, joint) else { return found };
+            let listed = self.listed("joints_2d", joints, [frame, camera, joint]);
+            let wrong = self.compare(&self.placed(plain, &seen, camera, frame), &seen, listed, &mut found.worst);
+            found.wrong_pixels[0] += usize::from(wrong);
+        }
+        let step = self.truth.frames.len().div_ceil(SAMPLED_FRAMES).max(1);
+        let mask = if frame.is_multiple_of(step) { self.silhouette(camera, frame) } else { None };
+        for marker in 0..LANDMARKS.len() {
+            let Some(seen) = shot.marker(camera, marker) else { continue };
+            let placed = self.placed(plain, &seen, camera, frame);
+            let listed = self.listed("markers_2d", LANDMARKS.len(), [frame, camera, marker]);
+            let wrong = self.compare(&placed, &seen, listed, &mut found.worst);
+            found.wrong_pixels[1] += usize::from(wrong);
+            let margin = placed.margin(&seen.place.coords);
+            if (margin >= 0.0) != known.in_view[camera][marker] && margin.abs() > TOLERANCE_PX {
+                found.wrong_views.push(marker);
+            }
+            if let (Some(mask), true) = (&mask, known.visible[camera][marker]) {
+                found.visible += 1;
+                found.inside += usize::from(is_near(mask, placed.project(&seen.place.coords).0));
+            }
+        }
+        found
     }
-    let name = &plain.name;
-    (worst > TOLERANCE_PX || worst.is_nan()).then(|| {
-        let detail = format!("camera {name:?}: OpenCV's formula and camera_from_world differ by {worst:.2e} pixels");
-        Fault::new(cameras_file::PATH, detail)
-    })
+
+    /// The camera where the files say that it was when a point was exposed.
+    fn placed<'c>(
+        &self,
+        plain: &'c ListedCamera,
+        seen: &ShotPoint,
+        camera: usize,
+        frame: usize,
+    ) -> Cow<'c, ListedCamera> {
+        let Some(moments) = self.moments else { return Cow::Borrowed(plain) };
+        // between the first rows of two images only the truth knows where a camera is
+        Cow::Owned(plain.placed(match self.rig.is_rolling(camera) {
+            true => &seen.camera.camera_from_world,
+            false => &moments.frames[frame].camera_from_world[camera],
+        }))
+    }
+
+    /// Compares the formula with this program's projection of a point, and with what the set lists: whether that is
+    /// wrong.
+    fn compare(&self, plain: &ListedCamera, seen: &ShotPoint, listed: Option<[f64; 2]>, worst: &mut f64) -> bool {
+        let (pixel, _) = plain.project(&seen.place.coords);
+        let off = |at: [f64; 2]| (at[0] - pixel[0]).abs().max((at[1] - pixel[1]).abs());
+        let scale = pixel[0].abs().max(pixel[1].abs()).max(1.0);
+        if let Some(own) = seen.pixel {
+            *worst = greater(*worst, off([own.x - 0.5, own.y - 0.5]) / scale);
+        }
+        listed.is_some_and(|listed| match seen.pixel {
+            Some(_) => off(listed).is_nan() || off(listed) > TOLERANCE_PX * scale,
+            None => !listed.iter().all(|x| x.is_nan()),
+        })
+    }
+
+    /// The pixel of `views.npz`, where it has one for every point.
+    fn listed(&self, array: &str, points: usize, [frame, camera, point]: [usize; 3]) -> Option<[f64; 2]> {
+        let pixels = self.views?.f64s(VIEWS, array, &self.shape(points)).ok()?.as_chunks::<2>().0;
+        pixels.get((frame * self.rig.cameras() + camera) * points + point).copied()
+    }
+
+    fn shape(&self, points: usize) -> [Option<usize>; 4] {
+        [Some(self.truth.frames.len()), Some(self.rig.cameras()), Some(points), Some(2)]
+    }
+
+    /// Pixels that are not those of every point.
+    fn wrong_shapes(&self) -> Vec<Fault> {
+        let Some(views) = self.views else { return Vec::new() };
+        let arrays = [("joints_2d", self.truth.actor.joints.len()), ("markers_2d", LANDMARKS.len())];
+        let there = arrays.into_iter().filter(|(array, _)| views.get(array).is_some());
+        let errors = there.filter_map(|(array, points)| views.f64s(VIEWS, array, &self.shape(points)).err());
+        errors.map(|error| Fault::new(VIEWS, error.detail)).collect()
+    }
+
+    fn silhouette(&self, camera: usize, frame: usize) -> Option<Mask> {
+        let path = silhouette_path(camera, frame);
+        let pinhole = &self.rig.rig().cameras[camera].pinhole;
+        silhouette_png::decode(&path, &self.files.read(&path).ok()?, pinhole.width, pinhole.height).ok()
+    }
+
+    fn disagreement(&self, name: &str, worst: f64) -> Option<Fault> {
+        let (path, what) = match self.moments {
+            None => (cameras_file::PATH, "OpenCV's formula and camera_from_world"),
+            Some(_) => (
+                moments_file::PATH,
+                "the truth seen by OpenCV's formula from where cameras.npz has the camera, and by the camera that took \
+                 the images,",
+            ),
+        };
+        (worst > TOLERANCE_PX || worst.is_nan())
+            .then(|| Fault::new(path, format!("camera {name:?}: {what} differ by {worst:.2e} pixels")))
+    }
+
+    /// Markers outside the silhouettes of a camera.
+    fn strangers(&self, name: &str, visible: usize, inside: usize) -> Option<Fault> {
+        let (path, by, what) = match self.moments {
+            None => (
+                cameras_file::PATH,
+                "by K, R, t and distortion",
+                "these numbers, the markers or the silhouettes belong to another camera, axis or unit",
+            ),
+            Some(_) => (
+                moments_file::PATH,
+                "from where cameras.npz has it",
+                "places, times, markers or silhouettes belong to another camera or frame",
+            ),
+        };
+        (visible >= LEAST_MARKERS && (inside as f64) < LEAST_SHARE * visible as f64).then(|| {
+            Fault::new(path, format!(
+                "camera {name:?}: only {inside} of {visible} visible markers lie in its silhouettes when they are \
+                projected {by}: {what}"
+            ))
+        })
+    }
 }
 
-/// Visible markers in sampled frames, and how many of them lie in the silhouette.
-fn in_silhouettes(
-    files: &SetFiles,
-    truth: &GroundTruth,
-    plain: &ListedCamera,
-    camera: &Camera,
-    index: usize,
-) -> (usize, usize) {
-    let (mut seen, mut inside) = (0, 0);
-    let step = truth.frames.len().div_ceil(SAMPLED_FRAMES).max(1);
-    for (number, frame) in truth.frames.iter().enumerate().step_by(step) {
-        let path = silhouette_path(index, number);
-        let bytes = files.read(&path).ok();
-        let (width, height) = (camera.pinhole.width, camera.pinhole.height);
-        let mask = bytes.and_then(|bytes| silhouette_png::decode(&path, &bytes, width, height).ok());
-        let Some(mask) = mask else { continue };
-        let markers = frame.markers.iter().zip(&frame.visible[index]).filter(|(_, visible)| **visible);
-        for marker in markers.filter_map(|(marker, _)| *marker) {
-            seen += 1;
-            inside += usize::from(is_near(&mask, plain.project(&marker.coords).0));
-        }
-    }
-    (seen, inside)
+/// `in_view` against the formula.
+fn wrong_views(name: &str, found: &[ImageFaults]) -> Option<Fault> {
+    let count: usize = found.iter().map(|found| found.wrong_views.len()).sum();
+    let (frame, marker) = found.iter().enumerate().find_map(|(frame, f)| Some((frame, *f.wrong_views.first()?)))?;
+    let marker = LANDMARKS[marker].name();
+    let detail = format!(
+        "in_view: {count} flags of camera {name:?} are not what OpenCV's formula gives, first {marker} in frame {frame}"
+    );
+    Some(Fault::new(truth_file::PATH, detail))
+}
+
+/// The greater of two numbers; NaN where one is.
+fn greater(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// Whether a pixel of the mask is set at most [`REACH_PX`] from a place, whose pixel centres are at integers.
-pub(super) fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
+fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
     if !(u.is_finite() && v.is_finite()) {
         return false;
     }
     let (x, y) = (u.round() as i64, v.round() as i64);
     let around = (-REACH_PX..=REACH_PX).flat_map(|dy| (-REACH_PX..=REACH_PX).map(move |dx| (x + dx, y + dy)));
     around.filter_map(|(x, y)| Some((u32::try_from(x).ok()?, u32::try_from(y).ok()?))).any(|(x, y)| mask.get(x, y))
-}
-
-/// Points of a frame.
-type PointsOf = fn(&TruthFrame) -> Vec<Option<Point3<f64>>>;
-
-/// `joints_2d` and `markers_2d` against the formula, where the set has them.
-fn wrong_pixels(files: &SetFiles, cameras: &[ListedCamera], truth: &GroundTruth) -> Vec<Fault> {
-    let npz = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
-    let Some(npz) = npz else { return Vec::new() };
-    let joints: PointsOf = |f| f.joint_positions.iter().copied().map(Some).collect();
-    let markers: PointsOf = |f| f.markers.to_vec();
-    let wrong = |(array, points): (&str, PointsOf)| {
-        npz.get(array)?;
-        let count = truth.frames.first().map_or(0, |frame| points(frame).len());
-        let shape = [Some(truth.frames.len()), Some(cameras.len()), Some(count), Some(2)];
-        let found = match npz.f64s(VIEWS, array, &shape) {
-            Ok(found) => found.as_chunks::<2>().0,
-            Err(error) => return Some(Fault::new(VIEWS, error.detail)),
-        };
-        let expected = truth.frames.iter().flat_map(|frame| {
-            let places = points(frame);
-            cameras.iter().flat_map(move |camera| places.clone().into_iter().map(move |place| pixel(camera, place)))
-        });
-        let wrong = found.iter().zip(expected).filter(|(found, expected)| match expected {
-            Some([u, v]) => {
-                let off = (found[0] - u).abs().max((found[1] - v).abs());
-                off.is_nan() || off > TOLERANCE_PX * u.abs().max(v.abs()).max(1.0)
-            }
-            None => !found.iter().all(|x| x.is_nan()),
-        });
-        let wrong = wrong.count();
-        (wrong > 0).then(|| {
-            let all = found.len();
-            Fault::new(VIEWS, format!("{array}: {wrong} of {all} pixels are not what OpenCV's formula gives"))
-        })
-    };
-    [("joints_2d", joints), ("markers_2d", markers)].into_iter().filter_map(wrong).collect()
-}
-
-/// Where a camera sees a place; `None` before its near plane.
-fn pixel(camera: &ListedCamera, place: Option<Point3<f64>>) -> Option<[f64; 2]> {
-    let (pixel, depth) = camera.project(&place?.coords);
-    (depth >= camera.near).then_some(pixel)
-}
-
-/// `in_view` against the formula.
-fn wrong_views(plain: &ListedCamera, truth: &GroundTruth, index: usize) -> Option<Fault> {
-    let [width, height] = plain.size;
-    let mut wrong = Vec::new();
-    for (number, frame) in truth.frames.iter().enumerate() {
-        for (marker, place) in frame.markers.iter().enumerate() {
-            let Some(place) = place else { continue };
-            let ([u, v], depth) = plain.project(&place.coords);
-            // the image reaches from -0.5 to its size less 0.5
-            let margin = [u + 0.5, width - 0.5 - u, v + 0.5, height - 0.5 - v, depth - plain.near];
-            let margin = margin.into_iter().fold(f64::INFINITY, f64::min);
-            if (margin >= 0.0) != frame.in_view[index][marker] && margin.abs() > TOLERANCE_PX {
-                wrong.push((number, marker));
-            }
-        }
-    }
-    let (frame, marker) = *wrong.first()?;
-    let (name, count, marker) = (&plain.name, wrong.len(), LANDMARKS[marker].name());
-    let detail = format!(
-        "in_view: {count} flags of camera {name:?} are not what OpenCV's formula gives, first {marker} in frame {frame}"
-    );
-    Some(Fault::new(truth_file::PATH, detail))
 }

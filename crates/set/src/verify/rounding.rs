@@ -5,9 +5,8 @@
 
 use std::sync::OnceLock;
 
-use super::set_observer::SetObserver;
 use crate::camera::TimedRig;
-use crate::observing::{ObservationFacts, SilhouetteSource};
+use crate::observing::{ObservationFacts, SilhouetteObserver, SilhouetteSource};
 use crate::raster::Mask;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
@@ -32,7 +31,7 @@ pub(super) struct Rounding<'a> {
     seed: KeyedSeed,
     /// How far around a pixel more may differ.
     reach_px: u32,
-    moved: OnceLock<Vec<SetObserver<'a>>>,
+    moved: OnceLock<Vec<SilhouetteObserver<'a>>>,
 }
 
 impl<'a> Rounding<'a> {
@@ -66,10 +65,10 @@ impl<'a> Rounding<'a> {
         })
     }
 
-    fn moved(&self) -> &[SetObserver<'a>] {
+    fn moved(&self) -> &[SilhouetteObserver<'a>] {
         self.moved.get_or_init(|| {
             let moved = DIRECTIONS.map(|direction| self.filming.with_shifted_images(direction.map(|d| d * SHIFT_PX)));
-            let observers = moved.iter().map(|filming| SetObserver::new(self.truth, filming, &self.facts, self.seed));
+            let observers = moved.iter().map(|filming| SilhouetteObserver::new(self.truth, filming, &self.facts, self.seed));
             observers.filter_map(Result::ok).collect()
         })
     }

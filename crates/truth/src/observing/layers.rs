@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::{ImageSettings, Observer, SceneCamera};
 use crate::body::{DepthImage, LinkFrames, SurfacePixel};
-use crate::camera::{Camera, CameraRig, TimedRig};
+use crate::camera::{Camera, TimedRig};
 use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
@@ -56,21 +56,16 @@ pub struct LayerObserver<'a> {
 }
 
 impl<'a> LayerObserver<'a> {
-    /// An observer through camera `index` of `rig`, which the rig must have, and which stands still.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, index: usize, wanted: WantedLayers) -> Self {
-        Self::from_filming(truth, &TimedRig::from(rig), index, wanted)
-    }
-
-    /// An observer through camera `index` of a rig, which the rig must have, and which may move and take its images at
-    /// times of its own. Flow and coverage are those of a shutter that exposes all rows at once, brightness of a rig
-    /// that stands still.
-    pub fn from_filming(truth: &'a GroundTruth, filming: &TimedRig, index: usize, wanted: WantedLayers) -> Self {
+    /// An observer through camera `index` of a rig, which the rig must have. Flow and coverage are those of a shutter
+    /// that exposes all rows at once, brightness of a rig that stands still.
+    pub fn new(truth: &'a GroundTruth, rig: impl Into<TimedRig>, index: usize, wanted: WantedLayers) -> Self {
+        let filming = rig.into();
         let rig = filming.rig();
         let alone = |camera: Camera| filming.alone(index, camera);
         let scene = wanted.colour.map(|(settings, seed)| SceneCamera::from_one(truth, rig, index, &settings, seed));
         let camera = &rig.cameras[index];
-        let fine = wanted.coverage.then(|| Observer::from_filming(truth, &alone(magnified(camera))));
-        Self { truth, wanted, observer: Observer::from_filming(truth, &alone(camera.clone())), fine, scene }
+        let fine = wanted.coverage.then(|| Observer::new(truth, alone(magnified(camera))));
+        Self { truth, wanted, observer: Observer::new(truth, alone(camera.clone())), fine, scene }
     }
 
     /// The images of one frame, which the truth must have; `None` where the camera takes none.
@@ -196,7 +191,7 @@ mod tests {
     fn truth() -> GroundTruth {
         let solid = Solid::Box { link_from_box: Isometry3::translation(1.5, 0.1, 0.4), half_extents: [0.05, 0.2, 0.4] };
         let props = vec![Prop { name: "box".into(), solid }];
-        GroundTruth::among_props(person(), &walk(4), &rig(), props).unwrap()
+        GroundTruth::among(person(), &walk(4), &rig(), props, Vec::new()).unwrap()
     }
 
     /// The first solid that a ray meets: link, distance, by asking every solid.

@@ -41,6 +41,7 @@ mod layers;
 mod light;
 mod observe;
 mod settings;
+mod silhouette_observer;
 
 pub use self::image::Image;
 pub use background::{
@@ -50,5 +51,6 @@ pub use background::{
 pub use corruption::{AXES, CorruptedObserver, Corruption, CorruptionAxis, tracker_rig, tracker_start};
 pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
 pub use layers::{LayerImages, LayerObserver, WantedLayers};
-pub use observe::{Observer, observe, observe_frame};
+pub use observe::{Observer, observe};
 pub use settings::{ObservationFacts, ObservationSettings, SilhouetteSource};
+pub use silhouette_observer::SilhouetteObserver;

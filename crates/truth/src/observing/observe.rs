@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::eye::Eye;
 use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
-use crate::camera::{CameraRig, TimedRig};
+use crate::camera::TimedRig;
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::Mask;
@@ -12,14 +12,9 @@ use crate::scene::{Distractor, GroundTruth, SceneClock, SceneFigure};
 
 /// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
 /// the same bits for any number of threads.
-pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
+pub fn observe(truth: &GroundTruth, rig: impl Into<TimedRig>) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     parallel::map(truth.frames.len(), |frame| observer.observe(frame))
-}
-
-/// Clean silhouettes of one frame, which the truth must have. For many frames keep an [`Observer`].
-pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Observation {
-    Observer::new(truth, rig).observe(frame)
 }
 
 /// Sees any frame of the truth, from any thread. Camera data (the rays of all pixels behind a lens) are computed once
@@ -47,13 +42,9 @@ pub(super) struct Look<'o, 'a> {
 }
 
 impl<'a> Observer<'a> {
-    /// An observer of `truth` through the cameras of `rig`, which stand still.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig) -> Self {
-        Self::from_filming(truth, &TimedRig::from(rig))
-    }
-
-    /// An observer of `truth` through cameras that may move and take their images at times of their own.
-    pub fn from_filming(truth: &'a GroundTruth, filming: &TimedRig) -> Self {
+    /// An observer of `truth` through the cameras of a rig.
+    pub fn new(truth: &'a GroundTruth, rig: impl Into<TimedRig>) -> Self {
+        let filming = rig.into();
         let cameras = filming.rig().cameras.iter().enumerate();
         let mut eyes: Vec<_> = cameras.map(|(index, camera)| Eye::new(camera, filming.is_rolling(index))).collect();
         let screen = |(index, eye): (usize, &mut Eye)| {
@@ -61,8 +52,8 @@ impl<'a> Observer<'a> {
             stands.then(|| eye.depth_of_props(&truth.props))
         };
         let screens = eyes.iter_mut().enumerate().map(screen).collect();
-        let clock = SceneClock::new(truth, filming);
-        Self { truth, filming: filming.clone(), clock, screens, eyes, idle: Mutex::default() }
+        let clock = SceneClock::new(truth, &filming);
+        Self { truth, filming, clock, screens, eyes, idle: Mutex::default() }
     }
 
     /// Clean silhouettes of the actor in one frame, which the truth must have, without what props and distractors hide.

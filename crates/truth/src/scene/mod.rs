@@ -27,7 +27,7 @@
 
 mod clock;
 mod distractor;
-mod filmed;
+mod seen;
 mod shot;
 mod sight;
 mod truth;

@@ -1,7 +1,8 @@
-//! Where a camera's image of one frame shows points of the actor.
+//! Where the cameras' images of one frame show points of the actor.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::rc::Rc;
 
 use nalgebra::{Point2, Point3};
 
@@ -23,87 +24,118 @@ pub struct ShotPoint {
     pub camera: Camera,
     /// Where it is in the image, lens included; `None` before the near plane. It may lie outside the image.
     pub pixel: Option<Point2<f64>>,
-    /// How the camera saw it.
-    pub sight: Sight,
+    /// The row in which it is.
+    row: u32,
+    /// The links that it belongs to.
+    own: [usize; 2],
 }
 
-/// One camera's image of one frame. A rolling shutter shows a point in the row that is exposed when the point is in
-/// it: row and time are found by turns. A point above or below the image is shown when the first or last row is
-/// exposed.
+/// The images of one frame, looked at camera by camera. A rolling shutter shows a point in the row that is exposed when
+/// the point is in it: row and time are found by turns. A point above or below the image is shown when the first or
+/// last row is exposed.
 pub struct Shot<'a> {
     clock: &'a SceneClock<'a>,
-    filming: &'a TimedRig,
-    camera: usize,
+    rig: &'a TimedRig,
     frame: usize,
-    /// What was needed so far, by rows.
+    /// The camera that was looked through last, and what was needed of its rows so far.
+    camera: usize,
     rows: BTreeMap<u32, ExposedRow<'a>>,
+    /// As it was asked for last: cameras that expose at one time see one scene.
+    scene: Option<Rc<ExposedScene<'a>>>,
 }
 
-/// The scene while a row is exposed.
+/// Everybody at one time.
+struct ExposedScene<'a> {
+    time_s: f64,
+    links: LinkFrames,
+    occluders: OnceCell<Occluders<'a>>,
+}
+
+/// A camera while a row is exposed.
 struct ExposedRow<'a> {
     camera: Camera,
-    links: LinkFrames,
-    occluders: Occluders<'a>,
+    scene: Rc<ExposedScene<'a>>,
     /// Those of the body's surface as the camera sees it.
-    bounds: Vec<[f64; 4]>,
+    bounds: OnceCell<Vec<[f64; 4]>>,
 }
 
 impl<'a> Shot<'a> {
-    /// The image of a camera and a frame, which rig and truth must have; `None` where the camera takes none.
-    pub fn new(clock: &'a SceneClock<'a>, filming: &'a TimedRig, camera: usize, frame: usize) -> Option<Self> {
-        filming.has_image(camera, frame).then(|| Self { clock, filming, camera, frame, rows: BTreeMap::new() })
+    /// The images of a frame, which the truth must have.
+    pub fn new(clock: &'a SceneClock<'a>, rig: &'a TimedRig, frame: usize) -> Self {
+        Self { clock, rig, frame, camera: 0, rows: BTreeMap::new(), scene: None }
     }
 
-    /// A joint of the actor, which the body must have.
-    pub fn joint(&mut self, joint: usize) -> ShotPoint {
+    /// A joint of the actor as a camera sees it, both of which must be there; `None` where the camera takes no image.
+    pub fn joint(&mut self, camera: usize, joint: usize) -> Option<ShotPoint> {
         let parent = self.clock.truth().actor.joints[joint].parent;
-        self.point(&[parent, joint + 1], |links| links[joint + 1].translation.vector.into())
+        self.point(camera, [parent, joint + 1], |links| links[joint + 1].translation.vector.into())
     }
 
-    /// A marker of the actor; `None` where the body has none.
-    pub fn marker(&mut self, marker: usize) -> Option<ShotPoint> {
-        let actor = &self.clock.truth().actor;
-        let own = actor.markers[marker]?;
-        actor.markers(&self.row(0).links)[marker]?;
-        let place = |links: &LinkFrames| actor.markers(links)[marker].unwrap_or(Point3::origin());
-        Some(self.point(&[own.link], place))
+    /// A marker of the actor; `None` where the body has none or the camera takes no image.
+    pub fn marker(&mut self, camera: usize, marker: usize) -> Option<ShotPoint> {
+        let own = self.clock.truth().actor.markers[marker]?;
+        self.point(camera, [own.link; 2], |links| links[own.link] * own.point_in_link)
+    }
+
+    /// How a camera sees a point that it was found to show.
+    pub fn sight(&mut self, camera: usize, point: &ShotPoint) -> Sight {
+        let (clock, frame) = (self.clock, self.frame);
+        let seen = self.row(camera, point.row);
+        let occluders = seen.scene.occluders.get_or_init(|| occluders_of(clock, frame, &seen.scene));
+        let bounds = seen.bounds.get_or_init(|| occluders.bounds(&seen.camera));
+        occluders.seen_within(&seen.camera, bounds).to(&point.place, &point.own)
     }
 
     /// A point that belongs to the links `own` of the actor.
-    fn point(&mut self, own: &[usize], place: impl Fn(&LinkFrames) -> Point3<f64>) -> ShotPoint {
-        let last = self.filming.exposures(self.camera) - 1;
+    fn point(
+        &mut self,
+        camera: usize,
+        own: [usize; 2],
+        place: impl Fn(&LinkFrames) -> Point3<f64>,
+    ) -> Option<ShotPoint> {
+        if !self.rig.has_image(camera, self.frame) {
+            return None;
+        }
+        let last = self.rig.exposures(camera) - 1;
         let mut row = 0;
         for _ in 0..if last == 0 { 0 } else { MOST_LOOKS } {
-            let seen = self.row(row);
-            let Some(pixel) = seen.camera.project(&place(&seen.links)) else { break };
+            let seen = self.row(camera, row);
+            let Some(pixel) = seen.camera.project(&place(&seen.scene.links)) else { break };
             let next = pixel.y.clamp(0.0, f64::from(last)) as u32;
             if next == row {
                 break;
             }
             row = next;
         }
-        let seen = self.row(row);
-        let place = place(&seen.links);
-        let sight = seen.occluders.seen_within(&seen.camera, &seen.bounds).to(&place, own);
-        ShotPoint { place, pixel: seen.camera.project(&place), camera: seen.camera.clone(), sight }
+        let seen = self.row(camera, row);
+        let place = place(&seen.scene.links);
+        Some(ShotPoint { place, pixel: seen.camera.project(&place), camera: seen.camera.clone(), row, own })
     }
 
-    fn row(&mut self, row: u32) -> &ExposedRow<'a> {
-        match self.rows.entry(row) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(unknown) => {
-                let truth = self.clock.truth();
-                let time_s = self.filming.row_s(self.camera, truth.frames[self.frame].time_s, row);
-                let links = self.clock.links(SceneFigure::Actor, self.frame, time_s);
-                let others = (0..truth.distractors.len())
-                    .map(|other| self.clock.links(SceneFigure::Distractor(other), self.frame, time_s));
-                let others: Vec<LinkFrames> = others.collect();
-                let occluders = Occluders::new(&truth.actor, &links, &truth.props)
-                    .with_others(truth.distractors.iter().map(|other| &other.body).zip(&others));
-                let camera = self.filming.camera_at(self.camera, time_s);
-                let bounds = occluders.bounds(&camera);
-                unknown.insert(ExposedRow { camera, links, occluders, bounds })
-            }
+    fn row(&mut self, camera: usize, row: u32) -> &ExposedRow<'a> {
+        if camera != self.camera {
+            self.rows.clear();
+            self.camera = camera;
         }
+        let time_s = self.rig.row_s(camera, self.clock.truth().frames[self.frame].time_s, row);
+        let (clock, frame, rig, scene) = (self.clock, self.frame, self.rig, &mut self.scene);
+        self.rows.entry(row).or_insert_with(|| {
+            let known = scene.take().filter(|scene| scene.time_s == time_s);
+            let exposed = known.unwrap_or_else(|| {
+                let links = clock.links(SceneFigure::Actor, frame, time_s);
+                Rc::new(ExposedScene { time_s, links, occluders: OnceCell::new() })
+            });
+            *scene = Some(exposed.clone());
+            ExposedRow { camera: rig.camera_at(camera, time_s), scene: exposed, bounds: OnceCell::new() }
+        })
     }
+}
+
+/// What may hide points of the actor.
+fn occluders_of<'a>(clock: &'a SceneClock<'a>, frame: usize, scene: &ExposedScene<'a>) -> Occluders<'a> {
+    let truth = clock.truth();
+    let links = |other| clock.links(SceneFigure::Distractor(other), frame, scene.time_s);
+    let others: Vec<LinkFrames> = (0..truth.distractors.len()).map(links).collect();
+    Occluders::new(&truth.actor, &scene.links, &truth.props)
+        .with_others(truth.distractors.iter().map(|other| &other.body).zip(&others))
 }

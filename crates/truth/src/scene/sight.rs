@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::Distractor;
 use crate::body::{Humanoid, LinkFrames, Prop, Ray, Skin};
 use crate::camera::Camera;
 
@@ -57,13 +56,6 @@ impl<'a> Occluders<'a> {
     /// Of a body with its links at `frames`, among props.
     pub fn new(body: &'a Humanoid, frames: &LinkFrames, props: &'a [Prop]) -> Self {
         Self { own: PosedBody::new(body, frames), props, others: Vec::new() }
-    }
-
-    /// With other people as they are in a frame.
-    pub(super) fn with_distractors(mut self, distractors: &'a [Distractor], frame: usize) -> Self {
-        let figure = |other: &'a Distractor| Some(PosedBody::new(&other.body, &other.link_frames(frame)?));
-        self.others.extend(distractors.iter().filter_map(figure));
-        self
     }
 
     /// With other people whose links are at these places.
@@ -217,8 +209,8 @@ fn enters([a, b, c]: &[Point3<f64>; 3], outwards: bool, ray: &Ray) -> bool {
 mod tests {
     use super::*;
     use crate::body::{LANDMARKS, Landmark, Solid};
-    use crate::camera::CameraRig;
-    use crate::scene::GroundTruth;
+    use crate::camera::{CameraRig, TimedRig};
+    use crate::scene::{Distractor, GroundTruth, SceneClock, Shot};
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::{camera_at, rig};
 
@@ -226,7 +218,7 @@ mod tests {
     fn a_marker_is_in_view_iff_the_truth_calls_it_visible_and_the_other_reasons_are_told_apart() {
         let solid = Solid::Box { link_from_box: Isometry3::translation(1.5, 0.1, 0.6), half_extents: [0.05, 0.3, 0.6] };
         let props = vec![Prop { name: "box".into(), solid }];
-        let truth = GroundTruth::among_props(person(), &walk(30), &rig(), props).unwrap();
+        let truth = GroundTruth::among(person(), &walk(30), &rig(), props, Vec::new()).unwrap();
         let mut counts = [0; 4];
         for frame in &truth.frames {
             let occluders = Occluders::new(&truth.actor, &frame.link_frames, &truth.props);
@@ -279,7 +271,7 @@ mod tests {
             let solid =
                 Solid::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
             let props = vec![Prop { name: "box".into(), solid }];
-            let truth = GroundTruth::among_props(person(), &walk(1), &rig, props).unwrap();
+            let truth = GroundTruth::among(person(), &walk(1), &rig, props, Vec::new()).unwrap();
             truth.frames[0].visible[0][Landmark::LeftElbow as usize]
         };
         assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
@@ -302,10 +294,11 @@ mod tests {
         };
         let alone = GroundTruth::from_motion(person(), &walk(2), &rig).unwrap();
         let sights = |truth: &GroundTruth| {
-            let occluders = truth.occluders(1);
-            let lines = occluders.seen_by(&rig.cameras[0]);
-            let markers = truth.frames[1].markers.iter().zip(&truth.actor.markers);
-            markers.filter_map(|(m, own)| Some(lines.to(m.as_ref()?, &[own.as_ref()?.link]))).collect::<Vec<_>>()
+            let rig = TimedRig::from(&rig);
+            let clock = SceneClock::new(truth, &rig);
+            let mut shot = Shot::new(&clock, &rig, 1);
+            let sight = |marker| shot.marker(0, marker).map(|point| shot.sight(0, &point));
+            (0..LANDMARKS.len()).filter_map(sight).collect::<Vec<_>>()
         };
         let (before, behind, without) = (among(1.0), among(-1.0), sights(&alone));
         assert_eq!(sights(&behind), without, "who stands behind hides nothing");

@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
 use crate::body::Humanoid;
-use crate::camera::{CameraRig, TimedRig};
+use crate::camera::TimedRig;
 use crate::observation::Observation;
 use crate::observing::Observer;
 use crate::observing::light::{GroundPixels, Sun};
@@ -36,25 +36,19 @@ struct Shadow {
 }
 
 impl<'a> CorruptedObserver<'a> {
-    /// An observer of `truth` through the cameras of `rig`, which are the true ones and stand still.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, corruption: Corruption, seed: impl Into<KeyedSeed>) -> Self {
-        Self::from_filming(truth, &TimedRig::from(rig), corruption, seed)
-    }
-
-    /// An observer of `truth` through the true cameras, which may move and take their images at times of their own. The
-    /// axes of time come on top of those.
-    pub fn from_filming(
+    /// An observer of `truth` through the true cameras. The axes of time come on top of their own times.
+    pub fn new(
         truth: &'a GroundTruth,
-        filming: &TimedRig,
+        rig: impl Into<TimedRig>,
         corruption: Corruption,
         seed: impl Into<KeyedSeed>,
     ) -> Self {
-        let seed = seed.into();
+        let (filming, seed) = (rig.into(), seed.into());
         let offsets: Vec<f64> = match corruption.desynchronisation_ms {
             0.0 => Vec::new(),
             _ => (0..filming.cameras()).map(|camera| timing::offset_s(&corruption, seed, camera)).collect(),
         };
-        let observer = Observer::from_filming(truth, &filming.delayed(&offsets, 1e-6 * corruption.line_delay_us));
+        let observer = Observer::new(truth, filming.delayed(&offsets, 1e-6 * corruption.line_delay_us));
         let shadow = (corruption.shadow_m != 0.0).then(|| {
             let azimuth = std::f64::consts::TAU * draws(seed, 0, Draw::Shadow, 0).random::<f64>();
             let ground = |camera: usize| {
@@ -67,7 +61,7 @@ impl<'a> CorruptedObserver<'a> {
             truth,
             corruption,
             seed,
-            filming: filming.clone(),
+            filming,
             limbless: if corruption.missing_limb == 0.0 { Vec::new() } else { limbs::without_limbs(&truth.actor) },
             shadow,
             observer,

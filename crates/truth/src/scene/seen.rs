@@ -1,0 +1,173 @@
+//! The truth before cameras: what they see of it, and when.
+
+use super::{Distractor, GroundTruth, SceneClock, SceneError, Shot, Sight};
+use crate::body::{Humanoid, LANDMARKS, Motion, Prop};
+use crate::camera::TimedRig;
+use crate::parallel;
+
+/// `[camera][marker]`.
+type MarkerFlags = Vec<[bool; LANDMARKS.len()]>;
+
+impl GroundTruth {
+    /// The ground truth of an actor that performs `motion` before the cameras of `rig`, bit-identical for any number of
+    /// threads. Poses, joints and markers are those of the frames; `in_view` and `visible` are of the moments at which
+    /// the cameras expose what they see, and false of a camera that takes no image in a frame.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the motion is empty, belongs to another body, is not finite, or nowhere in view.
+    pub fn from_motion(actor: Humanoid, motion: &Motion, rig: impl Into<TimedRig>) -> Result<Self, SceneError> {
+        Self::among(actor, motion, rig, Vec::new(), Vec::new())
+    }
+
+    /// As [`Self::from_motion`], with props and other people.
+    ///
+    /// # Errors
+    /// As [`Self::from_motion`], and [`SceneError::WrongDistractor`].
+    pub fn among(
+        actor: Humanoid,
+        motion: &Motion,
+        rig: impl Into<TimedRig>,
+        props: Vec<Prop>,
+        distractors: Vec<Distractor>,
+    ) -> Result<Self, SceneError> {
+        let (mut truth, rig) = (Self::unwatched(actor, motion, props, distractors)?, rig.into());
+        let clock = SceneClock::new(&truth, &rig);
+        let views = parallel::map(truth.frames.len(), |frame| views(&clock, &rig, frame));
+        for (frame, (in_view, visible)) in truth.frames.iter_mut().zip(views) {
+            (frame.in_view, frame.visible) = (in_view, visible);
+        }
+        if truth.unseen_frames(&rig).len() == truth.frames.len() {
+            let start = truth.frames[0].pose.world_from_root.translation.vector.into();
+            return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
+        }
+        Ok(truth)
+    }
+
+    /// Numbers of the frames in which no camera has any joint or marker in its image; whether it takes an image then or
+    /// not.
+    pub fn unseen_frames(&self, rig: &TimedRig) -> Vec<usize> {
+        let is_unseen = |frame: &usize| {
+            let frame = &self.frames[*frame];
+            let now = rig.rig_at(frame.time_s);
+            !frame.points().any(|point| now.cameras.iter().any(|camera| camera.sees(point)))
+        };
+        (0..self.frames.len()).filter(is_unseen).collect()
+    }
+}
+
+/// Which markers the cameras have in view in a frame, and which they see.
+fn views(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> (MarkerFlags, MarkerFlags) {
+    let mut shot = Shot::new(clock, rig, frame);
+    let mut sight = |camera, marker| {
+        let point = shot.marker(camera, marker);
+        point.map_or(Sight::OutOfView, |point| shot.sight(camera, &point))
+    };
+    let mut sights = |camera| std::array::from_fn::<Sight, { LANDMARKS.len() }, _>(|marker| sight(camera, marker));
+    let flags = |sights: [Sight; LANDMARKS.len()]| {
+        (sights.map(|sight| sight != Sight::OutOfView), sights.map(|sight| sight == Sight::InView))
+    };
+    (0..rig.cameras()).map(|camera| flags(sights(camera))).unzip()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{CameraRig, CameraTiming};
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
+    use approx::assert_relative_eq;
+    use nalgebra::{Isometry3, Point3};
+
+    #[test]
+    fn truth_is_what_kinematics_and_projection_say() {
+        let truth = GroundTruth::from_motion(person(), &walk(5), &rig()).unwrap();
+        assert_eq!(truth.motion(), walk(5));
+        assert_relative_eq!(truth.frames[3].time_s, 3.0 / 60.0);
+        for frame in &truth.frames {
+            assert_eq!(frame.link_frames, person().link_frames(&frame.pose));
+            assert_eq!(frame.joint_positions.len(), person().joints.len());
+            assert_eq!(frame.joint_positions[1], Point3::from(frame.link_frames[2].translation.vector));
+            assert_eq!(frame.in_view.len(), rig().cameras.len());
+        }
+    }
+
+    #[test]
+    fn the_same_truth_comes_from_any_number_of_threads() {
+        let with_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| GroundTruth::from_motion(person(), &walk(40), &rig()).unwrap())
+        };
+        assert_eq!(with_threads(1), with_threads(3));
+    }
+
+    #[test]
+    fn motions_that_make_no_truth_are_refused_with_the_frame() {
+        let refused = |motion: &Motion| GroundTruth::from_motion(person(), motion, &rig()).unwrap_err();
+        let mut motion = walk(3);
+        motion.poses[2].joint_angles[0] = f64::NAN;
+        assert!(matches!(refused(&motion), SceneError::NotFinite { frame: 2, .. }));
+        let mut motion = walk(3);
+        motion.poses[1].joint_angles = nalgebra::DVector::zeros(9);
+        assert!(matches!(refused(&motion), SceneError::WrongBody { frame: 1, found: 9, .. }));
+        assert!(matches!(refused(&walk(0)), SceneError::EmptyMotion { .. }));
+        assert!(matches!(refused(&Motion { frames_per_second: 0.0, ..walk(1) }), SceneError::EmptyMotion { .. }));
+    }
+
+    #[test]
+    fn a_subject_that_no_camera_sees_is_an_error_and_one_that_leaves_is_reported() {
+        let mut motion = walk(4);
+        motion.poses[3].world_from_root = Isometry3::translation(300.0, 0.0, 0.0);
+        let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
+        assert_eq!(truth.unseen_frames(&TimedRig::from(&rig())), [3]);
+        for pose in &mut motion.poses {
+            pose.world_from_root = Isometry3::translation(1e300, 0.0, 0.0);
+        }
+        let error = GroundTruth::from_motion(person(), &motion, &rig()).unwrap_err();
+        assert!(error.to_string().contains("no camera sees the subject in any of 4 frames"), "{error}");
+    }
+
+    fn filmed(timings: Vec<CameraTiming>) -> GroundTruth {
+        let filming = TimedRig::new(rig(), Vec::new(), timings).unwrap();
+        GroundTruth::from_motion(person(), &walk(8), &filming).unwrap()
+    }
+
+    #[test]
+    fn a_camera_that_is_a_frame_late_sees_what_is_seen_a_frame_later_and_one_without_an_image_sees_nothing() {
+        let still = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
+        let late = CameraTiming { offset_s: 1.0 / 60.0, ..CameraTiming::default() };
+        let slow = CameraTiming { every: 3, ..CameraTiming::default() };
+        let truth = filmed(vec![late, slow]);
+        for frame in 0..7 {
+            let (own, later) = (&truth.frames[frame], &still.frames[frame + 1]);
+            assert_eq!((&own.in_view[0], &own.visible[0]), (&later.in_view[0], &later.visible[0]));
+            assert_eq!(own.visible[2], still.frames[frame].visible[2]);
+            match frame % 3 {
+                0 => assert_eq!(own.visible[1], still.frames[frame].visible[1]),
+                _ => assert_eq!((own.in_view[1], own.visible[1]), ([false; 15], [false; 15])),
+            }
+            assert_eq!((&own.pose, &own.markers), (&still.frames[frame].pose, &still.frames[frame].markers));
+        }
+    }
+
+    #[test]
+    fn a_rolling_shutter_shows_a_point_in_the_row_that_is_exposed_when_the_point_is_in_it() {
+        let rolling = CameraTiming { line_delay_s: 1e-4, ..CameraTiming::default() };
+        let filming = TimedRig::new(rig(), Vec::new(), vec![rolling; 3]).unwrap();
+        let truth = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
+        let clock = SceneClock::new(&truth, &filming);
+        let CameraRig { cameras } = rig();
+        let motion = truth.motion().made_continuous(&truth.actor);
+        for (index, camera) in cameras.iter().enumerate() {
+            let mut shot = Shot::new(&clock, &filming, 3);
+            for joint in 0..truth.actor.joints.len() {
+                let seen = shot.joint(index, joint).unwrap();
+                let row = seen.pixel.unwrap().y.floor();
+                // the other road: the pose of that row's time
+                let pose = motion.at_frame(&truth.actor, 3.0 + 60.0 * 1e-4 * row).unwrap();
+                let place = truth.actor.link_frames(&pose)[joint + 1].translation.vector.into();
+                let pixel = camera.project(&place).unwrap();
+                assert!((pixel - seen.pixel.unwrap()).norm() < 0.01, "{pixel} {seen:?}");
+            }
+        }
+    }
+}
