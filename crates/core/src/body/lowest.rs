@@ -50,6 +50,15 @@ impl Solid {
 }
 
 impl Humanoid {
+    /// From the lowest point of the body to the top of its head, upright at its zero pose, metres; `None` for a body
+    /// without a head or solids.
+    pub fn stature(&self) -> Option<f64> {
+        let frames = self.link_frames(&self.zero_pose());
+        let top = self.markers(&frames)[Landmark::HeadTop as usize]?;
+        let links: Vec<usize> = (0..self.links.len()).collect();
+        Some(top.z - self.lowest_point(&frames, &links)?.z)
+    }
+
     /// Links of the left and of the right foot: first the one with the ankle's marker, then its descendants. Empty if
     /// the body has no such marker. In a body without ankles, the foot is part of the shank, which is then the link.
     pub fn foot_links(&self) -> [Vec<usize>; 2] {

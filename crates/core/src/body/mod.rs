@@ -34,7 +34,6 @@ mod mismatch;
 mod motion;
 mod population;
 mod pose;
-mod prop;
 mod proposal;
 mod ray;
 mod shape;
@@ -42,7 +41,6 @@ mod shipped;
 mod silhouette;
 mod skin;
 mod solid;
-mod stature;
 mod surface;
 mod tangent;
 mod upright;
@@ -55,14 +53,12 @@ pub use kinematics::LinkFrames;
 #[doc(hidden)]
 pub use kinematics::{rotation_about, rotation_from_vector};
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
-pub use limits::LimitViolation;
 #[doc(hidden)]
 pub use mismatch::without_side;
 #[doc(hidden)]
 pub use population::girth_segment;
 pub use population::{GIRTH_SPREAD, LENGTH_SPREAD, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 pub use pose::{Motion, Pose};
-pub use prop::Prop;
 pub use proposal::{Prediction, ProposalScales, TooFewFrames};
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
@@ -73,7 +69,7 @@ pub use skin::read_skin_allowing;
 pub use skin::{
     Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
 };
-pub use solid::Solid;
+pub use solid::{Prop, Solid};
 pub use tangent::ROOT_STEP;
 #[doc(hidden)]
 pub use tangent::rotation_vector;

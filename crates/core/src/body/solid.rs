@@ -74,6 +74,15 @@ pub(super) fn vertex_bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f6
     vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
+/// A solid that is fixed in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prop {
+    /// Its name.
+    pub name: String,
+    /// Its shape and position; the link frame of [`Solid`] is the world frame here.
+    pub solid: Solid,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

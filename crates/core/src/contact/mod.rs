@@ -26,12 +26,10 @@ mod error;
 mod ground_contacts;
 mod ground_quality;
 mod interpenetration;
-mod pace;
 mod prop_contacts;
 mod rule;
 mod self_collision;
 mod solid_distance;
-mod stance;
 mod surface;
 
 pub use capsule_distance::tapered_capsule_distance;
@@ -41,10 +39,8 @@ pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_fee
 pub use ground_contacts::{GroundTrackInput, link_frames};
 pub use ground_quality::GroundQuality;
 pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
-pub use pace::Pace;
 pub use prop_contacts::{PropContact, PropContacts, PropTrack};
-pub use rule::ContactRule;
+pub use rule::{ContactRule, FOOT_NAMES, Pace, Stance, stances};
 pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
 pub use solid_distance::solid_distance;
-pub use stance::{FOOT_NAMES, Stance, stances};
 pub use surface::{Surface, SurfacePoint};

@@ -1,6 +1,8 @@
 //! The rule for standing on the ground.
 
-use super::{ContactError, Pace, stances};
+use std::ops::Range;
+
+use super::ContactError;
 
 /// Thresholds with hysteresis in both directions of time: a contact is a period low and slow enough to *continue* that
 /// contains, for a minimum time, a period low and slow enough to *begin*. Forward-only hysteresis would let one dip of
@@ -183,6 +185,41 @@ fn part_below(from: f64, to: f64, threshold: f64) -> [f64; 2] {
     }
 }
 
+/// Times as fast as it was recorded, frame by frame; where there is none, as fast. A stance is found at the recording's
+/// own speed: a step that is played at a quarter of its speed is a step, though its foot swings as slowly as others
+/// stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pace<'a>(
+    /// One finite number above 0 a frame, 0.25 for a quarter of the recorded speed; empty for none.
+    pub &'a [f64],
+);
+
+impl Pace<'_> {
+    /// Times as fast as recorded in a frame.
+    #[inline]
+    pub fn at(&self, frame: usize) -> f64 {
+        self.0.get(frame).copied().unwrap_or(1.0)
+    }
+}
+
+/// Names of the tracks of the left and of the right foot.
+pub const FOOT_NAMES: [&str; 2] = ["left foot", "right foot"];
+
+/// Frames of one uninterrupted contact.
+pub type Stance = Range<usize>;
+
+/// The uninterrupted contacts of a list of labels, in order.
+pub fn stances(in_contact: &[bool]) -> Vec<Stance> {
+    let mut found: Vec<Stance> = Vec::new();
+    for frame in (0..in_contact.len()).filter(|&frame| in_contact[frame]) {
+        match found.last_mut() {
+            Some(stance) if stance.end == frame => stance.end += 1,
+            _ => found.push(frame..frame + 1),
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -268,5 +305,11 @@ mod tests {
         assert_eq!(message, "leave_gap_m: expected not less than the threshold at which contact begins, found 0.01");
         assert!(ContactRule { enter_gap_m: f64::NAN, ..ContactRule::default() }.check().is_err());
         assert_eq!(ContactRule::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn stances_are_the_runs_of_contact() {
+        assert_eq!(stances(&[true, true, false, true, false, false, true]), [0..2, 3..4, 6..7]);
+        assert!(stances(&[false; 3]).is_empty() && stances(&[]).is_empty());
     }
 }

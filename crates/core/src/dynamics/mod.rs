@@ -1,8 +1,6 @@
 //! Dynamics of a motion: balance, support, and the forces it needs. Nothing is simulated.
 
-mod constants;
 mod derivatives;
-mod error;
 mod inverse;
 mod nonnegative;
 mod support;
@@ -11,18 +9,15 @@ mod tests;
 #[cfg(test)]
 mod virtual_work;
 
-pub use constants::GRAVITY;
-#[doc(hidden)]
-pub use constants::REACH_S;
 #[doc(hidden)]
 pub use derivatives::{Derivatives, derivatives};
-pub use error::DynamicsError;
 pub use inverse::{Efforts, PointForce, inverse_dynamics};
 
 use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
 use crate::contact::{ContactError, GroundContacts, link_frames};
+use crate::input::excerpt;
 use crate::parallel;
 use derivatives::reach_frames;
 use nonnegative::nonnegative_least_squares;
@@ -30,6 +25,11 @@ use nonnegative::nonnegative_least_squares;
 pub use support::{SupportPoint, support_points};
 use support::{margin, support_polygon};
 
+/// Earth's standard gravity, m/s^2.
+pub const GRAVITY: f64 = 9.80665;
+/// Derivatives are those of a parabola over this time before and after, seconds.
+#[doc(hidden)]
+pub const REACH_S: f64 = 1.0 / 15.0;
 /// Default friction for ground forces: that of a shoe on a dry floor, at the low end.
 pub const GROUND_FRICTION: f64 = 0.8;
 /// Below this share of the body's weight on the ground there is no zero-moment point: flight.
@@ -41,6 +41,20 @@ const EDGES: usize = 4;
 /// Regularisation weight of the strengths (squares): it distributes the load among equally good points, so forces do
 /// not jump between frames.
 const EVEN: f64 = 1e-4;
+
+/// What has no dynamics.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DynamicsError {
+    /// Contact cannot be computed, or a setting is invalid.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// A body without mass.
+    #[error("no link of {:?} has mass; give them an <inertial>", excerpt(body))]
+    NoMass {
+        /// The body's name.
+        body: String,
+    },
+}
 
 /// Balance and forces of a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,7 +199,7 @@ impl DynamicsInput<'_> {
             residual: libm::hypot(force.norm(), moment.norm() / centre.z.max(LEAST_LEVER)) / weight,
             efforts: efforts(&share.forces).joints,
             violations: [
-                body.limit_violations(pose, 1e-6).len(),
+                body.limit_violations(pose, 1e-6),
                 fast.filter(|(dof, rate)| rate.abs() > dof.max_velocity).count(),
             ],
         }

@@ -13,9 +13,26 @@
 mod archive;
 mod array;
 mod element;
-mod error;
 mod npy;
 
 pub use archive::Npz;
 pub use array::{Array, Values};
-pub use error::NpzError;
+
+use crate::input::plain;
+
+/// An error of an archive of arrays.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {}", plain(file), plain(detail))]
+pub struct NpzError {
+    /// The archive's name.
+    pub file: String,
+    /// What was expected and what was found.
+    pub detail: String,
+}
+
+impl NpzError {
+    #[doc(hidden)]
+    pub fn new(file: &str, detail: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), detail: detail.into() }
+    }
+}

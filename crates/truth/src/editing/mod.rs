@@ -26,7 +26,6 @@
 
 mod blending;
 mod curve;
-mod drift;
 mod error;
 mod joining;
 mod path;

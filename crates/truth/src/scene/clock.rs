@@ -1,6 +1,6 @@
 //! Where everybody is at any time, between frames too.
 
-use super::GroundTruth;
+use super::{Distractor, GroundTruth};
 use crate::body::{LinkFrames, Motion};
 use crate::camera::TimedRig;
 
@@ -25,13 +25,14 @@ pub struct SceneClock<'a> {
 impl<'a> SceneClock<'a> {
     /// Of a truth that `filming` sees.
     pub fn new(truth: &'a GroundTruth, filming: &TimedRig) -> Self {
-        let motions = match filming.leaves_frames() {
-            true => std::iter::once(truth.motion().made_continuous(&truth.actor))
-                .chain(truth.distractors.iter().map(|other| other.continuous_motion(truth.frames_per_second)))
-                .collect(),
-            false => Vec::new(),
+        if !filming.leaves_frames() {
+            return Self { truth, motions: Vec::new() };
+        }
+        let of_other = |other: &Distractor| {
+            Motion { frames_per_second: truth.frames_per_second, poses: other.poses.clone() }.made_continuous(&other.body)
         };
-        Self { truth, motions }
+        let actor = truth.motion().made_continuous(&truth.actor);
+        Self { truth, motions: std::iter::once(actor).chain(truth.distractors.iter().map(of_other)).collect() }
     }
 
     /// Whose time it is.

@@ -26,14 +26,12 @@
 //! ```
 
 mod clock;
-mod distractor;
 mod seen;
 mod shot;
 mod sight;
 mod truth;
 
 pub use clock::{SceneClock, SceneFigure};
-pub use distractor::Distractor;
 pub use shot::{Shot, ShotPoint};
 pub use sight::{Occluders, Sight, SightLines};
-pub use truth::{GroundTruth, SceneError, TruthFrame};
+pub use truth::{Distractor, GroundTruth, SceneError, TruthFrame};

@@ -92,15 +92,6 @@ mod tests {
     }
 
     #[test]
-    fn the_same_truth_comes_from_any_number_of_threads() {
-        let with_threads = |n| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| GroundTruth::from_motion(person(), &walk(40), &rig()).unwrap())
-        };
-        assert_eq!(with_threads(1), with_threads(3));
-    }
-
-    #[test]
     fn motions_that_make_no_truth_are_refused_with_the_frame() {
         let refused = |motion: &Motion| GroundTruth::from_motion(person(), motion, &rig()).unwrap_err();
         let mut motion = walk(3);

@@ -2,7 +2,6 @@
 
 use nalgebra::Point3;
 
-use super::Distractor;
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::input::excerpt;
 use crate::parallel;
@@ -20,6 +19,17 @@ pub struct GroundTruth {
     pub frames_per_second: f64,
     /// One entry a frame.
     pub frames: Vec<TruthFrame>,
+}
+
+/// Somebody besides the actor: cameras see them and they hide the actor, but nothing of them is to be estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distractor {
+    /// For people.
+    pub name: String,
+    /// Their body.
+    pub body: Humanoid,
+    /// Their poses, one a frame, each with an angle for every degree of freedom; after the last they stand still.
+    pub poses: Vec<Pose>,
 }
 
 /// The truth of one instant.
@@ -132,6 +142,14 @@ impl GroundTruth {
     pub fn motion(&self) -> Motion {
         let poses = self.frames.iter().map(|frame| frame.pose.clone()).collect();
         Motion { frames_per_second: self.frames_per_second, poses }
+    }
+}
+
+impl Distractor {
+    /// Where their links are in a frame; `None` without any pose.
+    pub fn link_frames(&self, frame: usize) -> Option<LinkFrames> {
+        let pose = self.poses.get(frame).or(self.poses.last())?;
+        Some(self.body.link_frames(pose))
     }
 }
 

@@ -1,8 +1,8 @@
 //! Where the vertices are when the links have moved.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
-use super::{Blending, Skin, dual_quaternion};
+use super::{Blending, Skin};
 use crate::body::LinkFrames;
 
 /// What one link adds to a vertex: `R point + weight t`, with the link's rotation `R` and place `t`.
@@ -45,11 +45,11 @@ impl Skin {
                 let moves: Vec<_> = view_from_links
                     .iter()
                     .zip(&self.bind)
-                    .map(|(now, bind)| dual_quaternion::DualQuaternion::from_isometry(&(now * bind.inverse())))
+                    .map(|(now, bind)| DualQuaternion::from_isometry(&(now * bind.inverse())))
                     .collect();
                 deformed.extend((0..self.vertices.len()).map(|vertex| {
                     let shares = self.influences(vertex).map(|(link, weight)| (&moves[link], weight));
-                    dual_quaternion::blended(shares, &self.vertices[vertex])
+                    blended(shares, &self.vertices[vertex])
                 }));
             }
         }
@@ -87,12 +87,12 @@ impl Skin {
                 .influences(vertex)
                 .map(|(link, weight)| {
                     (
-                        dual_quaternion::DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())),
+                        DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())),
                         weight,
                     )
                 })
                 .collect();
-            return dual_quaternion::blended(moves.iter().map(|(q, weight)| (q, *weight)), &self.vertices[vertex]);
+            return blended(moves.iter().map(|(q, weight)| (q, *weight)), &self.vertices[vertex]);
         }
         let terms = &self.terms[self.first[vertex] as usize..self.first[vertex + 1] as usize];
         let carried = |term: &SkinTerm| {
@@ -103,11 +103,41 @@ impl Skin {
     }
 }
 
+/// A rigid motion as a dual quaternion: `real` is the rotation, `dual` half the translation times the rotation.
+struct DualQuaternion {
+    real: Quaternion<f64>,
+    dual: Quaternion<f64>,
+}
+
+impl DualQuaternion {
+    fn from_isometry(motion: &Isometry3<f64>) -> Self {
+        let real = motion.rotation.into_inner();
+        let translation = Quaternion::from_imag(motion.translation.vector);
+        Self { real, dual: translation * real * 0.5 }
+    }
+}
+
+/// A point moved by the blend of some motions, whose weights sum to 1 (`[Kavan 2007]`). Rotations are blended on the hemisphere of the
+/// first.
+fn blended<'a>(shares: impl Iterator<Item = (&'a DualQuaternion, f64)>, point: &Point3<f64>) -> Point3<f64> {
+    let mut pivot: Option<Quaternion<f64>> = None;
+    let (mut real, mut dual) = (Quaternion::new(0.0, 0.0, 0.0, 0.0), Quaternion::new(0.0, 0.0, 0.0, 0.0));
+    for (motion, weight) in shares {
+        let pivot = pivot.get_or_insert(motion.real);
+        let weight = if pivot.coords.dot(&motion.real.coords) < 0.0 { -weight } else { weight };
+        real += motion.real * weight;
+        dual += motion.dual * weight;
+    }
+    let norm = real.norm();
+    let (real, dual) = (real / norm, dual / norm);
+    let translation = (dual * real.conjugate()).imag() * 2.0;
+    UnitQuaternion::new_unchecked(real) * point + translation
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::body::skin::Influence;
-    use nalgebra::UnitQuaternion;
 
     /// A tube about x of radius 1 between two links that meet at the origin, the ring there shared equally.
     fn tube() -> Skin {

@@ -11,7 +11,6 @@
 
 mod automatic;
 mod blend;
-mod dual_quaternion;
 mod gltf_file;
 mod gltf_numbers;
 mod joint_names;
@@ -24,8 +23,6 @@ mod segments;
 mod shipped;
 mod skin_file;
 mod volume;
-mod weights_file;
-mod without;
 
 use nalgebra::{Isometry3, Point3};
 

@@ -2,10 +2,21 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::Skin;
+use super::{MeshTopology, Skin};
 use crate::body::{BodyShape, Humanoid, LinkShape, Solid};
 
 impl Skin {
+    /// The same skin without the triangles that links carry for the most part which are `gone`: one entry a link. It is
+    /// open where they were.
+    #[doc(hidden)]
+    pub fn without_links(&self, gone: &[bool]) -> Self {
+        let is_left = |triangle: usize| !gone.get(self.part_of(triangle) as usize).is_some_and(|gone| *gone);
+        let triangles: Vec<[u32; 3]> =
+            (0..self.triangles.len()).filter(|t| is_left(*t)).map(|t| self.triangles[t]).collect();
+        let topology = MeshTopology::new(self.vertices.len(), &triangles);
+        Self { triangles, topology, ..self.clone() }
+    }
+
     /// The skin of `body` reshaped by `shape`: as of the solids, lengths move the points of a link's axes and girths
     /// scale the distances from them. The bind pose keeps its angles.
     pub(in crate::body) fn reshaped(&self, body: &Humanoid, shape: &BodyShape) -> Self {

@@ -16,10 +16,10 @@ use std::path::Path;
 use nalgebra::Point3;
 use serde::Deserialize;
 
+use super::gltf_file;
 use super::mesh::{SkinError, SkinMesh};
-use super::{gltf_file, weights_file};
 use crate::body::{LANDMARKS, mesh_from_bytes};
-use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_own_output, limits};
+use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_own_output, limits, unquoted};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -142,7 +142,7 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
         None => None,
         Some(name) => {
             let bytes = read(name, limits::MESH)?;
-            let mut weights = weights_file::parse(name, &String::from_utf8_lossy(&bytes))?;
+            let mut weights = parse_weights(name, &String::from_utf8_lossy(&bytes))?;
             notes.extend(without_empty_groups(name, &mut weights));
             Some(weights)
         }
@@ -168,6 +168,24 @@ fn without_empty_groups(file: &str, weights: &mut BTreeMap<String, Vec<(u32, f64
     let note = (!empty.is_empty()).then_some(note);
     weights.retain(|_, own| !is_empty(own));
     note
+}
+
+#[derive(Deserialize)]
+struct WeightsRecord {
+    weights: BTreeMap<String, Vec<(u32, f64)>>,
+}
+
+/// Reads weights as MakeHuman and MPFB2 write them: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`, vertices
+/// counted from 0. Other keys are ignored.
+///
+/// # Errors
+/// [`SkinError::Malformed`] with the line and what was expected.
+fn parse_weights(file: &str, text: &str) -> Result<BTreeMap<String, Vec<(u32, f64)>>, SkinError> {
+    let record: Result<WeightsRecord, _> = serde_json::from_str(text);
+    record.map(|record| record.weights).map_err(|e| SkinError::Malformed {
+        file: file.to_owned(),
+        detail: format!("expected JSON {{\"weights\": {{\"BONE\": [[VERTEX, WEIGHT], ...]}}}}: {}", unquoted(e)),
+    })
 }
 
 #[cfg(test)]
@@ -223,6 +241,17 @@ mod tests {
             std::fs::write(&skin, format!("schema = \"skiagraph.skin/1\"\nmesh = \"{name}\"")).unwrap();
             let found = read_skin(&skin).unwrap_err().to_string();
             assert!(found.contains(&format!("names the file `{name}`, which leads out of ")), "{found}");
+        }
+    }
+
+    #[test]
+    fn weights_are_read_by_bone_and_anything_else_is_refused_with_its_place() {
+        let text = r#"{"name": "x", "weights": {"a": [[0, 0.5], [2, 1]], "b": []}}"#;
+        let found = parse_weights("w.json", text).unwrap();
+        assert_eq!(found["a"], [(0, 0.5), (2, 1.0)]);
+        for wrong in ["", "[]", r#"{"weights": {"a": [[-1, 0.5]]}}"#, r#"{"weights": {"a": [0, 1]}}"#] {
+            let message = parse_weights("w.json", wrong).unwrap_err().to_string();
+            assert!(message.starts_with("w.json: expected JSON") && message.contains("line 1"), "{message}");
         }
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
 use super::limits::{MOST_MESH_NODES, parse_xml};
-use super::triangles::Mesh;
+use super::Mesh;
 use crate::body::rotation_about;
 use crate::input::unquoted;
 

@@ -15,12 +15,11 @@ mod markers;
 mod mesh;
 mod package;
 mod tree;
-mod triangles;
 
 use std::io;
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use document::Document;
 pub use error::UrdfError;
@@ -29,6 +28,9 @@ use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
 use crate::input::{self, AllowedFolders, limits::ROBOT};
+
+/// What meshes of every format are read into: vertices, and triangles that index them.
+type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;

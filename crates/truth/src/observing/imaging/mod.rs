@@ -145,30 +145,8 @@ impl<'a> SceneCamera<'a> {
         all
     }
 
-    /// The same, one camera's planes in memory at a time.
+    /// The same, one camera's planes in memory at a time. The nearest figure is seen, and the sun is kept off once.
     fn each_brightness(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
-        if !self.truth.distractors.is_empty() {
-            return self.each_brightness_of_several(frame, take);
-        }
-        let link_frames = &self.truth.frames[frame].link_frames;
-        let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
-        let surfaces = self.observer.surfaces(SceneFigure::Actor, frame);
-        for (camera, (backdrop, surface)) in self.backdrops.iter().zip(surfaces).enumerate() {
-            let mut planes = backdrop.planes.clone();
-            if let Some(shadow) = &shadow {
-                let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
-                let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;
-                backdrop.ground.each_shaded(shadow, |index| planes.iter_mut().for_each(|plane| plane[index] *= share));
-            }
-            for pixel in &surface {
-                self.paint(pixel, backdrop, &self.clothing, &mut planes);
-            }
-            take(camera, planes);
-        }
-    }
-
-    /// As [`Self::each_brightness`] of the actor and distractors: the nearest is seen, and the sun is kept off once.
-    fn each_brightness_of_several(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
         let others: Vec<(&Humanoid, LinkFrames)> =
             self.truth.distractors.iter().filter_map(|o| Some((&o.body, o.link_frames(frame)?))).collect();
         let link_frames = &self.truth.frames[frame].link_frames;
