@@ -49,14 +49,10 @@ fn images(stage: &Stage, settings: &ImageSettings) -> (Vec<Vec<Image>>, Vec<Imag
     ((0..3).map(period).collect(), (0..10).flat_map(|frame| camera.images(frame)).collect())
 }
 
-fn periods(images: &[Vec<Image>]) -> Vec<&[Image]> {
-    images.iter().map(Vec::as_slice).collect()
-}
-
 #[divan::bench(args = ["colour", "grey"])]
 fn frozen_classification(bencher: divan::Bencher<'_, '_>, kind: &str) {
     let (background, frames) = images(&stage(), &ImageSettings { grey: kind == "grey", ..ImageSettings::default() });
-    let model = BackgroundMixture::learn(&periods(&background), Risk::usual(frames[0].planes().len())).expect("frames");
+    let model = BackgroundMixture::learn(background.iter(), Risk::usual).expect("frames");
     let mut next = frames.iter().cycle();
     bencher.bench_local(|| model.foreground(next.next().expect("a cycle")).expect("one size"));
 }
@@ -75,7 +71,7 @@ fn online_update(bencher: divan::Bencher<'_, '_>, kind: &str) {
 #[divan::bench]
 fn silhouette_with_shadow_rule_and_cleaning(bencher: divan::Bencher<'_, '_>) {
     let (background, frames) = images(&stage(), &ImageSettings::default());
-    let segmenter = Segmenter::learn(&periods(&background), &BackgroundSettings::default()).expect("frames");
+    let segmenter = Segmenter::learn(background.iter(), &BackgroundSettings::default()).expect("frames");
     let mut next = frames.iter().cycle();
     bencher.bench_local(|| segmenter.silhouette(next.next().expect("a cycle")).expect("one size"));
 }

@@ -118,9 +118,8 @@ fn ours(staged: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 
             for (index, image) in periods.iter().flatten().enumerate() {
                 write_image(&place.join(format!("background/{index:04}.png")), image)?;
             }
-            let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
-            let raw = BackgroundMixture::learn(&slices, Risk::usual(3))?;
-            let segmenter = Segmenter::learn(&slices, &BackgroundSettings::default())?;
+            let raw = BackgroundMixture::learn(periods.iter(), Risk::usual)?;
+            let segmenter = Segmenter::learn(periods.iter(), &BackgroundSettings::default())?;
             let mut online = OnlineBackground::new(&periods[0][0], OnlineSettings::default());
             for image in periods.iter().flatten().skip(1) {
                 online.update(image)?;

@@ -158,8 +158,7 @@ fn by_mixture(
     progress: &dyn Progress,
     write: Write<'_>,
 ) -> Result<Vec<u64>, ExperimentError> {
-    let periods: Vec<&[Image]> = images.iter().map(Vec::as_slice).collect();
-    let segmenter = Segmenter::learn(&periods, &input.settings)
+    let segmenter = Segmenter::learn(images.iter(), &input.settings)
         .map_err(|e| ExperimentError::Argument { argument: "--background", detail: e.to_string() })?;
     let of_frame = |index: usize| {
         advance(progress)?;

@@ -33,7 +33,6 @@ mod balance;
 mod boundary;
 mod breakdown;
 mod breakdown_summary;
-mod camera_summary;
 mod comparison;
 #[cfg(test)]
 mod conformance;
@@ -88,7 +87,6 @@ mod track_loss;
 
 pub use breakdown::BreakdownGroup;
 pub use breakdown_summary::BreakdownSummary;
-pub use camera_summary::PerCameraSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
     LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,

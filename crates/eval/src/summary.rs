@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::breakdown_summary::{BreakdownSummary, summarise_groups};
-use super::camera_summary::{PerCameraSummary, summarise_cameras};
+use super::reprojection::{PerCameraError, summarise_cameras};
 use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
@@ -46,7 +46,7 @@ pub struct Summary {
     pub breakdown: Vec<BreakdownSummary>,
     /// Errors by camera.
     #[serde(default)]
-    pub per_camera: Vec<PerCameraSummary>,
+    pub per_camera: Vec<PerCameraError>,
 }
 
 /// The longest stretch with a lost marker, and the run that it is in.

@@ -120,11 +120,10 @@ mod tests {
 
     use approx::assert_relative_eq;
     use nalgebra::Vector3;
-    use proptest::prelude::*;
 
     use super::*;
     use crate::mocap::rotation::CoordinateAxis;
-    use crate::mocap::{Skeleton, SkeletonJoint, UpAxis};
+    use crate::mocap::UpAxis;
 
     /// Two joints in metres, Z up; the second has other channels in another order.
     const TINY: &str = "HIERARCHY
@@ -303,80 +302,5 @@ Frame Time: 0.02
         let wrong = ReadOptions { frames_per_second: Some(0.0), ..metres_z_up() };
         let error = parse_bvh(TINY, "t", &wrong).unwrap_err().to_string();
         assert_eq!(error, "frames_per_second: expected a number from 0.001 to 100000, found 0");
-    }
-
-    /// A BVH file of a clip whose joints keep their offsets, rotations as Z, Y, X angles.
-    fn write(clip: &Clip) -> String {
-        let joints = &clip.skeleton.joints;
-        let mut text = "HIERARCHY\n".to_owned();
-        let mut open: Vec<usize> = Vec::new();
-        for (index, joint) in joints.iter().enumerate() {
-            while open.last() != joint.parent.as_ref() {
-                open.pop();
-                text += "}\n";
-            }
-            open.push(index);
-            let offset = clip.frames[0][index].translation.vector;
-            let (word, positions) =
-                if index == 0 { ("ROOT", "6 Xposition Yposition Zposition") } else { ("JOINT", "3") };
-            text += &format!("{word} {}\n{{\nOFFSET {} {} {}\n", joint.name, offset.x, offset.y, offset.z);
-            text += &format!("CHANNELS {positions} Zrotation Yrotation Xrotation\n");
-        }
-        text += &"}\n".repeat(open.len());
-        let frame_time = 1.0 / clip.frames_per_second;
-        text += &format!("MOTION\nFrames: {}\nFrame Time: {frame_time}\n", clip.frames.len());
-        for frame in &clip.frames {
-            for (index, transform) in frame.iter().enumerate() {
-                let position = transform.translation.vector;
-                if index == 0 {
-                    text += &format!("{} {} {} ", position.x, position.y, position.z);
-                }
-                let (x, y, z) = transform.rotation.euler_angles();
-                text += &format!("{} {} {} ", z.to_degrees(), y.to_degrees(), x.to_degrees());
-            }
-            text += "\n";
-        }
-        text
-    }
-
-    prop_compose! {
-        /// Up to eight joints that hang on random earlier ones, three frames.
-        fn clips()(joints in 1..8_usize)(
-            parents in prop::collection::vec(0.0..1.0_f64, joints),
-            offsets in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), joints),
-            turns in prop::collection::vec(prop::collection::vec(prop::array::uniform3(-1.4..1.4_f64), joints), 3),
-        ) -> Clip {
-            // Written depth first, a joint's parent is on the path to the joint before it.
-            let mut skeleton = Skeleton::default();
-            let mut path: Vec<usize> = Vec::new();
-            for (index, share) in parents.iter().enumerate() {
-                path.truncate(if index == 0 { 0 } else { 1 + (share * path.len() as f64) as usize });
-                let parent = path.last().copied();
-                skeleton.joints.push(SkeletonJoint { name: format!("joint{index}"), parent, tip: None });
-                path.push(index);
-            }
-            let frame = |turns: &Vec<[f64; 3]>| {
-                offsets
-                    .iter()
-                    .zip(turns)
-                    .map(|(o, t)| Isometry3::new(Vector3::from(*o), Vector3::from(*t)))
-                    .collect()
-            };
-            let frames = turns.iter().map(frame).collect();
-            Clip { name: "written".to_owned(), skeleton, frames_per_second: 50.0, frames, notes: Vec::new(), cyclic: false }
-        }
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
-        #[test]
-        fn what_is_written_is_read_back(clip in clips()) {
-            let back = parse_bvh(&write(&clip), "written.bvh", &metres_z_up()).unwrap();
-            prop_assert_eq!(&back.skeleton, &clip.skeleton);
-            for (a, b) in back.frames.iter().flatten().zip(clip.frames.iter().flatten()) {
-                prop_assert!((a.translation.vector - b.translation.vector).norm() < 1e-12);
-                prop_assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
-            }
-        }
     }
 }

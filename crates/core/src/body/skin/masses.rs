@@ -81,8 +81,6 @@ mod tests {
     use std::collections::BTreeMap;
     use std::f64::consts::{PI, TAU};
 
-    use nalgebra::UnitQuaternion;
-
     use super::*;
     use crate::body::skin::{Influence, Skin};
     use crate::body::{SkinMesh, shipped, shipped_skin};
@@ -239,21 +237,5 @@ mod tests {
         let mut weightless = dressed(turned(&[[0.0, 0.0], [1.0, 0.5], [0.0, 1.0]], 8).0, vec![[0, 1, 2]], |_| 0);
         weightless.links.iter_mut().for_each(|link| link.inertia = None);
         assert_eq!(weightless.with_masses_of_skin(), weightless);
-    }
-
-    #[test]
-    fn a_turned_body_has_its_centre_of_mass_turned() {
-        let person = shipped("tracker25").unwrap();
-        let bind = person.link_frames(&person.zero_pose());
-        let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &person, &bind).unwrap();
-        let body = Humanoid { skin: Some(skin.into()), ..person }.with_masses_of_skin();
-        let mut pose = body.zero_pose();
-        let before = body.centre_of_mass(&body.link_frames(&pose)).unwrap();
-        pose.world_from_root = nalgebra::Isometry3::from_parts(
-            Vector3::new(1.0, 2.0, 0.9).into(),
-            UnitQuaternion::from_euler_angles(0.3, 0.2, 1.0),
-        );
-        let after = body.centre_of_mass(&body.link_frames(&pose)).unwrap();
-        assert!((pose.world_from_root * before - after).norm() < 1e-12);
     }
 }

@@ -44,50 +44,29 @@ pub struct BackgroundMixture {
 }
 
 impl BackgroundMixture {
-    /// Learns one component from each period's images, all of one camera.
+    /// Learns one component from each period's images, all of one camera; periods may come one after another, so that
+    /// the images of one alone are in memory. `risk` is that of a number of channels.
     ///
     /// # Errors
     /// [`BackgroundError`] for a period without an image and for images that differ in size or channels.
-    pub fn learn(periods: &[&[Image]], risk: Risk) -> Result<Self, BackgroundError> {
-        let frames = periods.iter().map(|period| period.len()).sum();
-        let first = periods.first().and_then(|period| period.first());
-        let (Some(first), false) = (first, periods.iter().any(|period| period.is_empty())) else {
-            return Err(BackgroundError::TooFew { frames, components: periods.len().max(1) });
-        };
-        let (shape, components) = (first.shape(), periods.len());
-        if let Some(other) = periods.iter().flat_map(|period| period.iter()).find(|image| image.shape() != shape) {
-            return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
-        }
-        let blocks = periods.iter().map(|period| component(period, shape, components)).collect();
-        Ok(Self::from_components(shape, blocks, risk))
-    }
-
-    /// As [`Self::learn`], from periods that come one after another: the images of one alone are in memory. `risk` is
-    /// that of a number of channels.
-    ///
-    /// # Errors
-    /// As [`Self::learn`].
-    pub fn learn_one_by_one(
-        periods: impl ExactSizeIterator<Item = Vec<Image>>,
+    pub fn learn<P: AsRef<[Image]>>(
+        periods: impl ExactSizeIterator<Item = P>,
         risk: impl Fn(usize) -> Risk,
     ) -> Result<Self, BackgroundError> {
         let components = periods.len();
         let (mut frames, mut known, mut blocks) = (0, None, Vec::with_capacity(components));
         for period in periods {
+            let period = period.as_ref();
             frames += period.len();
             let first = period.first().ok_or(BackgroundError::TooFew { frames, components })?;
             let shape = *known.get_or_insert(first.shape());
             if let Some(other) = period.iter().find(|image| image.shape() != shape) {
                 return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
             }
-            blocks.push(component(&period, shape, components));
+            blocks.push(component(period, shape, components));
         }
         let shape = known.ok_or(BackgroundError::TooFew { frames, components: 1 })?;
-        Ok(Self::from_components(shape, blocks, risk(shape.2)))
-    }
-
-    fn from_components(shape: (u32, u32, usize), blocks: Vec<Vec<PixelLane>>, risk: Risk) -> Self {
-        let components = blocks.len();
+        let risk = risk(shape.2);
         let threshold = (-(shape.2 as f64) * 256_f64.ln() - risk.0.ln()) as f32;
         let (groups, channels) = (groups_per_row(shape.0), shape.2);
         let bounds = CertainBounds::new(shape, components, threshold, |component, x, y, look| {
@@ -98,7 +77,7 @@ impl BackgroundMixture {
             let (means, precisions) = (&means[..channels], &precisions[..channels]);
             look(PixelGaussian { means, precisions, at_mean: at(2 * channels) });
         });
-        Self { shape, components, blocks, threshold, bounds }
+        Ok(Self { shape, components, blocks, threshold, bounds })
     }
 
     /// Width, height and channels of its images.
@@ -334,7 +313,7 @@ mod tests {
 
     fn learned(shape: (u32, u32, usize), levels: [f64; 3], deviation: f64, risk: Risk) -> BackgroundMixture {
         let periods = periods(shape, levels, deviation);
-        BackgroundMixture::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), risk).unwrap()
+        BackgroundMixture::learn(periods.iter(), |_| risk).unwrap()
     }
 
     /// The definition, in f64.
@@ -360,8 +339,7 @@ mod tests {
         for (width, channels) in [(67, 3), (64, 1), (5, 3)] {
             let shape = (width, 40, channels);
             let periods = periods(shape, [100.0, 112.0, 90.0], 3.0);
-            let model =
-                BackgroundMixture::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), Risk(2.0)).unwrap();
+            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(2.0)).unwrap();
             // a gradient through the background and beyond it on both sides
             let image = noisy(shape, 77, |i| 60.0 + 90.0 * (i % width as usize) as f64 / f64::from(width), 4.0);
             let (found, expected) = (model.foreground(&image).unwrap(), by_definition(&periods, &image, 2.0));
@@ -387,7 +365,7 @@ mod tests {
                 Image::from_planes(width, 48, planes.collect()).unwrap()
             };
             let periods = [0, 1, 2].map(|period| (0..12).map(|number| image(period, number)).collect::<Vec<_>>());
-            let model = BackgroundMixture::learn(&periods.each_ref().map(Vec::as_slice), Risk(risk)).unwrap();
+            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(risk)).unwrap();
             let mut foreground = 0;
             for (number, spread) in (0..12).zip([0.0, 2.0, 4.0, 8.0, 16.0, 60.0].into_iter().cycle()) {
                 let mut random = stream(seed, Purpose::Corruption, 9, number, 0);
@@ -433,33 +411,18 @@ mod tests {
     }
 
     #[test]
-    fn periods_that_come_one_after_another_are_learned_as_those_that_are_all_there() {
-        let image = |seed| noisy((20, 6, 3), seed, |x| 50.0 + x as f64, 3.0);
-        let periods: Vec<Vec<Image>> = (0..3).map(|period| (0..4).map(|n| image(10 * period + n)).collect()).collect();
-        let slices: Vec<&[Image]> = periods.iter().map(Vec::as_slice).collect();
-        let at_once = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap();
-        let one_by_one =
-            |periods: &[Vec<Image>]| BackgroundMixture::learn_one_by_one(periods.iter().cloned(), |_| Risk(1.0));
-        assert_eq!(one_by_one(&periods).unwrap(), at_once);
-        for broken in [vec![], vec![vec![]], vec![vec![image(1)], vec![]]] {
-            let slices: Vec<&[Image]> = broken.iter().map(Vec::as_slice).collect();
-            let words = BackgroundMixture::learn(&slices, Risk(1.0)).unwrap_err().to_string();
-            assert_eq!(one_by_one(&broken).unwrap_err().to_string(), words);
-        }
-    }
-
-    #[test]
     fn too_few_frames_and_frames_of_another_size_are_refused() {
         let image = noisy((8, 8, 3), 1, |_| 50.0, 1.0);
         let other = noisy((9, 8, 3), 1, |_| 50.0, 1.0);
         let some = vec![image.clone()];
-        let refused = BackgroundMixture::learn(&[&some, &[]], Risk(1.0)).unwrap_err();
+        let learn = |periods: &[&[Image]]| BackgroundMixture::learn(periods.iter(), |_| Risk(1.0));
+        let refused = learn(&[&some, &[]]).unwrap_err();
         assert!(refused.to_string().starts_with("1 background frame(s) for 2 component(s)"), "{refused}");
-        assert!(BackgroundMixture::learn(&[], Risk(1.0)).is_err());
+        assert!(learn(&[]).is_err());
         let mixed = vec![image, other.clone()];
-        let refused = BackgroundMixture::learn(&[&mixed], Risk(1.0)).unwrap_err();
+        let refused = learn(&[&mixed]).unwrap_err();
         assert!(refused.to_string().starts_with("9 x 8 pixels with 3 channel(s), expected 8 x 8 with 3"), "{refused}");
-        assert!(BackgroundMixture::learn(&[&some], Risk(1.0)).unwrap().foreground(&other).is_err());
+        assert!(learn(&[&some]).unwrap().foreground(&other).is_err());
     }
 
     #[test]

@@ -35,27 +35,16 @@ pub struct Segmenter {
 }
 
 impl Segmenter {
-    /// Learns the background from the images of each period.
+    /// Learns the background from the images of each period; these may come one after another.
     ///
     /// # Errors
     /// As [`BackgroundMixture::learn`].
-    pub fn learn(periods: &[&[Image]], settings: &BackgroundSettings) -> Result<Self, BackgroundError> {
-        let channels = periods.iter().flat_map(|period| period.iter()).next().map_or(3, |image| image.planes().len());
-        let background = BackgroundMixture::learn(periods, settings.risk.map_or(Risk::usual(channels), Risk))?;
-        let shadow = settings.remove_shadows.then(ShadowRule::default);
-        Ok(Self { background, shadow, cleaning: settings.cleaning })
-    }
-
-    /// As [`Self::learn`], from periods that come one after another: the images of one alone are in memory.
-    ///
-    /// # Errors
-    /// As [`BackgroundMixture::learn`].
-    pub fn learn_one_by_one(
-        periods: impl ExactSizeIterator<Item = Vec<Image>>,
+    pub fn learn<P: AsRef<[Image]>>(
+        periods: impl ExactSizeIterator<Item = P>,
         settings: &BackgroundSettings,
     ) -> Result<Self, BackgroundError> {
         let risk = |channels| settings.risk.map_or(Risk::usual(channels), Risk);
-        let background = BackgroundMixture::learn_one_by_one(periods, risk)?;
+        let background = BackgroundMixture::learn(periods, risk)?;
         let shadow = settings.remove_shadows.then(ShadowRule::default);
         Ok(Self { background, shadow, cleaning: settings.cleaning })
     }

@@ -31,8 +31,9 @@ impl<'a> SegmentedObserver<'a> {
         let camera = SceneCamera::new(truth, rig, images, seed);
         let learn = |index: usize| {
             let numbers = 0..images.background_frames as usize;
-            let period = |period| numbers.clone().map(|number| camera.background(index, period, number)).collect();
-            Segmenter::learn_one_by_one((0..camera.periods()).map(period), background)
+            let image = |period, number| camera.background(index, period, number);
+            let period = |period| numbers.clone().map(|number| image(period, number)).collect::<Vec<_>>();
+            Segmenter::learn((0..camera.periods()).map(period), background)
         };
         let segmenters = parallel::map(rig.cameras.len(), learn).into_iter().collect::<Result<_, _>>()?;
         Ok(Self { truth, camera, segmenters })
