@@ -176,7 +176,7 @@ pub(super) fn rig_notes(moments: &RigMoments, rig: &CameraRig, frames_per_second
 
 fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
     let KeyframeSettings { time_s, position_m, look_at_m, roll_deg } = *settings;
-    CameraKeyframe { time_s, position: position_m.into(), look_at: look_at_m.into(), roll: roll_deg.to_radians() }
+    CameraKeyframe { time_s, position: position_m, look_at: look_at_m, roll: roll_deg.to_radians() }
 }
 
 /// The number of the camera of a name.

@@ -46,7 +46,7 @@ fn still(frames: usize) -> GroundTruth {
 }
 
 fn keyframe(time_s: f64, position: [f64; 3]) -> CameraKeyframe {
-    CameraKeyframe { time_s, position: position.into(), look_at: Point3::new(0.1, 0.0, 1.0), roll: 0.0 }
+    CameraKeyframe { time_s, position, look_at: [0.1, 0.0, 1.0], roll: 0.0 }
 }
 
 fn moving() -> CameraPath {
@@ -89,8 +89,8 @@ fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
     );
     let along = |frame: f64| CameraKeyframe {
         time_s: frame / RATE,
-        position: Point3::new(3.0, 0.8, 1.3) + step * frame,
-        look_at: Point3::new(0.1, 0.0, 1.0) + step * frame,
+        position: (Point3::new(3.0, 0.8, 1.3) + step * frame).into(),
+        look_at: (Point3::new(0.1, 0.0, 1.0) + step * frame).into(),
         roll: 0.0,
     };
     let path = CameraPath::new("front", vec![along(0.0), along(4.0)]).unwrap();

@@ -68,8 +68,8 @@ static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 fn filming() -> TimedRig {
     let keyframe = |time_s: f64, position: [f64; 3]| CameraKeyframe {
         time_s,
-        position: position.into(),
-        look_at: [0.1, 0.0, 1.0].into(),
+        position,
+        look_at: [0.1, 0.0, 1.0],
         roll: 0.5 * time_s,
     };
     let way = vec![keyframe(0.0, [3.0, 0.8, 1.3]), keyframe(0.08, [2.9, 0.3, 1.5]), keyframe(0.2, [2.5, -0.5, 1.2])];

@@ -31,32 +31,16 @@ struct FilmingRecord {
     offset_s: f64,
     line_delay_s: f64,
     /// Empty for a camera that stands still.
-    keyframes: Vec<KeyframeRecord>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KeyframeRecord {
-    time_s: f64,
-    position: [f64; 3],
-    look_at: [f64; 3],
-    /// Radians.
-    roll: f64,
+    keyframes: Vec<CameraKeyframe>,
 }
 
 const BETWEEN: &str = "piecewise cubic Hermite (Fritsch and Butland 1984, SciPy's PchipInterpolator) of position, look_at \
                        and roll; constant before the first and after the last";
 
 pub(super) fn to_json(filming: &TimedRig) -> Result<Vec<u8>, SetError> {
-    let keyframe = |keyframe: &CameraKeyframe| KeyframeRecord {
-        time_s: keyframe.time_s,
-        position: keyframe.position.into(),
-        look_at: keyframe.look_at.into(),
-        roll: keyframe.roll,
-    };
     let camera = |(index, name): (usize, &String)| {
         let CameraTiming { every, offset_s, line_delay_s } = *filming.timing(index);
-        let keyframes = filming.path(index).map_or(&[][..], CameraPath::keyframes).iter().map(keyframe).collect();
+        let keyframes = filming.path(index).map_or(&[][..], CameraPath::keyframes).to_vec();
         FilmingRecord { name: name.clone(), every, offset_s, line_delay_s, keyframes }
     };
     let names = filming.rig().cameras.iter().map(|camera| &camera.name);
@@ -80,19 +64,10 @@ pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<TimedRig, SetEr
         if !sound {
             return Err(named("expected every of 1 to 1000000, and offset_s and line_delay_s in seconds"));
         }
-        let far = |k: &KeyframeRecord| k.position.iter().chain(&k.look_at).any(|x| x.abs() > FARTHEST);
+        let far = |k: &CameraKeyframe| k.position.iter().chain(&k.look_at).any(|x| x.abs() > FARTHEST);
         if keyframes.iter().any(far) {
             return Err(named("expected keyframes in metres"));
         }
-        let keyframes: Vec<CameraKeyframe> = keyframes
-            .into_iter()
-            .map(|k| CameraKeyframe {
-                time_s: k.time_s,
-                position: k.position.into(),
-                look_at: k.look_at.into(),
-                roll: k.roll,
-            })
-            .collect();
         let path = (!keyframes.is_empty()).then(|| CameraPath::new(&name, keyframes)).transpose();
         paths.push(path.map_err(|e| malformed(e.to_string()))?);
         timings.push(CameraTiming { every, offset_s, line_delay_s });

@@ -119,14 +119,7 @@ impl TruthSet {
     fn parse(files: &SetFiles) -> Result<Self, SetError> {
         files.refuse_without_truth()?;
         let sequence = BlindManifest::from_toml(&files.read(manifest::PATH)?)?.sequence;
-        let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
-        let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-        let props = match files.has(props_file::PATH) {
-            true => props_file::from_json(&files.read(props_file::PATH)?)?,
-            false => Vec::new(),
-        };
-        let (mut ground_truth, refitted) = truth_file::from_npz(&npz, actor, props, sequence.cameras)?;
-        ground_truth.distractors = distractors_file::read(files)?;
+        let (ground_truth, refitted) = read_truth(files, sequence.cameras)?;
         if ground_truth.frames.len() != sequence.frames {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
@@ -146,6 +139,19 @@ impl TruthSet {
         let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
         Ok(Self { ground_truth, refitted, facts, recordings, rig, key })
     }
+}
+
+/// The truth of a set, props and other people included, and the refitted motion where there is one.
+pub(super) fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
+    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
+    let props = match files.has(props_file::PATH) {
+        true => props_file::from_json(&files.read(props_file::PATH)?)?,
+        false => Vec::new(),
+    };
+    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    truth.distractors = distractors_file::read(files)?;
+    Ok((truth, refitted))
 }
 
 impl BenchmarkSet {

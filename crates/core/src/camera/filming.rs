@@ -243,8 +243,8 @@ mod tests {
     fn moving() -> CameraPath {
         let keyframe = |time_s: f64| CameraKeyframe {
             time_s,
-            position: Point3::new(3.0 + time_s, 0.0, 1.5),
-            look_at: Point3::new(0.0, 0.0, 1.0),
+            position: [3.0 + time_s, 0.0, 1.5],
+            look_at: [0.0, 0.0, 1.0],
             roll: 0.0,
         };
         CameraPath::new("cam01", vec![keyframe(0.0), keyframe(2.0)]).unwrap()
@@ -282,8 +282,8 @@ mod tests {
     fn a_way_that_cannot_look_at_its_target_on_the_way_is_found() {
         let keyframe = |time_s: f64, x: f64| CameraKeyframe {
             time_s,
-            position: Point3::new(x, 0.0, 3.0),
-            look_at: Point3::new(0.0, 0.0, 1.0),
+            position: [x, 0.0, 3.0],
+            look_at: [0.0, 0.0, 1.0],
             roll: 0.0,
         };
         let over = CameraPath::new("cam00", vec![keyframe(0.0, -1.0), keyframe(2.0, 1.0)]).unwrap();

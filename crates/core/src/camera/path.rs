@@ -1,19 +1,21 @@
 //! The way of a camera that moves.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::look_at::placement;
 use super::{Camera, CameraError};
 
 /// Where a camera is at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CameraKeyframe {
     /// Seconds from the first frame.
     pub time_s: f64,
     /// Its centre in the world, metres.
-    pub position: Point3<f64>,
+    pub position: [f64; 3],
     /// What its optical axis meets, in the world, metres.
-    pub look_at: Point3<f64>,
+    pub look_at: [f64; 3],
     /// Turn about the optical axis, clockwise as seen from behind the camera, radians; 0 keeps the world's Z upwards in
     /// the image.
     pub roll: f64,
@@ -38,8 +40,8 @@ type Coordinates = [f64; 7];
 
 impl CameraKeyframe {
     fn coordinates(&self) -> Coordinates {
-        let (p, q) = (self.position, self.look_at);
-        [p.x, p.y, p.z, q.x, q.y, q.z, self.roll]
+        let ([x, y, z], [u, v, w]) = (self.position, self.look_at);
+        [x, y, z, u, v, w, self.roll]
     }
 }
 
@@ -157,7 +159,7 @@ mod tests {
     use crate::camera::FieldOfView;
 
     fn keyframe(time_s: f64, position: [f64; 3], roll: f64) -> CameraKeyframe {
-        CameraKeyframe { time_s, position: position.into(), look_at: Point3::new(0.0, 0.0, 1.0), roll }
+        CameraKeyframe { time_s, position, look_at: [0.0, 0.0, 1.0], roll }
     }
 
     fn centre(path: &CameraPath, time_s: f64) -> Point3<f64> {

@@ -11,10 +11,10 @@ use crate::npz::{Array, Npz};
 use crate::observing::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
+use crate::set::read_truth;
 use crate::start_file::{self, Start};
 use crate::{
-    KEY_FILE, RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file,
-    exr_layers, filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file,
+    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, contact_file, depth_png, exr_layers, filming_file, key_file, moments_file, recording_file, spread_file, training_file,
     truth_file,
 };
 
@@ -60,7 +60,7 @@ impl ReadParts {
                 .ok();
         }
         let cameras = rig.as_ref().map(|rig| rig.cameras.len());
-        let truth = cameras.and_then(|cameras| read_truth(files, cameras).map_err(&mut keep).ok());
+        let truth = cameras.and_then(|cameras| read_whole_truth(files, cameras).map_err(&mut keep).ok());
         let (truth, refitted) = truth.unzip();
         let true_rig = files.has(cameras_file::TRUTH_PATH).then(|| {
             let bytes = files.read(cameras_file::TRUTH_PATH)?;
@@ -295,15 +295,8 @@ fn place_of(path: &str) -> Option<(usize, usize)> {
     camera.zip(frame)
 }
 
-fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
-    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
-    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-    let props = match files.has(props_file::PATH) {
-        true => props_file::from_json(&files.read(props_file::PATH)?)?,
-        false => Vec::new(),
-    };
-    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
-    truth.distractors = distractors_file::read(files)?;
+fn read_whole_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+    let (truth, refitted) = read_truth(files, cameras)?;
     match files.has(start_file::PATH) && !truth.frames.is_empty() {
         true => Ok((truth, refitted)),
         false => Err(SetError::malformed(truth_file::PATH, "has no frame")),
