@@ -6,8 +6,8 @@ use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetDrawing, SetParts, Start,
 use skiagraph::body::{Motion, shipped, shipped_skin};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
 use skiagraph::observation::Observer;
-use skiagraph::rng::ObservationKey;
 use skiagraph::retarget::with_skin;
+use skiagraph::rng::ObservationKey;
 use skiagraph::scene::GroundTruth;
 
 const FRAMES: usize = 20;

@@ -166,8 +166,7 @@ fn background_s(file: &ScenarioFile, staged: &PreparedScene) -> Result<f64, Expe
     let learn = |background_frames| {
         let mut observation = observation.clone();
         observation.images.background_frames = background_frames;
-        let (learned, seconds) =
-            timed(|| observer(&staged.ground_truth, &staged.rig, &observation).map(drop));
+        let (learned, seconds) = timed(|| observer(&staged.ground_truth, &staged.rig, &observation).map(drop));
         learned.map(|()| seconds)
     };
     let (one, two) = (learn(1)?, learn(2)?);
@@ -300,7 +299,9 @@ fn render_memory(file: &ScenarioFile, staged: &PreparedScene, in_memory: f64) ->
         if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
     let observation = &file.scenario.observation;
     let segmentation = match observation.silhouette {
-        SilhouetteSource::Segmented => memory::needed(staged.rig.rig(), &observation.images, rayon::current_num_threads()),
+        SilhouetteSource::Segmented => {
+            memory::needed(staged.rig.rig(), &observation.images, rayon::current_num_threads())
+        }
         _ => 0.0,
     };
     segmentation + BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens

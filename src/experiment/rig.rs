@@ -15,8 +15,8 @@ use crate::camera::{
 };
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{
-    CameraFileSettings, CameraSettings, CameraTimingSettings, KeyframeSettings, RingSettings, ScenarioError, ScenarioFile,
-    did_you_mean,
+    CameraFileSettings, CameraSettings, CameraTimingSettings, KeyframeSettings, RingSettings, ScenarioError,
+    ScenarioFile, did_you_mean,
 };
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.

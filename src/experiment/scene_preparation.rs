@@ -16,8 +16,7 @@ use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
-    TruthFacts,
+    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};

@@ -75,7 +75,8 @@ fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_w
     let found = |set: &str| -> Vec<u64> {
         let set = BenchmarkSet::read(&room.path(set)).unwrap();
         let told = set.blind.rig.cameras[0].centre();
-        let draws = |seed: &u64| (tracker_rig(set.truth.rig.rig(), &corruption, *seed).cameras[0].centre() - told).norm();
+        let draws =
+            |seed: &u64| (tracker_rig(set.truth.rig.rig(), &corruption, *seed).cameras[0].centre() - told).norm();
         (0..20_000).filter(|seed| draws(seed) < 1e-5).collect()
     };
     assert_eq!(found("public"), [2137]);

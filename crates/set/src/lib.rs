@@ -111,9 +111,7 @@ pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
 pub use retarget_facts::RetargetFacts;
-pub use set::{
-    BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, listed_files, verify_hashes,
-};
+pub use set::{BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, listed_files, verify_hashes};
 pub use set_drawing::SetDrawing;
 pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;

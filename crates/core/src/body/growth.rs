@@ -160,9 +160,10 @@ fn at(table: &[[Row; 20]; 2], sex: Sex, age_years: f64, deviate: f64) -> f64 {
     let share = (months - MONTHS[after - 1]) / (MONTHS[after] - MONTHS[after - 1]);
     let [power, median, spread] =
         std::array::from_fn(|i| rows[after - 1][i] + share * (rows[after][i] - rows[after - 1][i]));
-    match power.abs() < 1e-6 {
-        true => median * libm::exp(spread * deviate),
-        false => median * libm::pow(1.0 + power * spread * deviate, 1.0 / power),
+    if power.abs() < 1e-6 {
+        median * libm::exp(spread * deviate)
+    } else {
+        median * libm::pow(1.0 + power * spread * deviate, 1.0 / power)
     }
 }
 

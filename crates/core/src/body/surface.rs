@@ -23,9 +23,10 @@ impl Solid {
             Self::Cylinder { link_from_cylinder, radius, half_length } => {
                 let p = link_from_cylinder.inverse_transform_point(point);
                 let round = p.coords.xy().norm();
-                let normal = match round - radius > p.z.abs() - half_length {
-                    true => Vector3::new(p.x, p.y, 0.0),
-                    false => Vector3::new(0.0, 0.0, p.z.signum()),
+                let normal = if round - radius > p.z.abs() - half_length {
+                    Vector3::new(p.x, p.y, 0.0)
+                } else {
+                    Vector3::new(0.0, 0.0, p.z.signum())
                 };
                 link_from_cylinder * normal
             }

@@ -118,9 +118,10 @@ impl Interpenetration {
         for i in within(self.parts[a].solids) {
             for j in within(self.parts[b].solids) {
                 let reach = thickest(&self.solids[i].capsule) + thickest(&self.solids[j].capsule) - self.tolerance_m;
-                let axes_reach_squared = match self.outlines[i].exact && self.outlines[j].exact {
-                    true => reach.max(0.0) * reach.max(0.0),
-                    false => f64::INFINITY,
+                let axes_reach_squared = if self.outlines[i].exact && self.outlines[j].exact {
+                    reach.max(0.0) * reach.max(0.0)
+                } else {
+                    f64::INFINITY
                 };
                 self.solid_pairs.push(SolidPair { solids: [i as u32, j as u32], axes_reach_squared });
             }

@@ -14,8 +14,8 @@ use crate::scene::GroundTruth;
 use crate::set::read_truth;
 use crate::start_file::{self, Start};
 use crate::{
-    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, contact_file, depth_png, exr_layers, filming_file, key_file, moments_file, recording_file, spread_file, training_file,
-    truth_file,
+    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, contact_file, depth_png, exr_layers, filming_file,
+    key_file, moments_file, recording_file, spread_file, training_file, truth_file,
 };
 
 /// What a set consists of; `None` for a part that cannot be read.

@@ -203,10 +203,13 @@ impl ProjectedScene<'_> {
             ),
         };
         (visible >= LEAST_MARKERS && (inside as f64) < LEAST_SHARE * visible as f64).then(|| {
-            Fault::new(path, format!(
-                "camera {name:?}: only {inside} of {visible} visible markers lie in its silhouettes when they are \
+            Fault::new(
+                path,
+                format!(
+                    "camera {name:?}: only {inside} of {visible} visible markers lie in its silhouettes when they are \
                 projected {by}: {what}"
-            ))
+                ),
+            )
         })
     }
 }

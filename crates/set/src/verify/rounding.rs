@@ -68,7 +68,8 @@ impl<'a> Rounding<'a> {
     fn moved(&self) -> &[SilhouetteObserver<'a>] {
         self.moved.get_or_init(|| {
             let moved = DIRECTIONS.map(|direction| self.filming.with_shifted_images(direction.map(|d| d * SHIFT_PX)));
-            let observers = moved.iter().map(|filming| SilhouetteObserver::new(self.truth, filming, &self.facts, self.seed));
+            let observers =
+                moved.iter().map(|filming| SilhouetteObserver::new(self.truth, filming, &self.facts, self.seed));
             observers.filter_map(Result::ok).collect()
         })
     }

@@ -122,8 +122,8 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::mocap::rotation::CoordinateAxis;
     use crate::mocap::UpAxis;
+    use crate::mocap::rotation::CoordinateAxis;
 
     /// Two joints in metres, Z up; the second has other channels in another order.
     const TINY: &str = "HIERARCHY

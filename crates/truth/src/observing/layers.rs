@@ -71,14 +71,9 @@ impl<'a> LayerObserver<'a> {
     /// The images of one frame, which the truth must have; `None` where the camera takes none.
     pub fn look(&self, frame: usize) -> Option<LayerImages> {
         let on_surface = self.wanted.normals || self.wanted.flow;
-        let depth = match self.wanted.depth || on_surface {
-            true => self.observer.depths(frame).remove(0)?,
-            false => self.nothing(frame)?,
-        };
-        let surface = match on_surface {
-            true => self.observer.surfaces(SceneFigure::Actor, frame).remove(0),
-            false => Vec::new(),
-        };
+        let depth =
+            if self.wanted.depth || on_surface { self.observer.depths(frame).remove(0)? } else { self.nothing(frame)? };
+        let surface = if on_surface { self.observer.surfaces(SceneFigure::Actor, frame).remove(0) } else { Vec::new() };
         let mut layers = LayerImages::from(depth);
         let width = layers.depth.width as usize;
         let shown: Vec<(usize, &SurfacePixel)> = surface

@@ -137,9 +137,10 @@ impl ObservationFacts {
             1 => ", with another person".to_owned(),
             count => format!(", with {count} other people"),
         };
-        match self.corruption.is_none() {
-            true => format!("{source}{others}"),
-            false => format!("{source}{others}: {}", self.corruption.in_words()),
+        if self.corruption.is_none() {
+            format!("{source}{others}")
+        } else {
+            format!("{source}{others}: {}", self.corruption.in_words())
         }
     }
 }

@@ -29,7 +29,8 @@ impl<'a> SceneClock<'a> {
             return Self { truth, motions: Vec::new() };
         }
         let of_other = |other: &Distractor| {
-            Motion { frames_per_second: truth.frames_per_second, poses: other.poses.clone() }.made_continuous(&other.body)
+            Motion { frames_per_second: truth.frames_per_second, poses: other.poses.clone() }
+                .made_continuous(&other.body)
         };
         let actor = truth.motion().made_continuous(&truth.actor);
         Self { truth, motions: std::iter::once(actor).chain(truth.distractors.iter().map(of_other)).collect() }

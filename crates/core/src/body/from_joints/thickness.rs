@@ -61,9 +61,12 @@ impl Thickness {
         let Some(bone) = self.bones.iter().min_by(|a, b| a.distance(&middle).total_cmp(&b.distance(&middle))) else {
             return [self.lone_radius((to - from).norm()); 2];
         };
-        [from, to].map(|end| match bone.distance(end) <= OFF_BONE * self.stature {
-            true => bone.radius(end) * self.girth,
-            false => self.radius_at(end),
+        [from, to].map(|end| {
+            if bone.distance(end) <= OFF_BONE * self.stature {
+                bone.radius(end) * self.girth
+            } else {
+                self.radius_at(end)
+            }
         })
     }
 

@@ -86,10 +86,7 @@ impl Skin {
             let moves: Vec<_> = self
                 .influences(vertex)
                 .map(|(link, weight)| {
-                    (
-                        DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())),
-                        weight,
-                    )
+                    (DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())), weight)
                 })
                 .collect();
             return blended(moves.iter().map(|(q, weight)| (q, *weight)), &self.vertices[vertex]);

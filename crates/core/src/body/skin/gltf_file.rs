@@ -392,9 +392,10 @@ fn inverse_bind_matrices(skin: &gltf::Skin<'_>, buffers: &Buffers, joints: usize
         Some(accessor) => rows(&accessor, buffers, (&[DataType::F32], Dimensions::Mat4), MOST_JOINTS)?,
         None => vec![std::array::from_fn(|i| f64::from(u8::from(i % 5 == 0))); joints],
     };
-    match inverse.len() == joints {
-        true => Ok(inverse),
-        false => Err(format!("{joints} joints and {} inverse bind matrices", inverse.len())),
+    if inverse.len() == joints {
+        Ok(inverse)
+    } else {
+        Err(format!("{joints} joints and {} inverse bind matrices", inverse.len()))
     }
 }
 
@@ -498,9 +499,10 @@ impl NodeTree {
             world[node] = parents[node].map_or(own, |parent: usize| world[parent] * own);
             waiting.extend(&below[node]);
         }
-        match order.len() == nodes.len() {
-            true => Ok(Self { parents, world, order }),
-            false => Err("nodes that are their own ancestors".to_owned()),
+        if order.len() == nodes.len() {
+            Ok(Self { parents, world, order })
+        } else {
+            Err("nodes that are their own ancestors".to_owned())
         }
     }
 }

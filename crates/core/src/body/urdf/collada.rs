@@ -11,8 +11,8 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
-use super::limits::{MOST_MESH_NODES, parse_xml};
 use super::Mesh;
+use super::limits::{MOST_MESH_NODES, parse_xml};
 use crate::body::rotation_about;
 use crate::input::unquoted;
 
@@ -168,9 +168,12 @@ impl<'a, 't> Scene<'a, 't> {
             }
         };
         for corners in faces(part, shape, stride, *at)? {
-            let index = |corner: &usize| match *corner < count {
-                true => u32::try_from(first + corner).map_err(|_| "too many vertices".to_owned()),
-                false => Err(format!("a face names vertex {corner}; there are {count}")),
+            let index = |corner: &usize| {
+                if *corner < count {
+                    u32::try_from(first + corner).map_err(|_| "too many vertices".to_owned())
+                } else {
+                    Err(format!("a face names vertex {corner}; there are {count}"))
+                }
             };
             let corners = corners.iter().map(index).collect::<Result<Vec<u32>, String>>()?;
             if shape == "tristrips" {

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-use super::collada;
 use super::Mesh;
+use super::collada;
 use crate::input::{excerpt, plain};
 
 /// The reason why a mesh of that name cannot be read, if any.

@@ -88,9 +88,10 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
 
 /// The reader's message; a file without any of OpenCV's matrices is not quoted, nor any line of it.
 fn said_of(body: &str, error: &serde_saphyr::Error) -> String {
-    match body.contains("!!opencv-matrix") {
-        true => foreign(error),
-        false => error.location().map_or_else(String::new, |at| format!("line {}", at.line())),
+    if body.contains("!!opencv-matrix") {
+        foreign(error)
+    } else {
+        error.location().map_or_else(String::new, |at| format!("line {}", at.line()))
     }
 }
 

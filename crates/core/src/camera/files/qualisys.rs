@@ -61,9 +61,10 @@ fn camera(node: Node<'_, '_>) -> Result<PlainCamera, String> {
     let r = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)) * r;
     let size = |low: &str, high: &str| {
         let size = number(view, high)? - number(view, low)? + 1.0;
-        match (1.0..=f64::from(crate::camera::MAX_IMAGE_SIZE)).contains(&size) {
-            true => Ok(size as u32),
-            false => Err(of(format!("fov_video: {low} to {high} are {size} pixels"))),
+        if (1.0..=f64::from(crate::camera::MAX_IMAGE_SIZE)).contains(&size) {
+            Ok(size as u32)
+        } else {
+            Err(of(format!("fov_video: {low} to {high} are {size} pixels")))
         }
     };
     Ok(PlainCamera {

@@ -288,9 +288,10 @@ impl Layout {
             if residual < 0.0 || place.iter().any(|c| c.is_nan()) || place == [0.0; 3] {
                 return Ok(None);
             }
-            match place.iter().all(|c| c.abs() < 1e9) {
-                true => Ok(Some(place)),
-                false => Err(format!("frame {}, point {}: expected a place, found {place:?}", frame + 1, point + 1)),
+            if place.iter().all(|c| c.abs() < 1e9) {
+                Ok(Some(place))
+            } else {
+                Err(format!("frame {}, point {}: expected a place, found {place:?}", frame + 1, point + 1))
             }
         };
         (0..self.points).map(point).collect()

@@ -164,10 +164,7 @@ fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Lacking> {
 /// Points that are no body; `seldom` tells those that are left out.
 fn lacks(file: &str, lacking: &[String], frame: usize, seldom: &[String], unknown: &[String]) -> MocapError {
     let unknown = if unknown.is_empty() { "none".to_owned() } else { listed(unknown) };
-    let why = match seldom.is_empty() {
-        true => String::new(),
-        false => format!("{}, expected at least half; ", listed(seldom)),
-    };
+    let why = if seldom.is_empty() { String::new() } else { format!("{}, expected at least half; ", listed(seldom)) };
     let detail = format!(
         "its points do not tell {} (frame {}, from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; \
          name them in `marker_map` of `[motion]`, as {} = \"LABEL\" or \"LABEL+LABEL\" for the middle; points that are not \

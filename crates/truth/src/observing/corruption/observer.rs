@@ -70,9 +70,12 @@ impl<'a> CorruptedObserver<'a> {
 
     /// The masks of one frame, which the truth must have; empty for a camera that takes no image in that frame.
     pub fn observe(&self, frame: usize) -> Observation {
-        let shown = |camera: usize| match self.filming.has_image(camera, frame) {
-            true => timing::shown_frame(&self.corruption, self.seed, frame, camera, self.filming.timing(camera).every),
-            false => frame,
+        let shown = |camera: usize| {
+            if self.filming.has_image(camera, frame) {
+                timing::shown_frame(&self.corruption, self.seed, frame, camera, self.filming.timing(camera).every)
+            } else {
+                frame
+            }
         };
         let masks = self.observer.through_every_camera(shown, |look| {
             let frame = shown(look.camera);
