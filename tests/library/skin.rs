@@ -188,7 +188,6 @@ fn a_body_with_a_skin_survives_its_file_to_the_bit_and_is_another_body_than_with
 #[test]
 fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
     use skiagraph::body::{BodyShape, LinkShape};
-    use skiagraph::contact::Surface;
     let (body, _) = posed("person");
     let frames = body.link_frames(&body.zero_pose());
     let skin = body.skin.as_ref().unwrap();
@@ -196,9 +195,9 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
     skin.deform_into(&frames, &mut vertices);
     let lowest = vertices.iter().map(|v| v.z).fold(f64::MAX, f64::min);
     let links: Vec<usize> = (0..body.links.len()).collect();
-    let found = Surface::lowest_point(&body, &frames, &links).unwrap();
-    assert!((found.point.z - lowest).abs() < 1e-12);
-    assert!(body.links[found.link].name.contains("foot") || body.links[found.link].name.contains("toes"));
+    let (link, found) = body.lowest_on_link(&frames, &links).unwrap();
+    assert!((found.z - lowest).abs() < 1e-12);
+    assert!(body.links[link].name.contains("foot") || body.links[link].name.contains("toes"));
     let tall = body
         .reshaped(&BodyShape { links: vec![LinkShape { length: Vector3::repeat(1.1), girth: 1.1 }; body.links.len()] });
     let mut grown = Vec::new();
@@ -207,8 +206,8 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
         assert!((is.coords - was.coords * 1.1).norm() < 1e-3, "{was} {is}");
     }
     let pose = Pose { world_from_root: Isometry3::translation(0.0, 0.0, -lowest), ..body.zero_pose() };
-    let on_ground = Surface::lowest_point(&body, &body.link_frames(&pose), &links).unwrap();
-    assert!(on_ground.point.z.abs() < 1e-12);
+    let on_ground = body.lowest_point(&body.link_frames(&pose), &links).unwrap();
+    assert!(on_ground.z.abs() < 1e-12);
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     let rule = ContactRule::default();
     let frames: Vec<LinkFrames> = truth.frames.iter().map(|frame| frame.link_frames.clone()).collect();
     let actor = &truth.actor;
-    let contacts = GroundContacts::from_frames(actor, actor, &frames, truth.frames_per_second, &rule).ok()?;
+    let contacts = GroundContacts::from_frames(actor, &frames, truth.frames_per_second, &rule).ok()?;
     let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![truth.frames_per_second]))]);
     push_tracks(&mut npz, "", &contacts.links);
     push_tracks(&mut npz, "foot_", &contacts.feet);

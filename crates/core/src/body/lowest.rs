@@ -78,7 +78,7 @@ impl Humanoid {
     }
 
     /// As [`Self::lowest_point`], with the link that carries the point.
-    pub(crate) fn lowest_on_link(&self, frames: &LinkFrames, links: &[usize]) -> Option<(usize, Point3<f64>)> {
+    pub fn lowest_on_link(&self, frames: &LinkFrames, links: &[usize]) -> Option<(usize, Point3<f64>)> {
         let lower = |a: &(usize, Point3<f64>), b: &(usize, Point3<f64>)| a.1.z.total_cmp(&b.1.z);
         if let Some(skin) = &self.skin {
             return skin.deformed_parts(frames, links).min_by(lower);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, Surface, SurfacePoint, stances};
+use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, stances};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::parallel;
 
@@ -101,30 +101,27 @@ impl GroundContacts {
     ) -> Result<Self, ContactError> {
         let frames = link_frames(body, motion)?;
         let frames_per_second = motion.frames_per_second;
-        Self::from_track_input(
-            body,
-            &GroundTrackInput { surface: body, frames: &frames, frames_per_second, rule, pace },
-        )
+        Self::from_track_input(&GroundTrackInput { body, frames: &frames, frames_per_second, rule, pace })
     }
 
-    /// As [`Self::from_motion`], with the links at `frames` and `surface` around them.
+    /// As [`Self::from_motion`], with the links at `frames`.
     ///
     /// # Errors
     /// [`ContactError`] for invalid thresholds, and for feet without surface.
     pub fn from_frames(
         body: &Humanoid,
-        surface: &dyn Surface,
         frames: &[LinkFrames],
         frames_per_second: f64,
         rule: &ContactRule,
     ) -> Result<Self, ContactError> {
         let pace = Pace::default();
-        Self::from_track_input(body, &GroundTrackInput { surface, frames, frames_per_second, rule, pace })
+        Self::from_track_input(&GroundTrackInput { body, frames, frames_per_second, rule, pace })
     }
 
     /// Of tracks' input.
     #[doc(hidden)]
-    pub fn from_track_input(body: &Humanoid, clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
+    pub fn from_track_input(clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
+        let body = clip.body;
         clip.rule.check()?;
         let [left, right] = body.foot_links();
         let foot = |name, links| {
@@ -183,7 +180,7 @@ pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, 
 #[derive(Clone, Copy)]
 pub struct GroundTrackInput<'a> {
     /// What touches.
-    pub surface: &'a dyn Surface,
+    pub body: &'a Humanoid,
     /// The frames of every link.
     pub frames: &'a [LinkFrames],
     /// Their rate.
@@ -198,33 +195,40 @@ impl GroundTrackInput<'_> {
     /// `None` where the links have no surface.
     #[doc(hidden)]
     pub fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
-        let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
+        let lowest = self.frames.iter().map(|frames| self.body.lowest_on_link(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
         let measures: Vec<(f64, f64)> = lowest
             .iter()
             .enumerate()
-            .map(|(frame, lowest)| {
+            .map(|(frame, &(link, point))| {
                 let pace = self.pace.at(frame);
                 let reach = self.rule.speed_reach(self.frames_per_second / pace);
-                let speed = |centre| self.velocity_about(centre, frame, lowest, reach).norm();
+                let speed = |centre| self.velocity_about(centre, frame, (link, point), reach).norm();
                 let least = least_speed(frame, self.frames.len(), reach, speed);
-                (lowest.point.z, if self.rule.looks_ahead { least } else { speed(frame) } / pace)
+                (point.z, if self.rule.looks_ahead { least } else { speed(frame) } / pace)
             })
             .collect();
         let labels = self.rule.label_at_pace(&measures, self.frames_per_second, self.pace);
-        let frames = lowest.iter().zip(labels).enumerate().map(|(frame, (lowest, in_contact))| GroundContact {
-            gap_m: lowest.point.z,
-            point: lowest.point,
-            link: lowest.link,
-            velocity: self.velocity_about(frame, frame, lowest, 1),
+        let frames = lowest.iter().zip(labels).enumerate().map(|(frame, (&(link, point), in_contact))| GroundContact {
+            gap_m: point.z,
+            point,
+            link,
+            velocity: self.velocity_about(frame, frame, (link, point), 1),
             in_contact,
         });
         Some(ContactTrack { name: name.to_owned(), frames: frames.collect(), links })
     }
 
-    fn velocity_about(&self, centre: usize, frame: usize, lowest: &SurfacePoint, reach: usize) -> Vector3<f64> {
-        let in_link = self.frames[frame][lowest.link].inverse_transform_point(&lowest.point);
-        material_velocity(self.frames, self.frames_per_second, centre, lowest.link, &in_link, reach)
+    /// Of the point of a link that is there in `frame`.
+    fn velocity_about(
+        &self,
+        centre: usize,
+        frame: usize,
+        (link, point): (usize, Point3<f64>),
+        reach: usize,
+    ) -> Vector3<f64> {
+        let in_link = self.frames[frame][link].inverse_transform_point(&point);
+        material_velocity(self.frames, self.frames_per_second, centre, link, &in_link, reach)
     }
 }
 

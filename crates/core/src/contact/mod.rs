@@ -1,9 +1,8 @@
 //! Contact of a body with the ground, with props and with itself.
 //!
 //! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds parts
-//! of a body that penetrate each other. Everything is computed from the solids of the body and is exact up to rounding;
-//! nothing is guessed from joint speeds. Another surface, such as a skin, can replace the solids by implementing
-//! [`Surface`].
+//! of a body that penetrate each other. Everything is computed from the surface of the body, its skin or its solids, and
+//! is exact up to rounding; nothing is guessed from joint speeds.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};
@@ -30,7 +29,6 @@ mod prop_contacts;
 mod rule;
 mod self_collision;
 mod solid_distance;
-mod surface;
 
 pub use capsule_distance::tapered_capsule_distance;
 pub use error::ContactError;
@@ -43,4 +41,3 @@ pub use prop_contacts::{PropContact, PropContacts, PropTrack};
 pub use rule::{ContactRule, FOOT_NAMES, Pace, Stance, stances};
 pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
 pub use solid_distance::solid_distance;
-pub use surface::{Surface, SurfacePoint};

@@ -85,8 +85,8 @@ fn plant_on_paths(
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
     let frames_per_second = motion.frames_per_second;
-    let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second, rule, pace };
-    let contacts = GroundContacts::from_track_input(body, &clip)?;
+    let clip = GroundTrackInput { body, frames: &frames, frames_per_second, rule, pace };
+    let contacts = GroundContacts::from_track_input(&clip)?;
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
     let mut planted_motion = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.solve();
     let lifts = lift_whole_body(body, &mut planted_motion);

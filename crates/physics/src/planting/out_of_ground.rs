@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::lifts::smooth_lifts;
 use crate::body::{Humanoid, LinkFrames, Motion};
-use crate::contact::Surface;
 use crate::parallel;
 
 /// Smaller depths are left to the lift of the whole body, metres.
@@ -75,5 +74,5 @@ pub(super) fn lift_whole_body(body: &Humanoid, motion: &mut Motion) -> Vec<f64> 
 
 /// Greatest depth of these links below the ground, metres; 0 above.
 fn depth(body: &Humanoid, frames: &LinkFrames, links: &[usize]) -> f64 {
-    Surface::lowest_point(body, frames, links).map_or(0.0, |lowest| (-lowest.point.z).max(0.0))
+    body.lowest_point(frames, links).map_or(0.0, |lowest| (-lowest.z).max(0.0))
 }
