@@ -73,6 +73,7 @@ fn views(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> (MarkerFlags, 
 mod tests {
     use super::*;
     use crate::camera::{CameraRig, CameraTiming};
+    use crate::contact::ContactError;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
     use approx::assert_relative_eq;
@@ -96,12 +97,13 @@ mod tests {
         let refused = |motion: &Motion| GroundTruth::from_motion(person(), motion, &rig()).unwrap_err();
         let mut motion = walk(3);
         motion.poses[2].joint_angles[0] = f64::NAN;
-        assert!(matches!(refused(&motion), SceneError::NotFinite { frame: 2, .. }));
+        assert!(matches!(refused(&motion), SceneError::Motion(ContactError::NotFinite { frame: 2, .. })));
         let mut motion = walk(3);
         motion.poses[1].joint_angles = nalgebra::DVector::zeros(9);
-        assert!(matches!(refused(&motion), SceneError::WrongBody { frame: 1, found: 9, .. }));
-        assert!(matches!(refused(&walk(0)), SceneError::EmptyMotion { .. }));
-        assert!(matches!(refused(&Motion { frames_per_second: 0.0, ..walk(1) }), SceneError::EmptyMotion { .. }));
+        assert!(matches!(refused(&motion), SceneError::Motion(ContactError::WrongBody { frame: 1, found: 9, .. })));
+        for empty in [walk(0), Motion { frames_per_second: 0.0, ..walk(1) }] {
+            assert!(matches!(refused(&empty), SceneError::Motion(ContactError::EmptyMotion { .. })));
+        }
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
+use crate::contact::{ContactError, link_frames};
 use crate::input::excerpt;
-use crate::parallel;
 
 /// The ground truth: the actor's body and its exact state in every frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,31 +57,9 @@ pub struct TruthFrame {
 /// Errors of scenes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// The motion has no pose, or no rate.
-    #[error(
-        "the motion has {poses} poses at {frames_per_second} frames a second; expected at least one, and a rate above zero"
-    )]
-    EmptyMotion {
-        /// Number of poses.
-        poses: usize,
-        /// The rate.
-        frames_per_second: f64,
-    },
-    /// A pose belongs to another body.
-    #[error(
-        "set frame {frame} (from 0): the pose has {found} joint angles, the actor {:?} has {expected} degrees of freedom",
-        excerpt(actor)
-    )]
-    WrongBody {
-        /// Frame number.
-        frame: usize,
-        /// Angles of the pose.
-        found: usize,
-        /// The actor's name.
-        actor: String,
-        /// Its degrees of freedom.
-        expected: usize,
-    },
+    /// The motion is empty, belongs to another body or is not finite.
+    #[error(transparent)]
+    Motion(#[from] ContactError),
     /// A distractor without a pose, or with poses of another body.
     #[error("distractor {:?}: expected at least one pose, each with the {degrees} angles of its body", excerpt(name))]
     WrongDistractor {
@@ -89,18 +67,6 @@ pub enum SceneError {
         name: String,
         /// Its body's degrees of freedom.
         degrees: usize,
-    },
-    /// A link's position is not finite.
-    #[error(
-        "set frame {frame} (from 0): the position of link {:?} is not finite; look for NaN or huge numbers in the \
-        recording",
-        excerpt(link)
-    )]
-    NotFinite {
-        /// Frame number.
-        frame: usize,
-        /// The link's name.
-        link: String,
     },
     /// No camera sees the subject.
     #[error(
@@ -128,13 +94,11 @@ impl GroundTruth {
                 return Err(SceneError::WrongDistractor { name: name.clone(), degrees });
             }
         }
+        let links = link_frames(&actor, motion)?;
         let frames_per_second = motion.frames_per_second;
-        let positive_rate = frames_per_second > 0.0 && frames_per_second.is_finite();
-        if motion.poses.is_empty() || !positive_rate {
-            return Err(SceneError::EmptyMotion { poses: motion.poses.len(), frames_per_second });
-        }
-        let frame = |frame| TruthFrame::new(&actor, frame, frames_per_second, &motion.poses[frame]);
-        let frames = parallel::map(motion.poses.len(), frame).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let seconds = (0..links.len()).map(|frame| frame as f64 / frames_per_second);
+        let of_frame = |((time_s, links), pose)| TruthFrame::new(&actor, time_s, links, pose);
+        let frames = seconds.zip(links).zip(&motion.poses).map(of_frame).collect();
         Ok(Self { actor, props, distractors, frames_per_second, frames })
     }
 
@@ -154,29 +118,16 @@ impl Distractor {
 }
 
 impl TruthFrame {
-    fn new(actor: &Humanoid, frame: usize, frames_per_second: f64, pose: &Pose) -> Result<Self, SceneError> {
-        let expected = actor.degrees_of_freedom.len();
-        if pose.joint_angles.len() != expected {
-            let (found, actor) = (pose.joint_angles.len(), actor.name.clone());
-            return Err(SceneError::WrongBody { frame, found, actor, expected });
-        }
-        let link_frames = actor.link_frames(pose);
-        let finite = |f: &nalgebra::Isometry3<f64>| {
-            f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
-        };
-        if let Some(lost) = link_frames.0.iter().position(|f| !finite(f)) {
-            return Err(SceneError::NotFinite { frame, link: actor.links[lost].name.clone() });
-        }
-        let markers = actor.markers(&link_frames);
-        Ok(Self {
-            time_s: frame as f64 / frames_per_second,
+    fn new(actor: &Humanoid, time_s: f64, link_frames: LinkFrames, pose: &Pose) -> Self {
+        Self {
+            time_s,
             pose: pose.clone(),
             joint_positions: link_frames.0.iter().skip(1).map(|f| f.translation.vector.into()).collect(),
+            markers: actor.markers(&link_frames),
             link_frames,
-            markers,
             in_view: Vec::new(),
             visible: Vec::new(),
-        })
+        }
     }
 
     /// All joints and markers.
