@@ -137,7 +137,8 @@ fn middle_of_path(motion: &Motion) -> Point3<f64> {
     nalgebra::center(&low, &high)
 }
 
-/// The cameras of `rig` as they move and take their images of `motion`. What is said of cameras that are left out is passed over.
+/// The cameras of `rig` as they move and take their images of `motion`. What is said of cameras that are left out is
+/// passed over.
 fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let mut paths = vec![None; rig.cameras.len()];

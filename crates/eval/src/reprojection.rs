@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::mpjpe::pooled;
-use super::seed_run::{SeedRun, mean_over_clips};
 use super::statistics::mean_of;
 
 /// Mean 2-D error.
@@ -75,27 +74,6 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
         }
     };
     views.cameras.iter().enumerate().map(camera).collect()
-}
-
-/// All cameras over all runs, in the order in which they are met.
-pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraError> {
-    let mut names: Vec<&str> = Vec::new();
-    for camera in runs.iter().flat_map(|run| &run.evaluation.per_camera) {
-        if !names.contains(&camera.camera.as_str()) {
-            names.push(&camera.camera);
-        }
-    }
-    let mean = |name: &str, value: fn(&PerCameraError) -> Option<f64>| {
-        mean_over_clips(runs, |run| value(run.evaluation.per_camera.iter().find(|camera| camera.camera == name)?))
-    };
-    let summary = |name: &str| PerCameraError {
-        camera: name.to_owned(),
-        error_px: mean(name, |camera| camera.error_px),
-        overlap: mean(name, |camera| camera.overlap),
-        boundary_f: mean(name, |camera| camera.boundary_f),
-        visible: mean(name, |camera| camera.visible),
-    };
-    names.into_iter().map(summary).collect()
 }
 
 #[cfg(test)]

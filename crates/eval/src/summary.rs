@@ -4,14 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::breakdown_summary::{BreakdownSummary, summarise_groups};
-use super::reprojection::{PerCameraError, summarise_cameras};
+use super::breakdown_summary::{BreakdownSummary, summarise_cameras, summarise_groups};
 use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, Unit, ValueRange, find_metric, interval_words,
-    mean, mean_interval,
+    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, PerCameraError, Unit, ValueRange, find_metric,
+    interval_words, mean, mean_interval,
 };
 use crate::body::LANDMARKS;
 

@@ -1,8 +1,8 @@
 //! Contact of a body with the ground, with props and with itself.
 //!
 //! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds parts
-//! of a body that penetrate each other. Everything is computed from the surface of the body, its skin or its solids, and
-//! is exact up to rounding; nothing is guessed from joint speeds.
+//! of a body that penetrate each other. Everything is computed from the surface of the body, its skin or its solids,
+//! and is exact up to rounding; nothing is guessed from joint speeds.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};

@@ -114,8 +114,8 @@ impl DualQuaternion {
     }
 }
 
-/// A point moved by the blend of some motions, whose weights sum to 1 (`[Kavan 2007]`). Rotations are blended on the hemisphere of the
-/// first.
+/// A point moved by the blend of some motions, whose weights sum to 1 (`[Kavan 2007]`). Rotations are blended on the
+/// hemisphere of the first.
 fn blended<'a>(shares: impl Iterator<Item = (&'a DualQuaternion, f64)>, point: &Point3<f64>) -> Point3<f64> {
     let mut pivot: Option<Quaternion<f64>> = None;
     let (mut real, mut dual) = (Quaternion::new(0.0, 0.0, 0.0, 0.0), Quaternion::new(0.0, 0.0, 0.0, 0.0));

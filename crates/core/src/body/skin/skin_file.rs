@@ -175,8 +175,8 @@ struct WeightsRecord {
     weights: BTreeMap<String, Vec<(u32, f64)>>,
 }
 
-/// Reads weights as MakeHuman and MPFB2 write them: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`, vertices
-/// counted from 0. Other keys are ignored.
+/// Reads weights as MakeHuman and MPFB2 write them: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`,
+/// vertices counted from 0. Other keys are ignored.
 ///
 /// # Errors
 /// [`SkinError::Malformed`] with the line and what was expected.
