@@ -4,6 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::gpdm::TrainingOptions;
 use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
@@ -170,36 +171,56 @@ pub struct GpdmGraphSettings {
 }
 
 impl<T: LatentKind> LatentTrackerSettings<T> {
-    /// The settings of the filter.
-    pub fn filter(&self) -> FilterSettings {
-        FilterSettings {
-            particles: self.particles,
-            layers: self.layers,
-            survival_rate: self.survival_rate,
-            kernel: self.kernel,
-            estimator: self.estimator,
+    /// What kind of tracker it is.
+    pub(super) fn kind(&self) -> TrackerKind<'_> {
+        TrackerKind {
+            training: if self.model_file.is_none() { TrainingUse::Required } else { TrainingUse::Unused },
+            needs_truth: self.root == RootMode::Oracle,
+            search: Some(self.search()),
+            learned: Some(self.learned()),
+            ..TrackerKind::named(T::NAME)
         }
     }
 
-    /// The settings of the likelihood.
-    pub fn likelihood(&self) -> SilhouetteSettings {
-        SilhouetteSettings {
-            silhouette: self.silhouette,
-            contour: self.contour,
-            contour_weight: self.contour_weight,
-            contour_reach: self.contour_reach,
-            limb_side_weight: self.limb_side_weight,
+    /// How it moves.
+    pub(crate) fn learned(&self) -> LearnedMotion<'_> {
+        LearnedMotion {
+            learning: self.model.learning(),
+            model_file: self.model_file.as_deref(),
+            latent: self.latent(),
+            is_given_roots: self.root == RootMode::Oracle,
         }
     }
 
-    /// What refines the filter's answer. No limbs are drawn: the model would not know such poses.
-    pub fn refinement(&self) -> Option<RefinementSettings> {
-        let LatentRefinementSettings { iterations, share } = self.refinement?;
-        Some(RefinementSettings { iterations, share, limb_every: 0, ..RefinementSettings::default() })
+    /// How it searches. Refinement draws no limbs: the model would not know such poses.
+    pub(crate) fn search(&self) -> SearchSettings {
+        SearchSettings {
+            filter: FilterSettings {
+                particles: self.particles,
+                layers: self.layers,
+                survival_rate: self.survival_rate,
+                kernel: self.kernel,
+                estimator: self.estimator,
+            },
+            likelihood: SilhouetteSettings {
+                silhouette: self.silhouette,
+                contour: self.contour,
+                contour_weight: self.contour_weight,
+                contour_reach: self.contour_reach,
+                limb_side_weight: self.limb_side_weight,
+            },
+            plausibility: None,
+            refinement: self.refinement.map(|LatentRefinementSettings { iterations, share }| RefinementSettings {
+                iterations,
+                share,
+                limb_every: 0,
+                ..RefinementSettings::default()
+            }),
+        }
     }
 
-    /// The settings of the latent motion model.
-    pub fn latent(&self) -> LatentSettings {
+    /// How particles move in the model.
+    pub(super) fn latent(&self) -> LatentSettings {
         LatentSettings {
             transition: self.model.transition(),
             initialisation: self.initialisation,

@@ -57,7 +57,7 @@ pub use complaint::{Diagnostic, LineSpan};
 pub use distractor::DistractorSettings;
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
-    GpdmGraphSettings, GpdmSettings, LatentKind, LatentRefinementSettings, LatentTrackerSettings, RootMode,
+    GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode,
     SwitchingGpdmSettings,
 };
 pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
@@ -74,7 +74,7 @@ pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
-pub use tracker_kind::{TrackerKind, TrainingUse};
+pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 
 use std::collections::BTreeMap;
 

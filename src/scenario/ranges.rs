@@ -95,8 +95,8 @@ impl Scenario {
             let sound = name.len() <= 64 && name.chars().all(plain);
             require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
             let key = format!("{prefix}{}", settings.name());
-            settings.kind().first_problem(&key)?;
-            let needed = settings.kind().training() == TrainingUse::Required;
+            settings.first_problem(&key)?;
+            let needed = settings.kind().training == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();

@@ -168,13 +168,10 @@ impl TrackerSettings {
             if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
                 insert(own, assignment)?;
             }
-            let check = |settings: &Self| settings.kind().first_problem(settings.name());
+            let check = |settings: &Self| settings.first_problem(settings.name());
             settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
                 .map_err(|complaint| with_range(complaint, &tree, check))?;
-            settings
-                .kind()
-                .first_problem(settings.name())
-                .map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
+            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
     }

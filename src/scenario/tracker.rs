@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::complaint::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
-use crate::motion_model::{DiffusionSettings, Prediction};
+use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
+use crate::motion_model::Prediction;
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
     SilhouetteTerm,
@@ -145,51 +146,50 @@ impl TrackerSettings {
             }
         })
     }
+
+    /// What kind of tracker it is, and all that follows from it.
+    pub fn kind(&self) -> TrackerKind<'_> {
+        match self {
+            Self::AnnealedParticleFilter(settings) => TrackerKind {
+                training: TrainingUse::Optional,
+                search: Some(settings.search()),
+                ..TrackerKind::named("annealed_particle_filter")
+            },
+            Self::Gpdm(settings) => settings.kind(),
+            Self::SwitchingGpdm(settings) => settings.kind(),
+            Self::GpdmGraph(settings) => settings.kind(),
+            Self::Frozen(_) => {
+                TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") }
+            }
+            Self::NearestTrainingPose(_) => TrackerKind {
+                explanation: Some("oracle: the training pose nearest to the truth, at the true root"),
+                training: TrainingUse::Required,
+                needs_truth: true,
+                ..TrackerKind::named("nearest_training_pose")
+            },
+            Self::Oracle(_) => TrackerKind {
+                explanation: Some("oracle: the truth plus a planted error"),
+                needs_truth: true,
+                ..TrackerKind::named("oracle")
+            },
+        }
+    }
+
+    /// The tracker's name, as the command line and the scenario spell it.
+    pub fn name(&self) -> &'static str {
+        self.kind().name
+    }
 }
 
 impl AnnealedParticleFilterSettings {
-    /// The settings of the filter.
-    pub fn filter(&self) -> FilterSettings {
-        FilterSettings {
-            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
-            layers: self.layers,
-            survival_rate: self.survival_rate,
-            kernel: self.kernel,
-            estimator: self.estimator,
-        }
-    }
-
-    /// What refines the filter's answer; `None` for the algorithm as printed.
-    pub fn refinement(&self) -> Option<RefinementSettings> {
-        (!self.paper).then_some(self.refinement)
-    }
-
-    /// The settings of the likelihood.
-    pub fn likelihood(&self) -> SilhouetteSettings {
-        SilhouetteSettings {
-            silhouette: self.silhouette,
-            contour: self.contour,
-            contour_weight: self.contour_weight,
-            contour_reach: self.contour_reach,
-            limb_side_weight: self.limb_side_weight,
-        }
-    }
-
-    /// The settings of the motion model.
-    pub fn diffusion(&self) -> DiffusionSettings {
-        DiffusionSettings { prediction: self.prediction, scale: self.proposal_scale }
-    }
-}
-
-impl Default for AnnealedParticleFilterSettings {
-    fn default() -> Self {
-        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+    /// Settings that search like this, all others by default; the inverse of [`Self::search`].
+    pub fn from_search(search: &SearchSettings) -> Self {
+        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = search.filter;
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
-            SilhouetteSettings::default();
-        let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
+            search.likelihood;
         Self {
-            paper: false,
-            particles: None,
+            paper: search.refinement.is_none(),
+            particles: Some(particles),
             layers,
             survival_rate,
             silhouette,
@@ -198,12 +198,68 @@ impl Default for AnnealedParticleFilterSettings {
             contour_reach,
             limb_side_weight,
             proposal_scale: 1.5,
-            prediction,
+            prediction: Prediction::None,
             kernel,
             estimator,
             partitioned: false,
-            plausibility: None,
-            refinement: RefinementSettings::default(),
+            plausibility: search.plausibility,
+            refinement: search.refinement.unwrap_or_default(),
         }
+    }
+
+    /// How it searches; no refinement for the algorithm as printed.
+    pub fn search(&self) -> SearchSettings {
+        SearchSettings {
+            filter: FilterSettings {
+                particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
+                layers: self.layers,
+                survival_rate: self.survival_rate,
+                kernel: self.kernel,
+                estimator: self.estimator,
+            },
+            likelihood: SilhouetteSettings {
+                silhouette: self.silhouette,
+                contour: self.contour,
+                contour_weight: self.contour_weight,
+                contour_reach: self.contour_reach,
+                limb_side_weight: self.limb_side_weight,
+            },
+            plausibility: self.plausibility,
+            refinement: (!self.paper).then_some(self.refinement),
+        }
+    }
+}
+
+impl Default for AnnealedParticleFilterSettings {
+    fn default() -> Self {
+        Self { paper: false, particles: None, ..Self::from_search(&SearchSettings::default()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{GpdmGraphSettings, RootMode};
+    use super::*;
+
+    #[test]
+    fn a_trackers_name_is_the_one_that_its_settings_are_written_under() {
+        for settings in TrackerSettings::all() {
+            let written = serde_json::to_value(&settings).unwrap();
+            assert_eq!(written.as_object().unwrap().keys().collect::<Vec<_>>(), [settings.name()]);
+        }
+    }
+
+    #[test]
+    fn what_is_given_roots_needs_the_truth_and_what_reads_a_model_learns_none() {
+        let settings = LatentTrackerSettings::<GpdmGraphSettings>::default();
+        let of = |settings: &LatentTrackerSettings<GpdmGraphSettings>| {
+            let kind = settings.kind();
+            (kind.learns(), kind.training, kind.needs_truth)
+        };
+        assert_eq!(of(&settings), (true, TrainingUse::Required, false));
+        let read = LatentTrackerSettings { model_file: Some("walk.model".to_owned()), ..settings.clone() };
+        assert_eq!(of(&read), (false, TrainingUse::Unused, false));
+        let oracle = LatentTrackerSettings { root: RootMode::Oracle, ..settings };
+        assert_eq!(of(&oracle), (true, TrainingUse::Required, true));
     }
 }

@@ -48,7 +48,7 @@ pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use partition::Partition;
-pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
+pub use plausibility::PlausibilitySettings;
 pub use refinement::{Refinement, RefinementSettings};
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};

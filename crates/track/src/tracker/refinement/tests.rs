@@ -8,8 +8,8 @@ use crate::observation::Observation;
 use crate::raster::Mask;
 use crate::tracker::fixture::{self, March};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
-    SilhouetteSettings, TrackError, Tracker,
+    AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings,
+    TrackError, Tracker,
 };
 
 fn body() -> Humanoid {
@@ -243,7 +243,7 @@ fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
 fn a_rule_that_rejects_poses_is_heeded() {
     let rig = rig(3);
     let settings = PlausibilitySettings { reject_beyond_m: Some(0.01), ..PlausibilitySettings::default() };
-    let likelihood = PlausibleLikelihood::new(likelihood(&rig), settings).unwrap();
+    let likelihood = likelihood(&rig).with_plausibility(settings).unwrap();
     let filter = FilterSettings { particles: 12, layers: 2, ..FilterSettings::default() };
     let filter = AnnealedParticleFilter::new(filter, model(), likelihood, 7).unwrap();
     let mut filter = filter.with_refinement(refinement(RefinementSettings::default())).unwrap();
