@@ -20,18 +20,17 @@ use crate::benchmark_set::{
     AGAINST_ROBOT, ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training,
     TruthFacts,
 };
-use crate::body::{BodyShape, Humanoid, Markers, Motion};
+use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};
 use crate::contact::{Pace, check_feet};
-use crate::editing::Seam;
+use crate::editing::{Seam, Variation};
 use crate::motion_model::MotionModelError;
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending,
-    VariationSettings, did_you_mean,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -91,7 +90,7 @@ impl PreparedScene {
             dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
         check_surface(file, "actor.robot", &actor_template)?;
         let (tracker_template, notes_of_tracker) =
-            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
+            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
         let RetargetedMotion { retargeted: mut performed, seams, pace } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
@@ -349,7 +348,7 @@ fn edits_in_words(motion: &MotionSettings) -> String {
         words += &format!(", then {}", take.clip);
     }
     if let Some(v) = &motion.variation {
-        let VariationSettings { seed, tempo_percent, amplitude_percent, posture_deg } = v;
+        let Variation { seed, tempo_percent, amplitude_percent, posture_deg } = v;
         words += &format!(
             ", varied (seed {seed}: tempo {tempo_percent} %, amplitude {amplitude_percent} %, posture {posture_deg} \
              degrees)"

@@ -123,7 +123,7 @@ pub enum RootMode {
 pub struct GpdmSettings {
     /// Whether one model is learned of all training clips together, which then share a latent space. Not with
     /// `model_file`. Default: false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "super::is_default")]
     pub joint: bool,
     /// How the model is learned.
     pub training: TrainingOptions,

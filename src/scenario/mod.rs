@@ -20,18 +20,13 @@
 //! ```
 
 mod bodies;
-mod camera_file;
 mod complaint;
-mod distractor;
 mod filming;
 pub(crate) mod json_tree;
 mod latent;
-mod methods;
 mod motion;
 mod named_on_command_line;
-mod negative_numbers;
-mod override_keys;
-mod override_value;
+mod overrides;
 mod props;
 mod range_checks;
 mod ranges;
@@ -48,24 +43,22 @@ mod tracker_ranges;
 mod tree;
 
 pub use bodies::{
-    ActorSettings, ContactMode, Mismatch, MismatchBy, PopulationName, PushSettings, SexName, ShapeSettings,
-    SkinBlending, SolidsSource, TrackerBodySettings,
+    ActorSettings, ContactMode, DistractorSettings, Mismatch, MismatchBy, PopulationName, PushSettings, ShapeSettings,
+    SolidsSource, TrackerBodySettings,
 };
-pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Diagnostic, LineSpan};
-pub use distractor::DistractorSettings;
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode,
     SwitchingGpdmSettings,
 };
-pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
+pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
-pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
 pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
@@ -158,6 +151,24 @@ impl Scenario {
         })
     }
 
+    /// What its set is drawn by: all but words, trackers and their seeds.
+    pub(crate) fn of_set(&self) -> Self {
+        Self { description: String::new(), seed: 0, seeds: 1, tracker: None, methods: BTreeMap::new(), ..self.clone() }
+    }
+
+    /// The one tracker of a scenario without methods.
+    pub fn tracker(&self) -> TrackerSettings {
+        self.tracker.clone().unwrap_or_default()
+    }
+
+    /// All trackers, with the names of methods if there are any.
+    pub fn trackers(&self) -> Vec<(&str, TrackerSettings)> {
+        if self.methods.is_empty() {
+            return vec![("tracker", self.tracker())];
+        }
+        self.methods.iter().map(|(name, settings)| (name.as_str(), settings.clone())).collect()
+    }
+
     /// The JSON schema of the format, for editors.
     pub fn json_schema() -> serde_json::Value {
         schemars::schema_for!(Self).to_value()
@@ -168,6 +179,24 @@ fn one() -> u32 {
     1
 }
 
-fn is_default(observation: &ObservationSettings) -> bool {
-    *observation == ObservationSettings::default()
+/// Whether a setting need not be written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_is_drawn_by_its_scene_and_its_layers_whatever_tracks_it() {
+        let of = |change: &str| ScenarioFile::built_in(&[change.to_owned()]).unwrap().scenario.of_set();
+        let base = ScenarioFile::built_in(&[]).unwrap().scenario.of_set();
+        for same in ["seed=3", "seeds=2", "particles=7", "tracker.frozen={}"] {
+            assert_eq!(of(same), base, "{same}");
+        }
+        for other in ["rig.ring.count=3", "layers=[\"depth\"]", "tracker_body.seed=2", "name=other"] {
+            assert_ne!(of(other), base, "{other}");
+        }
+    }
 }

@@ -6,11 +6,9 @@ use serde_json::{Map, Value};
 
 use super::complaint::{Diagnostic, LineSpan, about_file, locate};
 use super::named_on_command_line::NamedOnCommandLine;
-use super::negative_numbers::with_range;
-use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
-use super::override_value::parse_value;
+use super::overrides::{full_key, keys_of, keys_of_tracker, others_that_end_so, parse_value};
 use super::similar_file::similar_file;
-use super::tree::{settings_of, tree_of};
+use super::tree::{settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 

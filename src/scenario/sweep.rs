@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::complaint::Diagnostic;
-use super::override_value::parse_value;
+use super::overrides::parse_value;
 
 /// Many settings of one scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

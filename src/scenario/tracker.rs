@@ -74,7 +74,7 @@ pub struct AnnealedParticleFilterSettings {
     pub estimator: Estimator,
     /// Whether layers search part after part, trunk, arms and legs, instead of the whole body: partitioned sampling.
     /// Needs five layers or more, `prediction = "none"` and no shrinking kernel. Default: false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "super::is_default")]
     pub partitioned: bool,
     /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
