@@ -9,7 +9,8 @@ use crate::evaluation::{
 };
 use crate::raster::Mask;
 use crate::test_figure::{standing, translated};
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::motion_model::ModelOccupancy;
+use crate::tracker::LayerRecord;
 
 use super::overlay::marker_bones;
 use super::{

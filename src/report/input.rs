@@ -4,7 +4,8 @@ use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, SeedRun, Summary};
 use crate::raster::Mask;
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::motion_model::ModelOccupancy;
+use crate::tracker::LayerRecord;
 
 use super::Playback;
 

@@ -14,7 +14,7 @@ use crate::body::{Blending, Sex};
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
-    /// to the recorded subject. Default: `actor`.
+    /// to the recorded subject.
     pub robot: String,
     /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`,
     /// capsules from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and
@@ -35,7 +35,7 @@ pub struct ActorSettings {
     /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
     /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
     /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
-    /// the ground truth. Default: `"off"`.
+    /// the ground truth.
     pub contact: ContactMode,
     /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub struct DistractorSettings {
     /// Name, for people. Default: `distractor00` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Default: `actor`.
+    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario.
     #[serde(default = "actor")]
     pub robot: String,
     /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
@@ -152,8 +152,7 @@ pub struct PushSettings {
     pub link: String,
     /// Force times time, N s.
     pub impulse_ns: f64,
-    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector. Default: `[0, 1,
-    /// 0]`.
+    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector.
     #[serde(default = "sideways")]
     pub direction: [f64; 3],
 }
@@ -184,7 +183,7 @@ pub enum ContactMode {
 pub struct TrackerBodySettings {
     /// `tracker25` (rigid trunk, no wrists or ankles), `tracker40` (a spine that bends, clavicles, wrists and ankles),
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
-    /// before the mismatch. Default: `tracker25`.
+    /// before the mismatch.
     pub robot: String,
     /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
     #[serde(skip_serializing_if = "is_default")]
@@ -192,11 +191,10 @@ pub struct TrackerBodySettings {
     /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's
-    /// stature) or `{ percent = { length = 3.0, girth = 10.0 } }`.
-    /// Default: `"standard"`.
+    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's stature) or
+    /// `{ percent = { length = 3.0, girth = 10.0 } }`.
     pub mismatch: Mismatch,
-    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
+    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body.
     pub seed: u32,
     /// What the mismatch is drawn by: `"seed"`, the same factors for all subjects; or `"subject"`, others for every
     /// subject, known by the lengths of his limbs, and for every `observation.key`. Default: `"seed"`.

@@ -2,7 +2,8 @@
 //!
 //! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
 //! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
-//! file, from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
+//! file, from 1. Defaults that are plain values are told by the values themselves. Key by key the file is checked by
+//! type here and by range in `Scenario::first_problem`.
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;
@@ -73,6 +74,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::benchmark_set::Layer;
 use crate::observation::ObservationSettings;
@@ -88,10 +90,10 @@ pub struct Scenario {
     /// Description in one or two sentences. Default: empty.
     #[serde(default)]
     pub description: String,
-    /// First random seed. Default: 0.
+    /// First random seed.
     #[serde(default)]
     pub seed: u32,
-    /// Number of seeds: `seed`, `seed + 1`, and so on. Default: 1.
+    /// Number of seeds: `seed`, `seed + 1`, and so on.
     #[serde(default = "one")]
     pub seeds: u32,
     /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
@@ -170,13 +172,44 @@ impl Scenario {
     }
 
     /// The JSON schema of the format, for editors.
-    pub fn json_schema() -> serde_json::Value {
-        schemars::schema_for!(Self).to_value()
+    pub fn json_schema() -> Value {
+        with_defaults(schemars::schema_for!(Self).to_value())
     }
 }
 
 fn one() -> u32 {
     1
+}
+
+/// A schema whose descriptions end in the defaults of keys that are plain values, where they do not tell them already.
+fn with_defaults(mut part: Value) -> Value {
+    if let Value::Object(table) = &mut part {
+        let default = table.get("default").and_then(plain_default);
+        if let (Some(default), Some(Value::String(description))) = (default, table.get_mut("description"))
+            && !description.contains("Default:")
+        {
+            *description += &format!(" Default: {default}.");
+        }
+        table.values_mut().for_each(|inner| *inner = with_defaults(inner.take()));
+    }
+    if let Value::Array(elements) = &mut part {
+        elements.iter_mut().for_each(|inner| *inner = with_defaults(inner.take()));
+    }
+    part
+}
+
+/// A default as a scenario writes it; `None` of a table.
+fn plain_default(value: &Value) -> Option<String> {
+    match value {
+        Value::Number(number) => number.as_f64().map(|number| number.to_string()),
+        Value::String(word) => Some(format!("`\"{word}\"`")),
+        Value::Bool(is_so) => Some(is_so.to_string()),
+        Value::Array(elements) => {
+            let elements: Option<Vec<String>> = elements.iter().map(plain_default).collect();
+            elements.map(|elements| format!("`[{}]`", elements.join(", ")))
+        }
+        Value::Null | Value::Object(_) => None,
+    }
 }
 
 /// Whether a setting need not be written.
@@ -187,6 +220,18 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_schema_tells_the_defaults_that_comments_leave_to_the_values() {
+        let schema = Scenario::json_schema();
+        let ends = [("RingSettings", "size_px", "pixels. Default: `[640, 480]`."), ("RingSettings", "count", "Default: 4.")];
+        let filter = "AnnealedParticleFilterSettings";
+        let others = [(filter, "contour_reach", "Default: 1/24."), (filter, "kernel", "Default: `\"geometric\"`.")];
+        for (table, key, end) in ends.into_iter().chain(others) {
+            let described = schema["$defs"][table]["properties"][key]["description"].as_str().unwrap();
+            assert!(described.ends_with(end) && described.matches("Default:").count() == 1, "{key}: {described}");
+        }
+    }
 
     #[test]
     fn a_set_is_drawn_by_its_scene_and_its_layers_whatever_tracks_it() {

@@ -27,7 +27,7 @@ pub struct MotionSettings {
     /// Last frame used, inclusive, as the file counts. Default: the clip's last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_frame: Option<usize>,
-    /// Frame rate of the set, Hz; the clip is resampled. Default: 60.
+    /// Frame rate of the set, Hz; the clip is resampled.
     #[serde(default = "default_frames_per_second")]
     pub frames_per_second: f64,
     /// Repeat the clip, each cycle continuing the previous one, until it lasts this long. Seconds. A clip that is one

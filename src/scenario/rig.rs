@@ -37,24 +37,24 @@ pub struct RigSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RingSettings {
-    /// Number of cameras. Default: 4.
+    /// Number of cameras.
     pub count: u32,
-    /// Radius of the circle, metres. Default: 4.5.
+    /// Radius of the circle, metres.
     pub radius_m: f64,
-    /// Height of the cameras above the ground, metres. Default: 1.6.
+    /// Height of the cameras above the ground, metres.
     pub height_m: f64,
     /// The point that the cameras look at and surround, world coordinates (Z up), metres. Default: 0.95 m above the
     /// middle of the actor's path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look_at_m: Option<[f64; 3]>,
-    /// Angle from the world's X axis to the first camera, degrees. Default: 45.
+    /// Angle from the world's X axis to the first camera, degrees.
     pub first_azimuth_deg: f64,
     /// Angle that the cameras are spread over evenly, the first and the last at its ends, degrees. Default: all round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_deg: Option<f64>,
-    /// Horizontal field of view, degrees. Default: 60.
+    /// Horizontal field of view, degrees.
     pub field_of_view_deg: f64,
-    /// Image width and height, pixels. Default: 640 x 480.
+    /// Image width and height, pixels.
     pub size_px: [u32; 2],
 }
 

@@ -37,40 +37,39 @@ pub enum TrackerSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    /// Algorithm 1 as printed in the paper: no refinement.
     pub paper: bool,
     /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
-    /// Annealing layers. Default: 5.
+    /// Annealing layers.
     pub layers: usize,
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
-    /// covariance shrinks by the same factor. Default: 0.5.
+    /// covariance shrinks by the same factor.
     pub survival_rate: f64,
     /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
-    /// (mean of the shares that only one of them covers). Default: `"overlap"`.
+    /// (mean of the shares that only one of them covers).
     pub silhouette: SilhouetteTerm,
     /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
-    /// slower). Default: `"one_sided"`.
+    /// slower).
     pub contour: ContourTerm,
-    /// Weight of the contour term relative to the area term; 0 disables it. Default: 0.5.
+    /// Weight of the contour term relative to the area term; 0 disables it.
     pub contour_weight: f64,
     /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
     /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
-    /// it. Default: 0.
+    /// it.
     pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of
     /// the training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, from 0.5, 1,
     /// 1.5 and 2.
     pub proposal_scale: f64,
-    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default:
-    /// `"none"`.
+    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`.
     pub prediction: Prediction,
     /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
-    /// }`. Default: `"geometric"`.
+    /// }`.
     pub kernel: Kernel,
-    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
+    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`.
     pub estimator: Estimator,
     /// Whether layers search part after part, trunk, arms and legs, instead of the whole body: partitioned sampling.
     /// Needs five layers or more, `prediction = "none"` and no shrinking kernel. Default: false.
@@ -102,11 +101,11 @@ pub struct NearestTrainingPoseSettings {}
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OracleSettings {
-    /// Constant displacement of the root, world axes, metres. Default: `[0, 0, 0]`.
+    /// Constant displacement of the root, world axes, metres.
     pub root_offset_m: [f64; 3],
-    /// Standard deviation of independent noise on every coordinate of the root, metres. Default: 0.
+    /// Standard deviation of independent noise on every coordinate of the root, metres.
     pub root_noise_m: f64,
-    /// Standard deviation of independent noise on every joint angle, degrees. Default: 0.
+    /// Standard deviation of independent noise on every joint angle, degrees.
     pub angle_noise_deg: f64,
 }
 

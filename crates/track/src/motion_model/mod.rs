@@ -96,20 +96,21 @@ pub trait MotionModel: Send + Sync {
         None
     }
 
-    /// How many models a state can be in (the K latent spaces of `[GPDM graph]`); 0 where no model was learned.
-    fn models(&self) -> usize {
-        0
+    /// How weighted states are spread over the K latent spaces of `[GPDM graph]`; empty where no model was learned.
+    fn occupancy(&self, _states: &[Self::State], _weights: &[f64]) -> Vec<ModelOccupancy> {
+        Vec::new()
     }
+}
 
-    /// Which of the models a state is in, `0 .. models()`.
-    fn occupied(&self, _state: &Self::State) -> usize {
-        0
-    }
-
-    /// Whether the state had left the region that the model knows and was brought back.
-    fn was_recovered(&self, _state: &Self::State) -> bool {
-        false
-    }
+/// One latent space's part in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelOccupancy {
+    /// Particles in it, before resampling.
+    pub particles: u32,
+    /// Their share of the weight.
+    pub weight: f64,
+    /// Of those particles, how many had left the region that the model knows and were brought back in this frame.
+    pub recovered: u32,
 }
 
 /// What a motion model cannot be made from.

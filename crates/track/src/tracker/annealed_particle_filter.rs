@@ -4,11 +4,10 @@ use rand::RngExt;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::annealing::{Selection, select};
+use super::annealing::{Selection, heaviest, select, systematic};
 use super::refinement::FINAL_WIDTH;
-use super::resampling::{heaviest, systematic};
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Partition, Refinement,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement,
     SettingError, TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
@@ -218,20 +217,6 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// How the weighted particles are spread over the motion model's latent spaces; empty where there are none.
-    fn occupancy(&self, particles: &[M::State], weights: &[f64]) -> Vec<ModelOccupancy> {
-        let models = self.model.models();
-        let mut occupancy = vec![ModelOccupancy::default(); models];
-        for (state, weight) in particles.iter().zip(weights) {
-            if let Some(model) = occupancy.get_mut(self.model.occupied(state)) {
-                model.particles += 1;
-                model.weight += weight;
-                model.recovered += u32::from(self.model.was_recovered(state));
-            }
-        }
-        occupancy
-    }
-
     /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last
     /// estimate, this frame's and the particle of least energy, as far as the model's states can have such poses.
     fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
@@ -306,7 +291,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let best = lowest(&energies).and_then(|index| particles.get(index)).cloned();
         let best = best.ok_or(TrackError::NoValidParticle { frame })?;
         let pose = self.estimate(&particles, &selection.weights, &best).ok_or(TrackError::NoValidParticle { frame })?;
-        let occupancy = self.occupancy(&particles, &selection.weights);
+        let occupancy = self.model.occupancy(&particles, &selection.weights);
         let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         let mut estimate = Estimate {

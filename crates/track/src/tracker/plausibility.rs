@@ -20,7 +20,7 @@ pub struct PlausibilitySettings {
     /// cost of the pose.
     pub weight: f64,
     /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's.
-    /// Metres, >= 0. Default: 0.01.
+    /// Metres, >= 0.
     pub tolerance_m: f64,
     /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being
     /// drawn. Metres, > 0. Default: none is rejected.

@@ -17,15 +17,15 @@ use crate::rng::{Purpose, stream};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RefinementSettings {
-    /// Gauss-Newton steps of every descent, >= 1. Default: 6.
+    /// Gauss-Newton steps of every descent, >= 1.
     pub iterations: usize,
-    /// Every how many frames limbs are searched again; 0 for never. Default: 2.
+    /// Every how many frames limbs are searched again; 0 for never.
     pub limb_every: usize,
-    /// Poses tried for every limb and every mirrored pair of limbs. Default: 30.
+    /// Poses tried for every limb and every mirrored pair of limbs.
     pub limb_samples: usize,
-    /// Gauss-Newton steps from each of the two best of them. Default: 4.
+    /// Gauss-Newton steps from each of the two best of them.
     pub limb_iterations: usize,
-    /// Share of the particles that goes on from the refined pose, in [0, 1]. Default: 0.5.
+    /// Share of the particles that goes on from the refined pose, in [0, 1].
     pub share: f64,
 }
 

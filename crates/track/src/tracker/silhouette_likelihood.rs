@@ -5,8 +5,7 @@ use rayon::prelude::*;
 
 use super::calibration::OutlineImportance;
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
-use super::limb_insides::LimbInsides;
-use super::limb_sides::LimbSides;
+use super::limbs::{LimbInsides, LimbSides};
 use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::plausibility::{Plausibility, PlausibilitySettings};

@@ -17,10 +17,10 @@ const AS_GOOD: f64 = 1.25;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JoinSettings {
-    /// Duration of a blend, seconds. Default: 0.3.
+    /// Duration of a blend, seconds.
     pub blend_s: f64,
     /// The greatest distance of two poses that are blended: root mean square over the landmarks during the blend, after
-    /// the best turn and shift over the ground. Millimetres. Default: 120.
+    /// the best turn and shift over the ground. Millimetres.
     pub within_mm: f64,
 }
 

@@ -12,13 +12,13 @@ use super::drift::Drift;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
-    /// Which drifts. Default: 1.
+    /// Which drifts.
     pub seed: u32,
-    /// Of the speed at which the motion passes, %. Default: 2.5.
+    /// Of the speed at which the motion passes, %.
     pub tempo_percent: f64,
-    /// Of how far joints and root move about their mean, %. Default: 3.
+    /// Of how far joints and root move about their mean, %.
     pub amplitude_percent: f64,
-    /// Of every angle of trunk, head and arms, degrees. Default: 1.5.
+    /// Of every angle of trunk, head and arms, degrees.
     pub posture_deg: f64,
 }
 

@@ -116,7 +116,7 @@ impl<'a> GraphLearner<'a> {
 
     /// The graph of what was learned, its inter-transition candidates found.
     pub fn finish(mut self) -> GpdmGraph {
-        let detector = self.settings.detector.build();
+        let detector = self.settings.detector;
         for (index, motion) in self.motions.iter().enumerate() {
             let turns = detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
             let located = turns.into_iter().filter_map(|frame| self.graph.locate(index, frame)).collect::<Vec<_>>();

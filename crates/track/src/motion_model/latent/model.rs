@@ -9,8 +9,7 @@ use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
-use super::super::{MotionModel, MotionModelError, NormalEquations};
-use super::expected::Expected;
+use super::super::{ModelOccupancy, MotionModel, MotionModelError, NormalEquations};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};
@@ -72,6 +71,20 @@ pub struct LatentParticle {
     pub recovered: bool,
     /// What was expected of it before its noise was drawn; `None` in the first frame.
     pub(super) expected: Option<Arc<Expected>>,
+}
+
+/// What a model expects of a particle before its noise is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Expected {
+    /// Mean of the latent point.
+    pub(super) latent: Vec<f64>,
+    /// Deviation of every coordinate of it.
+    pub(super) deviation: f64,
+    /// Mean of the offset.
+    pub(super) offset: Vec<f64>,
+    /// Pose and place one frame before.
+    pub(super) before: Pose,
+    pub(super) place: RootPlace,
 }
 
 /// Where a particle starts from in a frame, after its inter-transition.
@@ -417,16 +430,15 @@ impl MotionModel for LatentModel {
         self.descended(state, &evidence)
     }
 
-    fn occupied(&self, state: &LatentParticle) -> usize {
-        state.segment
-    }
-
-    fn models(&self) -> usize {
-        self.graph.segments.len()
-    }
-
-    fn was_recovered(&self, state: &LatentParticle) -> bool {
-        state.recovered
+    fn occupancy(&self, states: &[LatentParticle], weights: &[f64]) -> Vec<ModelOccupancy> {
+        let mut occupancy = vec![ModelOccupancy::default(); self.graph.segments.len()];
+        for (state, weight) in states.iter().zip(weights) {
+            let model = &mut occupancy[state.segment];
+            model.particles += 1;
+            model.weight += weight;
+            model.recovered += u32::from(state.recovered);
+        }
+        occupancy
     }
 }
 
