@@ -24,7 +24,6 @@ use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};
 use crate::contact::{Pace, check_feet};
 use crate::editing::{Seam, Variation};
-use crate::motion_model::MotionModelError;
 use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
@@ -101,7 +100,7 @@ impl PreparedScene {
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (
-                Training::Spread(StepSpread::of_motion(&body, &performed.motion).map_err(MotionModelError::from)?),
+                Training::Spread(StepSpread::of_motion(&body, &performed.motion)?),
                 Vec::new(),
             ),
             None => {
@@ -112,7 +111,7 @@ impl PreparedScene {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
                 (
-                    Training::Spread(StepSpread::of_motion(&body, &own.motion).map_err(MotionModelError::from)?),
+                    Training::Spread(StepSpread::of_motion(&body, &own.motion)?),
                     Vec::new(),
                 )
             }

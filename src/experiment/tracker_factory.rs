@@ -7,7 +7,7 @@ use super::progress::{Progress, Stage};
 use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
-use crate::motion_model::{Diffusion, DiffusionSettings, MotionModelError, Prediction, ProposalScales};
+use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
     AnnealedParticleFilter, BodyCalibration, Frozen, Partition, Refinement, SilhouetteLikelihood, Tracker,
@@ -97,7 +97,7 @@ impl TrackerFactory<'_> {
         let (body, training, search) = (&beginning.body, &self.set.start.training, settings.search());
         let scales = match (training, settings.prediction) {
             (Training::Motions(t), prediction) => {
-                ProposalScales::from_motions(body, &t.motions, prediction).map_err(MotionModelError::from)?
+                ProposalScales::from_motions(body, &t.motions, prediction)?
             }
             (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
             (Training::Spread(t), Prediction::ConstantVelocity) => {

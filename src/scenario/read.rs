@@ -410,9 +410,4 @@ mod tests {
         let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
         assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
     }
-
-    #[test]
-    fn the_built_in_scenario_is_sound() {
-        assert_eq!(ScenarioFile::built_in(&[]).unwrap().scenario.name, "walk");
-    }
 }

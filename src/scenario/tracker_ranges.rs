@@ -1,10 +1,10 @@
 //! Range checks of trackers' settings.
 
 use super::latent::{LatentKind, LatentTrackerSettings};
-use super::range_checks::{InvalidValue, RangeCheck, require, setting, within};
+use super::range_checks::{RangeCheck, require, setting, within};
 use super::tracker::{AnnealedParticleFilterSettings, OracleSettings, TrackerSettings};
 use super::tracker_kind::SearchSettings;
-use crate::motion_model::{MotionModelError, Prediction};
+use crate::motion_model::Prediction;
 use crate::tracker::{Kernel, RefinementSettings};
 
 impl TrackerSettings {
@@ -50,10 +50,7 @@ fn first_of_search(table: &str, SearchSettings { filter, likelihood, .. }: &Sear
 fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
     let search = s.search();
     first_of_search(table, &search)?;
-    if let Err(MotionModelError::Setting { key, expected, found }) = s.latent().validate() {
-        let message = format!("expected {expected}, found {found}");
-        return Err(InvalidValue { key: format!("{table}.{key}"), message });
-    }
+    s.latent().validate().map_err(|e| setting(table, &e))?;
     search.refinement.map_or(Ok(()), |refinement| refinement.validate()).map_err(|e| setting(table, &e))?;
     let learning = s.model.learning();
     let said = s.model_file.is_some() && learning != T::default().learning();

@@ -33,7 +33,7 @@ pub use diffusion::{Diffusion, DiffusionSettings};
 pub use evidence::{Evidence, NormalEquations};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
 
-use crate::body::{Humanoid, Pose, TooFewFrames};
+use crate::body::{Humanoid, Pose};
 
 /// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
 /// its particles.
@@ -113,20 +113,20 @@ pub struct ModelOccupancy {
     pub recovered: u32,
 }
 
-/// What a motion model cannot be made from.
-#[derive(Debug, thiserror::Error)]
-pub enum MotionModelError {
-    /// A setting is out of its range.
-    #[error("{key}: expected {expected}, found {found}")]
-    Setting {
-        /// The setting, as a scenario spells it.
-        key: &'static str,
-        /// What is allowed.
-        expected: String,
-        /// What was given.
-        found: String,
-    },
-    /// A training motion too short to measure differences between frames.
-    #[error(transparent)]
-    TooFewFrames(#[from] TooFewFrames),
+/// A setting of a motion model or tracker is out of its range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: expected {expected}, found {found}")]
+pub struct SettingError {
+    /// The setting, as a scenario spells it.
+    pub key: &'static str,
+    /// What is allowed.
+    pub expected: String,
+    /// What was given.
+    pub found: String,
+}
+
+impl SettingError {
+    pub(crate) fn new(key: &'static str, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self { key, expected: expected.into(), found: found.to_string() }
+    }
 }

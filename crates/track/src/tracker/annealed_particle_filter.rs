@@ -8,10 +8,10 @@ use super::annealing::{Selection, heaviest, select, systematic};
 use super::refinement::FINAL_WIDTH;
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement,
-    SettingError, TrackError, Tracker,
+    TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
-use crate::motion_model::MotionModel;
+use crate::motion_model::{MotionModel, SettingError};
 use crate::observation::Observation;
 use crate::rng::{Purpose, normal, stream};
 
@@ -78,12 +78,11 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     pub fn with_partition(self, partition: Partition) -> Result<Self, SettingError> {
         let parts = partition.count();
         if self.settings.layers < parts {
-            let (expected, found) = (format!("at least {parts}, one a part"), self.settings.layers.to_string());
-            return Err(SettingError { key: "layers", expected, found });
+            return Err(SettingError::new("layers", format!("at least {parts}, one a part"), self.settings.layers));
         }
         if matches!(self.settings.kernel, Kernel::Shrink { .. }) {
-            let expected = "`geometric` or `min`, which can leave parts where they are".to_owned();
-            return Err(SettingError { key: "kernel", expected, found: "shrink".to_owned() });
+            let expected = "`geometric` or `min`, which can leave parts where they are";
+            return Err(SettingError::new("kernel", expected, "shrink"));
         }
         Ok(Self { partition: Some(partition), ..self })
     }
@@ -98,8 +97,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             (false, _) => "likelihood",
             (true, false) => "motion model",
         };
-        let (expected, found) = (format!("a {lacking} that can be descended"), "one that cannot".to_owned());
-        Err(SettingError { key: "refinement", expected, found })
+        Err(SettingError::new("refinement", format!("a {lacking} that can be descended"), "one that cannot"))
     }
 
     /// Step 1: particles for this frame, from the start pose or the frame before.

@@ -48,7 +48,7 @@ pub use partition::Partition;
 pub use plausibility::PlausibilitySettings;
 pub use refinement::{Refinement, RefinementSettings};
 pub use settings::{
-    ContourTerm, Estimator, FilterSettings, Kernel, SettingError, SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm,
 };
 pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
 

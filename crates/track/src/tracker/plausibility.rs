@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SettingError;
 use super::placed_body::PlacedBody;
 use crate::body::{Humanoid, LinkFrames, Pose};
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
+use crate::motion_model::SettingError;
 
 /// What a radian beyond a joint's limit amounts to, metres.
 const LIMIT_LEVER: f64 = 0.1;
@@ -40,15 +40,19 @@ impl PlausibilitySettings {
     /// # Errors
     /// [`SettingError`] that names the first key which is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let check = |key, value: f64, sound: bool, expected: &str| match sound && value.is_finite() {
-            true => Ok(()),
-            false => Err(SettingError { key, expected: expected.to_owned(), found: value.to_string() }),
-        };
-        let not_negative = "a finite number, 0 or more";
-        check("plausibility.weight", self.weight, self.weight >= 0.0, not_negative)?;
-        check("plausibility.tolerance_m", self.tolerance_m, self.tolerance_m >= 0.0, not_negative)?;
-        let reject = self.reject_beyond_m.unwrap_or(1.0);
-        check("plausibility.reject_beyond_m", reject, reject > 0.0, "a finite number above 0")
+        for (key, value) in
+            [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)]
+        {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(SettingError::new(key, "a finite number, 0 or more", value));
+            }
+        }
+        match self.reject_beyond_m {
+            Some(depth) if !(depth > 0.0 && depth.is_finite()) => {
+                Err(SettingError::new("plausibility.reject_beyond_m", "a finite number above 0", depth))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

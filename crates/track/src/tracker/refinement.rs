@@ -8,9 +8,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Likelihood, SettingError};
+use super::Likelihood;
 use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
-use crate::motion_model::MotionModel;
+use crate::motion_model::{MotionModel, SettingError};
 use crate::rng::{Purpose, stream};
 
 /// How an annealed particle filter's answer is refined.
@@ -56,14 +56,13 @@ impl RefinementSettings {
         for (key, found, allowed) in counts {
             if !allowed.contains(&found) {
                 let expected = format!("a whole number from {} to {}", allowed.start(), allowed.end());
-                return Err(SettingError { key, expected, found: found.to_string() });
+                return Err(SettingError::new(key, expected, found));
             }
         }
         if (0.0..=1.0).contains(&self.share) {
             return Ok(());
         }
-        let expected = "a number from 0 to 1".to_owned();
-        Err(SettingError { key: "refinement.share", expected, found: self.share.to_string() })
+        Err(SettingError::new("refinement.share", "a number from 0 to 1", self.share))
     }
 }
 
@@ -122,7 +121,7 @@ impl Refinement {
         let degrees = body.degrees_of_freedom.len();
         if let Some(other) = training.iter().find(|pose| pose.joint_angles.len() != degrees) {
             let expected = format!("training poses of {degrees} joint angles");
-            return Err(SettingError { key: "refinement", expected, found: other.joint_angles.len().to_string() });
+            return Err(SettingError::new("refinement", expected, other.joint_angles.len()));
         }
         Ok(Self { settings, seed, limbs: limbs(body), training })
     }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::motion_model::SettingError;
+
 /// How particles are spread again after the selection of a layer. Deviations are per number of a pose's step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -35,8 +37,7 @@ pub enum Estimator {
 
 /// Settings of [`super::AnnealedParticleFilter`]. `[Skinned APF]` gives no numbers; the defaults are those of `[Balan
 /// 2005]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSettings {
     /// `[Skinned APF]`'s N, particles per layer, >= 1.
     pub particles: usize,
@@ -115,8 +116,7 @@ pub enum ContourTerm {
 }
 
 /// Settings of [`super::SilhouetteLikelihood`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SilhouetteSettings {
     /// `[Skinned APF]`'s `D_s`.
     pub silhouette: SilhouetteTerm,
@@ -154,30 +154,18 @@ impl SilhouetteSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
             if !(weight >= 0.0 && weight.is_finite()) {
-                return Err(SettingError { key, expected: "a number, 0 or more".into(), found: weight.to_string() });
+                return Err(SettingError::new(key, "a number, 0 or more", weight));
             }
         }
         within("contour_reach", self.contour_reach, 1.0)
     }
 }
 
-/// A setting of a tracker is out of its range.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{key}: expected {expected}, found {found}")]
-pub struct SettingError {
-    /// The setting, as a scenario spells it.
-    pub key: &'static str,
-    /// What is allowed.
-    pub expected: String,
-    /// What was given.
-    pub found: String,
-}
-
 fn at_least_one(key: &'static str, value: usize) -> Result<(), SettingError> {
     if value >= 1 {
         return Ok(());
     }
-    Err(SettingError { key, expected: "at least 1".into(), found: value.to_string() })
+    Err(SettingError::new(key, "at least 1", value))
 }
 
 /// `0 < value <= highest`; a NaN is neither.
@@ -187,7 +175,7 @@ fn within(key: &'static str, value: f64, highest: f64) -> Result<(), SettingErro
     }
     let expected =
         if highest == f64::MAX { "a number > 0".into() } else { format!("a number above 0 and at most {highest}") };
-    Err(SettingError { key, expected, found: value.to_string() })
+    Err(SettingError::new(key, expected, value))
 }
 
 #[cfg(test)]
@@ -205,12 +193,5 @@ mod tests {
         }
         assert_eq!(key(FilterSettings { kernel: Kernel::Shrink { h: f64::NAN }, ..good }), "kernel.shrink.h");
         assert_eq!(key(FilterSettings { kernel: Kernel::Min { factor: 0.0 }, ..good }), "kernel.min.factor");
-    }
-
-    #[test]
-    fn an_error_says_what_was_expected_and_found() {
-        let settings = FilterSettings { survival_rate: 1.5, ..FilterSettings::default() };
-        let message = settings.validate().unwrap_err().to_string();
-        assert_eq!(message, "survival_rate: expected a number above 0 and at most 1, found 1.5");
     }
 }

@@ -10,11 +10,11 @@ use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::plausibility::{Plausibility, PlausibilitySettings};
 use super::rectification::Rectification;
-use super::{Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
+use super::{Likelihood, SilhouetteSettings, SilhouetteTerm, TrackError};
 use crate::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::contact::InterpenetrationScratch;
-use crate::motion_model::{Evidence, NormalEquations};
+use crate::motion_model::{Evidence, NormalEquations, SettingError};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Mask, Overlap, TaperedCapsule};
@@ -87,7 +87,7 @@ impl SilhouetteLikelihood {
     pub fn new(body: Humanoid, rig: &CameraRig, settings: SilhouetteSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         if rig.cameras.is_empty() {
-            return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
+            return Err(SettingError::new("cameras", "at least 1", 0));
         }
         let road = ComparisonStrategy::of(&body, &settings);
         let views =

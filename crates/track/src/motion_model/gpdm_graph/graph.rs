@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::UnitQuaternion;
 
 use super::candidates::Detector;
-use super::segmentation::SegmentRange;
+use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -71,6 +71,17 @@ impl GraphSettings {
     pub fn kind(&self) -> ModelKind {
         if self.single { ModelKind::Gpdm } else { ModelKind::GpdmGraph }
     }
+}
+
+/// Frames `first .. end` of one training motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct SegmentRange {
+    /// Index of the training motion.
+    pub motion: usize,
+    /// First frame.
+    pub first: usize,
+    /// One past the last frame.
+    pub end: usize,
 }
 
 /// One model of the graph.
@@ -157,15 +168,8 @@ pub enum GraphError {
         other: f64,
     },
     /// A setting is out of its range.
-    #[error("{key}: expected {expected}, found {found}")]
-    Setting {
-        /// The setting.
-        key: &'static str,
-        /// What is allowed.
-        expected: &'static str,
-        /// What was given.
-        found: String,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Segments that were learned before are not the beginning of these motions.
     #[error("the saved segments do not belong to these training motions: train again")]
     OtherSegments,

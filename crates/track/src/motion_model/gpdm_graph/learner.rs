@@ -2,9 +2,10 @@
 
 use nalgebra::Point3;
 
-use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings};
-use super::segmentation::{LearnedSegment, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
+use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings, SegmentRange};
+use super::segmentation::{TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
 
@@ -85,33 +86,18 @@ impl<'a> GraphLearner<'a> {
         keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&GraphSegment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
-        if self.settings.joint {
-            return self.grow_jointly(keep_on).map(Some);
-        }
-        let (training, options) = (&self.training[index], &self.settings.training);
+        let (training, chart, options) = (&self.training[index], &self.graph.chart, &self.settings.training);
         let end = self.motions[index].poses.len();
-        let learned = if self.settings.single {
-            learn(training, &self.graph.chart, first, end, options, keep_on)
+        let learned = if self.settings.joint {
+            learn_jointly(&self.training, chart, options, keep_on)
+        } else if self.settings.single {
+            learn(training, chart, first, end, options, keep_on)
         } else {
-            grow_segment(training, &self.graph.chart, first, self.clip, self.threshold, options, keep_on)
+            grow_segment(training, chart, first, self.clip, self.threshold, options, keep_on)
         };
         let range = SegmentRange { motion: index, first, end };
-        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
-        let rotations = training.rotations[range.first..range.end].to_vec();
-        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
+        self.graph.segments.push(learned.map_err(|source| GraphError::Model { range, source })?);
         Ok(self.graph.segments.last())
-    }
-
-    fn grow_jointly(
-        &mut self,
-        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-    ) -> Result<&GraphSegment, GraphError> {
-        let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
-        let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
-        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
-        let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
-        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
-        Ok(&self.graph.segments[0])
     }
 
     /// The graph of what was learned, its inter-transition candidates found.
@@ -166,15 +152,14 @@ fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize),
     if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
         return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
     }
-    let wrong = |key, expected, found| Err(GraphError::Setting { key, expected, found });
     if !(settings.clip_s > 0.0 && settings.clip_s <= 60.0) {
-        return wrong("clip_s", "seconds, > 0 and at most 60", settings.clip_s.to_string());
+        return Err(SettingError::new("clip_s", "seconds, > 0 and at most 60", settings.clip_s).into());
     }
     if !(settings.threshold_per_joint > 0.0 && settings.threshold_per_joint.is_finite()) {
-        return wrong("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint.to_string());
+        return Err(SettingError::new("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint).into());
     }
     if !(1..=8).contains(&settings.training.latent_dimensions) {
-        return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
+        return Err(SettingError::new("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions).into());
     }
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);

@@ -12,6 +12,5 @@ mod parts;
 mod segmentation;
 
 pub use candidates::Detector;
-pub use graph::{Candidate, GpdmGraph, GraphError, GraphSegment, GraphSettings, ModelKind};
+pub use graph::{Candidate, GpdmGraph, GraphError, GraphSegment, GraphSettings, ModelKind, SegmentRange};
 pub use learner::GraphLearner;
-pub use segmentation::SegmentRange;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
-use super::super::{ModelOccupancy, MotionModel, MotionModelError, NormalEquations};
+use super::super::{ModelOccupancy, MotionModel, NormalEquations, SettingError};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};
@@ -109,16 +109,13 @@ impl LatentModel {
     /// Particles of `graph` that move `body`, the body whose motions the graph was learned from.
     ///
     /// # Errors
-    /// [`MotionModelError::Setting`] where a setting is out of its range or the body is another.
-    pub fn new(body: Humanoid, graph: Arc<GpdmGraph>, settings: LatentSettings) -> Result<Self, MotionModelError> {
+    /// [`SettingError`] where a setting is out of its range or the body is another.
+    pub fn new(body: Humanoid, graph: Arc<GpdmGraph>, settings: LatentSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         let (known, found) = (graph.chart.angles(), body.degrees_of_freedom.len());
         if known != found {
-            return Err(MotionModelError::Setting {
-                key: "model",
-                expected: format!("a model of a body with {found} degrees of freedom, as the tracker's"),
-                found: format!("one of a body with {known}"),
-            });
+            let expected = format!("a model of a body with {found} degrees of freedom, as the tracker's");
+            return Err(SettingError::new("model", expected, format!("one of a body with {known}")));
         }
         let spreads: Vec<f64> = graph.segments.iter().map(|s| s.gpdm.latent_spread()).collect();
         let footing = match settings.root_motion {

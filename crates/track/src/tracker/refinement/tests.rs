@@ -1,4 +1,4 @@
-//! Lost limbs found, energies that never rise, and the same bits on any number of threads.
+//! Lost limbs found, and energies that never rise.
 
 use super::*;
 use crate::body::ProposalScales;
@@ -59,10 +59,7 @@ fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<
 
 /// Mean distance of the markers, millimetres.
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
-    let body = body();
-    let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
-    let distances: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
-    1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
+    fixture::apart_mm((&body(), a), (&body(), b))
 }
 
 #[test]
@@ -140,19 +137,6 @@ fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refineme
         let limbs = if frame % 2 == 0 { 6 * (30 + 2) } else { 0 };
         assert_eq!(after.evaluations, before.evaluations + 3 + limbs, "frame {frame}");
     }
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same_bits() {
-    let rig = rig(3);
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let estimates = pool.install(|| tracked(&mut filter(24, &rig, RefinementSettings::default()), &rig, 0..4));
-        estimates.into_iter().map(|e| (e.pose, e.energy.map(f64::to_bits))).collect::<Vec<_>>()
-    };
-    let one = with(1);
-    assert_eq!(with(2), one);
-    assert_eq!(with(8), one);
 }
 
 #[test]
