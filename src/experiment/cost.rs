@@ -13,7 +13,7 @@ use super::{ExperimentError, NoProgress, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, RigMoments, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
-use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, SearchSettings, TrackerSettings};
+use crate::scenario::{AnnealedParticleFilterSettings, NoSettings, ScenarioFile, SearchSettings, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::FilterSettings;
 
@@ -143,7 +143,7 @@ fn sample(
         0 => few.bytes() as f64 / few.blind.frame_count as f64,
         more => (set.bytes() as f64 - few.bytes() as f64) / more as f64,
     };
-    let frozen = TrackerSettings::Frozen(FrozenSettings {});
+    let frozen = TrackerSettings::Frozen(NoSettings {});
     let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &NoProgress)?;
     let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &NoProgress).is_ok());
     Ok(MeasuredTimes {

@@ -66,7 +66,7 @@ pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
 pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
-    AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
+    AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings,
 };
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 

@@ -19,7 +19,7 @@ pub enum TrackerSettings {
     /// The annealed particle filter.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
     /// Never moves: the baseline that every tracker must beat.
-    Frozen(FrozenSettings),
+    Frozen(NoSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
     Gpdm(LatentTrackerSettings<GpdmSettings>),
     /// Particles in the latent spaces of several GPDMs, left with a constant probability.
@@ -27,7 +27,7 @@ pub enum TrackerSettings {
     /// Particles on a GPDM graph.
     GpdmGraph(LatentTrackerSettings<GpdmGraphSettings>),
     /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
-    NearestTrainingPose(NearestTrainingPoseSettings),
+    NearestTrainingPose(NoSettings),
     /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
     Oracle(OracleSettings),
 }
@@ -87,15 +87,10 @@ pub struct AnnealedParticleFilterSettings {
 const PAPER_PARTICLES: usize = 200;
 const REFINED_PARTICLES: usize = 60;
 
-/// No settings.
+/// A tracker's table without keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct FrozenSettings {}
-
-/// No settings.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NearestTrainingPoseSettings {}
+pub struct NoSettings {}
 
 /// The added error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -123,8 +118,8 @@ impl TrackerSettings {
             Self::Gpdm(LatentTrackerSettings::default()),
             Self::SwitchingGpdm(LatentTrackerSettings::default()),
             Self::GpdmGraph(LatentTrackerSettings::default()),
-            Self::Frozen(FrozenSettings::default()),
-            Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
+            Self::Frozen(NoSettings::default()),
+            Self::NearestTrainingPose(NoSettings::default()),
             Self::Oracle(OracleSettings::default()),
         ]
     }

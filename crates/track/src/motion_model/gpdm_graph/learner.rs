@@ -127,22 +127,13 @@ impl<'a> GraphLearner<'a> {
 }
 
 impl GpdmGraph {
-    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
-    /// [`GraphLearner`] does the same step by step.
+    /// Learns a graph of `body`'s motions; [`GraphLearner`] does the same step by step.
     ///
     /// # Errors
     /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
-    pub fn learn(
-        body: &Humanoid,
-        motions: &[Motion],
-        settings: &GraphSettings,
-        mut progress: impl FnMut(&GraphSegment, usize),
-    ) -> Result<Self, GraphError> {
+    pub fn learn(body: &Humanoid, motions: &[Motion], settings: &GraphSettings) -> Result<Self, GraphError> {
         let mut learner = GraphLearner::new(body, motions, settings)?;
-        while let Some(segment) = learner.grow(&mut |_, _| true)? {
-            let segment = segment.clone();
-            progress(&segment, learner.frames_done());
-        }
+        while learner.grow(&mut |_, _| true)?.is_some() {}
         Ok(learner.finish())
     }
 }
@@ -211,7 +202,7 @@ mod tests {
     fn a_graph_taken_up_again_is_the_graph_learned_at_once() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 70), swinging(&body, 40)], quick());
-        let at_once = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let at_once = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         assert!(at_once.segments.len() > 2, "{} segments", at_once.segments.len());
         let finished = at_once.segments[..2].to_vec();
         let mut learner = GraphLearner::new(&body, &motions, &settings).unwrap().resume(finished).unwrap();
@@ -224,7 +215,7 @@ mod tests {
     fn segments_of_another_motion_are_not_taken_up() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 40)], quick());
-        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let graph = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         let mut other = motions.clone();
         other[0].poses[3].joint_angles[0] += 0.01;
         let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
@@ -237,7 +228,7 @@ mod tests {
         let motions = [swinging(&body, 40)];
         let single = GraphSettings { single: true, ..quick() };
         let [single, joint] = [single.clone(), GraphSettings { joint: true, ..single }]
-            .map(|settings| GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap());
+            .map(|settings| GpdmGraph::learn(&body, &motions, &settings).unwrap());
         assert_eq!(single, joint);
     }
 
@@ -248,7 +239,7 @@ mod tests {
         other.poses.reverse();
         let motions = [swinging(&body, 70), other];
         let settings = GraphSettings { joint: true, ..quick() };
-        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let graph = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         assert_eq!((graph.segments.len(), &graph.segments[0].gpdm.layout().lengths), (1, &vec![70, 50]));
         let segment = &graph.segments[0];
         assert_eq!([0, 69, 70, 119].map(|row| segment.source_of(row)), [(0, 0), (0, 69), (1, 0), (1, 49)]);
