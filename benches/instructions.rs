@@ -17,8 +17,7 @@ use skiagraph::motion_model::gpdm::{
 };
 use skiagraph::observation::Observation;
 use skiagraph::tracker::{
-    AnnealedParticleFilter, Likelihood, PlausibilitySettings, SilhouetteLikelihood,
-    SilhouetteSettings, Tracker,
+    AnnealedParticleFilter, Likelihood, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
 
 const LARGE: [u32; 2] = [640, 480];

@@ -11,9 +11,7 @@ use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
 use crate::contact::Pace;
-use crate::editing::{
-    EditError, Joined, Seam, Take, along_path, carried_over, joined, repeated, varied,
-};
+use crate::editing::{EditError, Joined, Seam, Take, along_path, carried_over, joined, repeated, varied};
 use crate::retarget::Retargeted;
 use crate::scenario::{MotionSettings, ScenarioFile};
 

@@ -99,10 +99,7 @@ impl PreparedScene {
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
-            None if same_robot => (
-                Training::Spread(StepSpread::of_motion(&body, &performed.motion)?),
-                Vec::new(),
-            ),
+            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &performed.motion)?), Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let RetargetedMotion { retargeted: mut own, pace, .. } =
@@ -110,10 +107,7 @@ impl PreparedScene {
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
-                (
-                    Training::Spread(StepSpread::of_motion(&body, &own.motion)?),
-                    Vec::new(),
-                )
+                (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
             }
         };
         let filming = filming(file, rig(file, &performed.motion)?, &performed.motion)?;

@@ -96,9 +96,7 @@ impl TrackerFactory<'_> {
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
         let (body, training, search) = (&beginning.body, &self.set.start.training, settings.search());
         let scales = match (training, settings.prediction) {
-            (Training::Motions(t), prediction) => {
-                ProposalScales::from_motions(body, &t.motions, prediction)?
-            }
+            (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
             (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
             (Training::Spread(t), Prediction::ConstantVelocity) => {
                 ProposalScales::from_root_mean_squares(&t.change_of_change)

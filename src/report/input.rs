@@ -3,8 +3,8 @@
 use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, SeedRun, Summary};
-use crate::raster::Mask;
 use crate::motion_model::ModelOccupancy;
+use crate::raster::Mask;
 use crate::tracker::LayerRecord;
 
 use super::Playback;

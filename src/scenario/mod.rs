@@ -51,8 +51,7 @@ pub(crate) use complaint::did_you_mean;
 pub use complaint::{Diagnostic, LineSpan};
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
-    GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode,
-    SwitchingGpdmSettings,
+    GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode, SwitchingGpdmSettings,
 };
 pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
@@ -65,9 +64,7 @@ pub use survey::{Survey, survey};
 pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
 pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
-pub use tracker::{
-    AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings,
-};
+pub use tracker::{AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings};
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 
 use std::collections::BTreeMap;
@@ -224,7 +221,8 @@ mod tests {
     #[test]
     fn the_schema_tells_the_defaults_that_comments_leave_to_the_values() {
         let schema = Scenario::json_schema();
-        let ends = [("RingSettings", "size_px", "pixels. Default: `[640, 480]`."), ("RingSettings", "count", "Default: 4.")];
+        let ends =
+            [("RingSettings", "size_px", "pixels. Default: `[640, 480]`."), ("RingSettings", "count", "Default: 4.")];
         let filter = "AnnealedParticleFilterSettings";
         let others = [(filter, "contour_reach", "Default: 1/24."), (filter, "kernel", "Default: `\"geometric\"`.")];
         for (table, key, end) in ends.into_iter().chain(others) {

@@ -152,9 +152,7 @@ impl TrackerSettings {
             Self::Gpdm(settings) => settings.kind(),
             Self::SwitchingGpdm(settings) => settings.kind(),
             Self::GpdmGraph(settings) => settings.kind(),
-            Self::Frozen(_) => {
-                TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") }
-            }
+            Self::Frozen(_) => TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") },
             Self::NearestTrainingPose(_) => TrackerKind {
                 explanation: Some("oracle: the training pose nearest to the truth, at the true root"),
                 training: TrainingUse::Required,
@@ -226,7 +224,9 @@ impl AnnealedParticleFilterSettings {
 
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
-        Self { paper: false, particles: None, ..Self::from_search(&SearchSettings::default()) }
+        let mut settings = Self::from_search(&SearchSettings::default());
+        (settings.paper, settings.particles) = (false, None);
+        settings
     }
 }
 

@@ -7,8 +7,7 @@ use smallvec::SmallVec;
 use super::annealing::{Selection, heaviest, select, systematic};
 use super::refinement::FINAL_WIDTH;
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement,
-    TrackError, Tracker,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
 use crate::motion_model::{MotionModel, SettingError};

@@ -47,9 +47,7 @@ pub use likelihood::Likelihood;
 pub use partition::Partition;
 pub use plausibility::PlausibilitySettings;
 pub use refinement::{Refinement, RefinementSettings};
-pub use settings::{
-    ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm,
-};
+pub use settings::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
 
 use crate::body::Pose;

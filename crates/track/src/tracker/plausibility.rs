@@ -40,9 +40,7 @@ impl PlausibilitySettings {
     /// # Errors
     /// [`SettingError`] that names the first key which is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        for (key, value) in
-            [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)]
-        {
+        for (key, value) in [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(SettingError::new(key, "a finite number, 0 or more", value));
             }

@@ -150,7 +150,9 @@ fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize),
         return Err(SettingError::new("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint).into());
     }
     if !(1..=8).contains(&settings.training.latent_dimensions) {
-        return Err(SettingError::new("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions).into());
+        return Err(
+            SettingError::new("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions).into()
+        );
     }
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);

@@ -151,7 +151,8 @@ impl LatentSettings {
         match checks.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value)) {
             None => Ok(()),
             Some((key, value, [low, high])) => {
-                let expected = if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") };
+                let expected =
+                    if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") };
                 Err(SettingError::new(key, expected, value))
             }
         }
