@@ -1,5 +1,5 @@
-//! `[actor]`, `[tracker_body]` and `[[distractor]]`: the body that cameras see, the one that the tracker uses, and other
-//! people.
+//! `[actor]`, `[tracker_body]` and `[[distractor]]`: the body that cameras see, the one that the tracker uses, and
+//! other people.
 
 use std::collections::BTreeMap;
 
