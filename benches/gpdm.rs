@@ -76,7 +76,7 @@ fn swinging(body: &Humanoid, frames: usize) -> Motion {
 fn training_a_whole_graph(bencher: divan::Bencher<'_, '_>, frames: usize) {
     let Ok(body) = Humanoid::tracker25() else { return };
     let motion = [swinging(&body, frames)];
-    bencher.bench_local(|| GpdmGraph::learn(&body, &motion, &GraphSettings::default(), |_, _| ()));
+    bencher.bench_local(|| GpdmGraph::learn(&body, &motion, &GraphSettings::default()));
 }
 
 /// A file with one model of `frames` frames of tracker25.
@@ -91,7 +91,7 @@ fn model_file(frames: usize) -> Option<Vec<u8>> {
     let motion = Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() };
     let training = TrainingOptions { rounds: 1, iterations: 5, ..TrainingOptions::default() };
     let settings = GraphSettings { single: true, training, ..GraphSettings::default() };
-    let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).ok()?;
+    let graph = GpdmGraph::learn(&body, &[motion], &settings).ok()?;
     let from = LearnedFrom {
         clip: "swing".to_owned(),
         sha256: None,

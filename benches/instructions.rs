@@ -17,8 +17,7 @@ use skiagraph::motion_model::gpdm::{
 };
 use skiagraph::observation::Observation;
 use skiagraph::tracker::{
-    AnnealedParticleFilter, Likelihood, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
-    SilhouetteSettings, Tracker,
+    AnnealedParticleFilter, Likelihood, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
 
 const LARGE: [u32; 2] = [640, 480];
@@ -46,9 +45,9 @@ fn poses(size: [u32; 2]) -> (SilhouetteLikelihood, Vec<Pose>) {
 }
 
 /// The same with the plausibility term and its solids prepared.
-fn plausible_poses(size: [u32; 2]) -> (PlausibleLikelihood, Vec<Pose>) {
+fn plausible_poses(size: [u32; 2]) -> (SilhouetteLikelihood, Vec<Pose>) {
     let (silhouettes, poses) = poses(size);
-    (PlausibleLikelihood::new(silhouettes, PlausibilitySettings::default()).expect("sound settings"), poses)
+    (silhouettes.with_plausibility(PlausibilitySettings::default()).expect("sound settings"), poses)
 }
 
 // Kinematics and the energy of 64 poses in four views, contour term included.
@@ -63,38 +62,38 @@ fn silhouette_energies_of_64_poses((likelihood, poses): (SilhouetteLikelihood, V
 // The same, and penetration depths with the ground and the body itself.
 #[library_benchmark]
 #[bench::at_160x120(args = (SMALL), setup = plausible_poses)]
-fn plausible_energies_of_64_poses((likelihood, poses): (PlausibleLikelihood, Vec<Pose>)) -> f64 {
+fn plausible_energies_of_64_poses((likelihood, poses): (SilhouetteLikelihood, Vec<Pose>)) -> f64 {
     let mut scratch = likelihood.scratch();
     black_box(&poses).iter().map(|pose| likelihood.energy(pose, &mut scratch)).sum()
 }
 
-type Filter<L> = (AnnealedParticleFilter<Diffusion, L>, Observation);
+type Filter = (AnnealedParticleFilter<Diffusion, SilhouetteLikelihood>, Observation);
 
-fn starting(size: [u32; 2]) -> Filter<SilhouetteLikelihood> {
+fn starting(size: [u32; 2]) -> Filter {
     // other threads are not counted
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
     let (likelihood, observation) = prepared(size);
     (filter(&tracker25(), likelihood), observation)
 }
 
-fn starting_plausible(size: [u32; 2]) -> Filter<PlausibleLikelihood> {
+fn starting_plausible(size: [u32; 2]) -> Filter {
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
     let (silhouettes, observation) = prepared(size);
-    let likelihood = PlausibleLikelihood::new(silhouettes, PlausibilitySettings::default()).expect("sound settings");
+    let likelihood = silhouettes.with_plausibility(PlausibilitySettings::default()).expect("sound settings");
     (filter(&tracker25(), likelihood), observation)
 }
 
 // One frame: 200 particles, five layers, four views.
 #[library_benchmark]
 #[bench::at_160x120(args = (SMALL), setup = starting)]
-fn annealed_frame((mut filter, observation): Filter<SilhouetteLikelihood>) -> Option<f64> {
+fn annealed_frame((mut filter, observation): Filter) -> Option<f64> {
     filter.track(black_box(&observation)).ok().and_then(|estimate| estimate.energy)
 }
 
 // The same with the plausibility term.
 #[library_benchmark]
 #[bench::at_160x120(args = (SMALL), setup = starting_plausible)]
-fn plausible_frame((mut filter, observation): Filter<PlausibleLikelihood>) -> Option<f64> {
+fn plausible_frame((mut filter, observation): Filter) -> Option<f64> {
     filter.track(black_box(&observation)).ok().and_then(|estimate| estimate.energy)
 }
 

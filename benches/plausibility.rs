@@ -20,9 +20,7 @@ use scene::{filter, ring, seen, tracker25};
 use skiagraph::body::{Humanoid, LinkFrames, Pose, Solid};
 use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
 use skiagraph::raster::TaperedCapsule;
-use skiagraph::tracker::{
-    Likelihood, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood, SilhouetteSettings, Tracker,
-};
+use skiagraph::tracker::{PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
 
 fn main() {
     let body = sixteen_capsules();
@@ -41,7 +39,7 @@ fn cost_of_the_term(pairs: usize) {
     let (body, rig) = (tracker25(), ring([160, 120]));
     let seen = seen(&body, &rig);
     let silhouettes = || SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
-    let with_the_term = PlausibleLikelihood::new(silhouettes(), PlausibilitySettings::default()).expect("sound");
+    let with_the_term = silhouettes().with_plausibility(PlausibilitySettings::default()).expect("sound");
     let (mut plain, mut plausible) = (filter(&body, silhouettes()), filter(&body, with_the_term));
     let mut other = filter(&body, silhouettes());
     let run: [&mut dyn Tracker; 3] = [&mut plain, &mut plausible, &mut other];
@@ -123,21 +121,23 @@ fn depths_of_tracker25(bencher: Bencher<'_, '_>) {
 }
 
 /// One frame again and again, 200 particles x 5 layers x 4 views.
-fn frames<L: Likelihood>(bencher: Bencher<'_, '_>, size: [u32; 2], likelihood: impl Fn(SilhouetteLikelihood) -> L) {
+fn frames(bencher: Bencher<'_, '_>, size: [u32; 2], plausibility: Option<PlausibilitySettings>) {
     let (body, rig) = (tracker25(), ring(size));
     let seen = seen(&body, &rig);
-    let silhouettes = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
-    let mut filter = filter(&body, likelihood(silhouettes));
+    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
+    if let Some(settings) = plausibility {
+        likelihood = likelihood.with_plausibility(settings).expect("sound settings");
+    }
+    let mut filter = filter(&body, likelihood);
     bencher.bench_local(|| filter.track(divan::black_box(&seen)));
 }
 
 #[divan::bench(args = [[160, 120], [640, 480]], sample_count = 40)]
 fn frame_without(bencher: Bencher<'_, '_>, size: [u32; 2]) {
-    frames(bencher, size, |silhouettes| silhouettes);
+    frames(bencher, size, None);
 }
 
 #[divan::bench(args = [[160, 120], [640, 480]], sample_count = 40)]
 fn frame_with_the_term(bencher: Bencher<'_, '_>, size: [u32; 2]) {
-    let settings = PlausibilitySettings::default();
-    frames(bencher, size, |silhouettes| PlausibleLikelihood::new(silhouettes, settings).expect("sound settings"));
+    frames(bencher, size, Some(PlausibilitySettings::default()));
 }

@@ -7,9 +7,9 @@ use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::SourceRecording;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, limits};
-use crate::mocap::{self, Clip, ReadOptions, UpAxis};
+use crate::mocap::{self, Clip, ReadOptions};
 use crate::retarget::MotionFingerprint;
-use crate::scenario::{MotionSettings, ScenarioFile, UpwardAxis, did_you_mean, similar_file};
+use crate::scenario::{MotionSettings, ScenarioFile, did_you_mean, similar_file};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -91,10 +91,7 @@ pub(super) fn read_part(
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
-        up: settings.up.map(|axis| match axis {
-            UpwardAxis::Y => UpAxis::Y,
-            UpwardAxis::Z => UpAxis::Z,
-        }),
+        up: settings.up,
         skeleton: None,
         // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
         keep_rest_pose: true,

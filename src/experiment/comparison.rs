@@ -126,7 +126,7 @@ pub fn compare(
         compared.methods.push(ComparedMethod {
             name: name.clone(),
             tracker: done.tracker_in_words,
-            knows_truth: settings.kind().needs_truth(),
+            knows_truth: settings.kind().needs_truth,
             summary: done.record.summary,
             frozen: done.record.frozen,
             errors: done.errors,

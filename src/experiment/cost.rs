@@ -13,9 +13,9 @@ use super::{ExperimentError, NoProgress, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
-use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
+use crate::scenario::{AnnealedParticleFilterSettings, NoSettings, ScenarioFile, SearchSettings, TrackerSettings};
 use crate::scene::GroundTruth;
-use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};
+use crate::tracker::FilterSettings;
 
 /// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;
@@ -84,13 +84,13 @@ pub(super) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) 
     let two = (two.0?, two.1);
     let sample = sample(file, staged, &two)?;
     let (two, _) = two;
-    let mut known: Vec<(FrameWork, Speed)> = Vec::new();
+    let mut known: Vec<(SearchSettings, Speed)> = Vec::new();
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
-        let (Some(filter), Some(likelihood)) = (tracker.kind().filter(), tracker.kind().likelihood()) else { continue };
-        let evaluations = filter.particles as u64 * filter.layers as u64;
         let kind = tracker.kind();
-        let work = FrameWork { likelihood, plausibility: kind.plausibility(), refinement: kind.refinement() };
+        let Some(search) = kind.search else { continue };
+        let evaluations = search.filter.particles as u64 * search.filter.layers as u64;
+        let work = SearchSettings { filter: FilterSettings::default(), ..search };
         let speed = match known.iter().find(|(known, _)| *known == work) {
             Some((_, speed)) => *speed,
             None => {
@@ -100,8 +100,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) 
             }
         };
         track_s += frames * seeds * speed.seconds(evaluations);
-        likelihood_evaluations +=
-            tracker.kind().evaluations_per_frame() * staged.frames() as u64 * u64::from(scenario.seeds);
+        likelihood_evaluations += kind.evaluations_per_frame() * staged.frames() as u64 * u64::from(scenario.seeds);
     }
     let methods = trackers.len() as f64;
     let (render_s, measure_s) =
@@ -144,7 +143,7 @@ fn sample(
         0 => few.bytes() as f64 / few.blind.frame_count as f64,
         more => (set.bytes() as f64 - few.bytes() as f64) / more as f64,
     };
-    let frozen = TrackerSettings::Frozen(FrozenSettings {});
+    let frozen = TrackerSettings::Frozen(NoSettings {});
     let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &NoProgress)?;
     let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &NoProgress).is_ok());
     Ok(MeasuredTimes {
@@ -211,14 +210,6 @@ fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<B
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 
-/// What there is to do in a frame.
-#[derive(Clone, Copy, PartialEq)]
-struct FrameWork {
-    likelihood: SilhouetteSettings,
-    plausibility: Option<PlausibilitySettings>,
-    refinement: Option<RefinementSettings>,
-}
-
 /// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more.
 /// Seconds.
 #[derive(Clone, Copy)]
@@ -229,27 +220,10 @@ struct Speed {
 
 impl Speed {
     /// By tracking two frames with few particles, then with more, as long as the sample may take.
-    fn new(
-        two: &BenchmarkSet,
-        FrameWork { likelihood, plausibility, refinement }: FrameWork,
-        evaluations: u64,
-    ) -> Result<Self, ExperimentError> {
+    fn new(two: &BenchmarkSet, work: SearchSettings, evaluations: u64) -> Result<Self, ExperimentError> {
         let seconds = |particles: usize| -> Result<f64, ExperimentError> {
-            let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
-                likelihood;
-            let settings = AnnealedParticleFilterSettings {
-                paper: refinement.is_none(),
-                particles: Some(particles),
-                layers: 1,
-                silhouette,
-                contour,
-                contour_weight,
-                contour_reach,
-                limb_side_weight,
-                plausibility,
-                refinement: refinement.unwrap_or_default(),
-                ..AnnealedParticleFilterSettings::default()
-            };
+            let filter = FilterSettings { particles, layers: 1, ..work.filter };
+            let settings = AnnealedParticleFilterSettings::from_search(&SearchSettings { filter, ..work });
             let settings = TrackerSettings::AnnealedParticleFilter(settings);
             let tracked = track(&two.blind, &settings, &[0], None, &mut Models::default(), &NoProgress)?;
             let seconds = tracked.record.map_or(0.0, |record| record.timing.seconds);
@@ -320,9 +294,9 @@ fn tracking_memory(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
     let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
     let degrees = staged.start.body.degrees_of_freedom.len() as f64;
     let trackers = file.scenario.trackers();
-    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.kind().filter());
-    let particles = filters.clone().map(|filter| filter.particles).max().unwrap_or(0) as f64;
-    let layers = filters.map(|filter| filter.layers).max().unwrap_or(0) as f64;
+    let searches = trackers.iter().filter_map(|(_, tracker)| tracker.kind().search);
+    let particles = searches.clone().map(|search| search.filter.particles).max().unwrap_or(0) as f64;
+    let layers = searches.map(|search| search.filter.layers).max().unwrap_or(0) as f64;
     let views = 4.0 * pixels(staged).sum::<f64>();
     let kept = frames * (8.0 * degrees + 56.0 * layers + 16.0 * METRICS + 15.0 * 32.0);
     let table = frames * CSV_COLUMNS * CSV_BYTES;
@@ -336,7 +310,7 @@ fn run_bytes(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
         |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;
     let poses = 8.0 * frames * (seeds * numbers(&staged.start.body) + numbers(&staged.ground_truth.actor));
     let of_tracker = |tracker: &TrackerSettings| {
-        let layers = tracker.kind().filter().map_or(0.0, |filter| filter.layers as f64);
+        let layers = tracker.kind().search.map_or(0.0, |search| search.filter.layers as f64);
         let search = 8.0 * frames * seeds * (2.0 + 6.0 * layers);
         poses + search + frames * seeds * (CSV_COLUMNS + layers) * CSV_BYTES + PAGE_BYTES
     };

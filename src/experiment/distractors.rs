@@ -6,8 +6,8 @@ use super::retargeted_motion::{Recordings, RetargetedMotion};
 use super::robots::{RobotChoice, robot};
 use super::skins::dressed;
 use super::{ExperimentError, error::scenario_error};
-use crate::body::Humanoid;
-use crate::scenario::{DistractorSettings, MotionSettings, ScenarioFile, SkinBlending};
+use crate::body::{Blending, Humanoid};
+use crate::scenario::{DistractorSettings, MotionSettings, ScenarioFile};
 use crate::scene::Distractor;
 
 /// The other people of a scene.
@@ -67,7 +67,7 @@ fn passer_by(
     let frames_per_second = file.scenario.motion.frames_per_second;
     let motion = MotionSettings { frames_per_second, ..settings.motion.clone() };
     let key = format!("{table}.robot");
-    let (template, skin_notes) = dressed(file, table, template, settings.skin.as_ref(), SkinBlending::Linear)?;
+    let (template, skin_notes) = dressed(file, table, template, settings.skin.as_ref(), Blending::Linear)?;
     let recordings = Recordings::load(&alone, &format!("{table}.motion"), &motion, mocap_directory)?;
     let RetargetedMotion { retargeted, .. } = recordings.performed_by(&alone, (&key, &settings.robot), &template)?;
     let poses = retargeted.motion.poses;

@@ -4,12 +4,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::benchmark_set::SetError;
-use crate::body::{SkinError, UrdfError};
+use crate::body::{SkinError, TooFewFrames, UrdfError};
 use crate::contact::ContactError;
 use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
 use crate::input::{self, plain};
 use crate::mocap::MocapError;
-use crate::motion_model::MotionModelError;
+use crate::motion_model::SettingError;
 use crate::motion_model::gpdm_graph::GraphError;
 use crate::npz::NpzError;
 use crate::physics::PhysicsError;
@@ -17,7 +17,7 @@ use crate::report::ReportError;
 use crate::retarget::RetargetError;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
-use crate::tracker::{CalibrationError, SettingError, TrackError};
+use crate::tracker::{CalibrationError, TrackError};
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -49,12 +49,12 @@ pub enum ExperimentError {
     /// A set cannot be read or made.
     #[error(transparent)]
     Set(SetError),
-    /// A tracker's setting is invalid.
+    /// A setting of a tracker or motion model is invalid.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A motion model cannot be made.
+    /// A training motion is too short to measure differences between frames.
     #[error(transparent)]
-    MotionModel(#[from] MotionModelError),
+    TooFewFrames(#[from] TooFewFrames),
     /// A motion model cannot be learned.
     #[error(transparent)]
     Learning(#[from] GraphError),
@@ -349,7 +349,7 @@ impl ExperimentError {
             Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
             Self::Contact(_) | Self::Physics(_) => false,
-            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
+            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::TooFewFrames(_) => false,
             Self::Learning(_)
             | Self::NoTraining
             | Self::Track(_)

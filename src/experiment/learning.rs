@@ -12,7 +12,7 @@ use crate::input::AllowedFolders;
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
-use crate::scenario::{LatentKind, LatentTrackerSettings, RootMode, ScenarioFile, TrackerSettings};
+use crate::scenario::{LearnedMotion, ScenarioFile, TrackerSettings};
 
 /// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
 const FAR_START: f64 = 0.25;
@@ -166,9 +166,11 @@ impl Models {
         rate: f64,
         progress: &dyn Progress,
     ) -> Result<(), ExperimentError> {
-        match tracker.kind().model_file().zip(tracker.kind().learning()) {
-            Some((name, learning)) => self.of_file(name, learning.kind(), body, rate, progress).map(|_| ()),
-            None => Ok(()),
+        match tracker.kind().learned {
+            Some(LearnedMotion { model_file: Some(name), learning, .. }) => {
+                self.of_file(name, learning.kind(), body, rate, progress).map(|_| ())
+            }
+            _ => Ok(()),
         }
     }
 
@@ -178,27 +180,25 @@ impl Models {
     /// # Errors
     /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be
     /// given away.
-    pub(super) fn latent<T: LatentKind>(
+    pub(super) fn latent(
         &mut self,
-        settings: &LatentTrackerSettings<T>,
+        settings: &LearnedMotion<'_>,
         set: &BlindSet,
         truth: Option<&Motion>,
         progress: &dyn Progress,
     ) -> Result<LatentModel, ExperimentError> {
-        let (body, learning) = (&set.start.body, settings.model.learning());
-        let graph = match &settings.model_file {
+        let (body, learning) = (&set.start.body, &settings.learning);
+        let graph = match settings.model_file {
             Some(name) => self.of_file(name, learning.kind(), body, set.frames_per_second, progress)?,
-            None => self.learn(&learning, body, &set.start.training, progress)?,
+            None => self.learn(learning, body, &set.start.training, progress)?,
         };
-        let model = LatentModel::new(body.clone(), graph, settings.latent())?;
+        let model = LatentModel::new(body.clone(), graph, settings.latent)?;
         self.tell_far_start(model.start_distance(&set.start.pose), progress);
-        Ok(match settings.root {
-            RootMode::Tracked => model,
-            RootMode::Oracle => {
-                let truth = truth.ok_or(ExperimentError::OracleNeedsTruth)?;
-                model.with_given_roots(truth.poses.iter().map(|pose| pose.world_from_root).collect())
-            }
-        })
+        if !settings.is_given_roots {
+            return Ok(model);
+        }
+        let truth = truth.ok_or(ExperimentError::OracleNeedsTruth)?;
+        Ok(model.with_given_roots(truth.poses.iter().map(|pose| pose.world_from_root).collect()))
     }
 
     /// Says once that particles start from the nearest training poses because the start pose is far from all of them.

@@ -20,7 +20,7 @@ use crate::evaluation::{
 use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
 use crate::report::FootStances;
-use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood, SilhouetteSettings};
+use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Measures of a run: every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
@@ -275,13 +275,13 @@ fn truth_energy(
     body: &Humanoid,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let settings = tracked.record.as_ref().and_then(|record| record.tracker.kind().likelihood());
-    let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
-    let likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, settings)?;
-    match tracked.record.as_ref().and_then(|record| record.tracker.kind().plausibility()) {
-        None => energies_of(refitted, likelihood, set),
-        Some(plausibility) => energies_of(refitted, PlausibleLikelihood::new(likelihood, plausibility)?, set),
+    let search = tracked.record.as_ref().and_then(|record| record.tracker.kind().search);
+    let (Some(search), Some(refitted)) = (search, refitted) else { return Ok(Vec::new()) };
+    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?;
+    if let Some(plausibility) = search.plausibility {
+        likelihood = likelihood.with_plausibility(plausibility)?;
     }
+    energies_of(refitted, likelihood, set)
 }
 
 /// The energy that skiagraph's silhouette likelihood, with its default settings and the set's body, gives the truth
@@ -321,7 +321,7 @@ fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, Experiment
 
 fn energies_of(
     motion: &Motion,
-    mut likelihood: impl Likelihood,
+    mut likelihood: SilhouetteLikelihood,
     set: &BlindSet,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
     let mut scratch = likelihood.scratch();

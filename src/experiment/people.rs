@@ -9,7 +9,7 @@ use crate::body::{BodyShape, Humanoid, Person, Sex, VARIED_GIRTHS, VARIED_LENGTH
 use crate::editing::carried_over;
 use crate::retarget::{Physique, Retargeted, physique_shape};
 use crate::rng::KeyedSeed;
-use crate::scenario::{PopulationName, ScenarioFile, SexName, ShapeSettings};
+use crate::scenario::{PopulationName, ScenarioFile, ShapeSettings};
 
 /// Whom a draw is for: the same seed draws another person for the tracker than for the actor.
 #[derive(Clone, Copy, Debug)]
@@ -87,27 +87,20 @@ fn drawn(settings: &ShapeSettings, seed: KeyedSeed, whose: DrawnFor, stature_m: 
         Some(PopulationName::Men) => Some(Sex::Male),
         Some(PopulationName::Adults | PopulationName::Children) | None => None,
     };
-    let sex = by_population.or(settings.sex.map(sex));
+    let sex = by_population.or(settings.sex);
     match settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
         true => Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m),
         false => Person::drawn(seed, whose as u64, sex, stature_m),
     }
 }
 
-fn sex(name: SexName) -> Sex {
-    match name {
-        SexName::Female => Sex::Female,
-        SexName::Male => Sex::Male,
-    }
-}
-
 /// What is drawn, with what is said in its place.
 fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) -> Physique {
     let mut physique = person.map(Physique::from).unwrap_or_default();
-    if let (None, Some(name)) = (person, settings.sex) {
+    if let (None, Some(sex)) = (person, settings.sex) {
         // girths of that sex at the same mass
         let (lengths, girths) = ([1.0; 9], [1.0; 8]);
-        let even = Person { sex: sex(name), age_years: None, stature_m: 1.0, mass_kg, lengths, girths };
+        let even = Person { sex, age_years: None, stature_m: 1.0, mass_kg, lengths, girths };
         physique.girths = Some(even.of_its_sex().girths);
         physique.mass_kg = Some(mass_kg);
     }

@@ -290,7 +290,7 @@ pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
             }
             None => "poses of another program".to_owned(),
         },
-        Some(settings) => settings.kind().in_words(),
+        Some(settings) => settings.kind().describe(),
     }
 }
 

@@ -11,9 +11,7 @@ use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
 use crate::contact::Pace;
-use crate::editing::{
-    EditError, JoinSettings, Joined, Seam, Take, Variation, along_path, carried_over, joined, repeated, varied,
-};
+use crate::editing::{EditError, Joined, Seam, Take, along_path, carried_over, joined, repeated, varied};
 use crate::retarget::Retargeted;
 use crate::scenario::{MotionSettings, ScenarioFile};
 
@@ -86,7 +84,7 @@ impl<'a> Recordings<'a> {
             };
             let mut take = Take { name: recording.clip.name.clone(), motion };
             if let Some(duration) = settings.loop_to_s.filter(|_| !recording.was_cyclic) {
-                let longer = repeated(body, &take, duration, &self.join());
+                let longer = repeated(body, &take, duration, &self.settings.join);
                 let longer = longer.map_err(|error| not_repeated(file, table, settings, &error))?;
                 take.motion = longer.motion;
                 seams.resize(takes.len(), Vec::new());
@@ -101,7 +99,7 @@ impl<'a> Recordings<'a> {
         let Some(retargeted) = first else {
             return Err(scenario_error(file, &self.table, "expected a recording, found none".to_owned()));
         };
-        let made = joined(&retargeted.humanoid, &takes, &self.join()).map_err(|error| {
+        let made = joined(&retargeted.humanoid, &takes, &self.settings.join).map_err(|error| {
             let index = match &error {
                 EditError::Apart { index, .. } | EditError::Short { index, .. } => *index,
                 _ => 0,
@@ -130,14 +128,8 @@ impl<'a> Recordings<'a> {
     ) -> Result<RetargetedMotion, ExperimentError> {
         let settings = self.settings;
         let RetargetedMotion { mut retargeted, mut pace, .. } = performance;
-        if let Some(v) = &settings.variation {
-            let variation = Variation {
-                seed: u64::from(v.seed),
-                tempo: v.tempo_percent / 100.0,
-                amplitude: v.amplitude_percent / 100.0,
-                posture: v.posture_deg.to_radians(),
-            };
-            let varied = varied(&retargeted.humanoid, &made.motion, &variation);
+        if let Some(variation) = &settings.variation {
+            let varied = varied(&retargeted.humanoid, &made.motion, variation);
             for seam in &mut made.seams {
                 let frames = varied.frames_of(seam.first, seam.end);
                 (seam.first, seam.end) = (frames.start, frames.end);
@@ -170,11 +162,6 @@ impl<'a> Recordings<'a> {
         retargeted.motion = made.motion;
         retargeted.report.notes.extend(made.seams.iter().map(in_words));
         Ok(RetargetedMotion { retargeted, seams: made.seams, pace })
-    }
-
-    fn join(&self) -> JoinSettings {
-        let keys = &self.settings.join;
-        JoinSettings { blend_s: keys.blend_s, within_m: keys.within_mm / 1000.0 }
     }
 }
 

@@ -86,7 +86,7 @@ pub(super) fn stored_methods(run: &Path) -> Result<StoredMethods, ExperimentErro
         }
         let errors = stored_columns(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
         let PicturedMethod { tracker, given_roots, frozen, summary } = method;
-        let knows_truth = given_roots || TrackerSettings::named(&tracker).is_ok_and(|known| known.kind().needs_truth());
+        let knows_truth = given_roots || TrackerSettings::named(&tracker).is_ok_and(|known| known.kind().needs_truth);
         methods.push(ComparedMethod { name, tracker, knows_truth, summary, frozen, errors });
     }
     let PicturedComparison { scenario: title, frames, matched, .. } = stored;

@@ -18,18 +18,16 @@ use super::{ExperimentError, training};
 use crate::benchmark_set::{
     AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
 };
-use crate::body::{BodyShape, Humanoid, Markers, Motion};
+use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};
 use crate::contact::{Pace, check_feet};
-use crate::editing::Seam;
-use crate::motion_model::MotionModelError;
+use crate::editing::{Seam, Variation};
 use crate::observation::{Corruption, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending,
-    VariationSettings, did_you_mean,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -82,7 +80,7 @@ impl PreparedScene {
             dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
         check_surface(file, "actor.robot", &actor_template)?;
         let (tracker_template, notes_of_tracker) =
-            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
+            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
         let RetargetedMotion { retargeted: mut performed, seams, pace } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
@@ -92,10 +90,7 @@ impl PreparedScene {
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
-            None if same_robot => (
-                Training::Spread(StepSpread::of_motion(&body, &performed.motion).map_err(MotionModelError::from)?),
-                Vec::new(),
-            ),
+            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &performed.motion)?), Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let RetargetedMotion { retargeted: mut own, pace, .. } =
@@ -103,10 +98,7 @@ impl PreparedScene {
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
-                (
-                    Training::Spread(StepSpread::of_motion(&body, &own.motion).map_err(MotionModelError::from)?),
-                    Vec::new(),
-                )
+                (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
             }
         };
         let rig = rig(file, &performed.motion)?;
@@ -328,7 +320,7 @@ fn edits_in_words(motion: &MotionSettings) -> String {
         words += &format!(", then {}", take.clip);
     }
     if let Some(v) = &motion.variation {
-        let VariationSettings { seed, tempo_percent, amplitude_percent, posture_deg } = v;
+        let Variation { seed, tempo_percent, amplitude_percent, posture_deg } = v;
         words += &format!(
             ", varied (seed {seed}: tempo {tempo_percent} %, amplitude {amplitude_percent} %, posture {posture_deg} \
              degrees)"

@@ -7,8 +7,9 @@
 //! | `layers` | (S, T, L, 6) | one row an annealing layer, columns `layer_columns` |
 //! | `occupancy` | (S, T, K, 3) | one row a motion model, columns `occupancy_columns`; K = 0 without such models |
 
+use crate::motion_model::ModelOccupancy;
 use crate::npz::{Array, Npz, Values};
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::tracker::LayerRecord;
 
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];

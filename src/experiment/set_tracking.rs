@@ -62,7 +62,7 @@ pub fn track_set_calibrating(
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let other = MadeBy::track(&blind, settings, seeds).difference_at(to.path);
     let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
-    let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
+    let truth = if settings.kind().needs_truth { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
     let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
     let (tracked, unfinished) = match seeds {

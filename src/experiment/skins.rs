@@ -7,7 +7,7 @@ use super::error::scenario_error;
 use crate::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinError, SkinMesh, read_skin_allowing, shipped_skin};
 use crate::input::{AllowedFolders, excerpt};
 use crate::retarget::with_skin;
-use crate::scenario::{ScenarioError, ScenarioFile, SkinBlending};
+use crate::scenario::{ScenarioError, ScenarioFile};
 use std::sync::Arc;
 
 /// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones;
@@ -20,7 +20,7 @@ pub(super) fn dressed(
     table: &str,
     robot: Humanoid,
     skin: Option<&String>,
-    blending: SkinBlending,
+    blending: Blending,
 ) -> Result<(Humanoid, Vec<String>), ExperimentError> {
     let Some(name) = skin else { return Ok((robot, Vec::new())) };
     let unusable = |error: SkinError| scenario_error(file, &format!("{table}.skin"), error.to_string());
@@ -29,8 +29,8 @@ pub(super) fn dressed(
     }
     let mesh = skin_named(&file.folder, Path::new(name), &file.allowed).map_err(unusable)?;
     let mut body = with_skin(&robot, &mesh).map_err(unusable)?;
-    if blending == SkinBlending::DualQuaternion {
-        body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(Blending::DualQuaternion)));
+    if blending == Blending::DualQuaternion {
+        body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(blending)));
     }
     let of_fit = body.notes.split_off(robot.notes.len());
     let notes: Vec<String> =

@@ -7,11 +7,10 @@ use super::progress::{Progress, Stage};
 use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
-use crate::motion_model::{Diffusion, MotionModel, MotionModelError, Prediction, ProposalScales};
-use crate::scenario::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, TrackerSettings};
+use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
+use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, Frozen, Likelihood, Partition, PlausibleLikelihood, Refinement,
-    SilhouetteLikelihood, Tracker,
+    AnnealedParticleFilter, BodyCalibration, Frozen, Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
 
 /// What a tracker may be built from.
@@ -54,11 +53,12 @@ impl TrackerFactory<'_> {
             ));
             return Ok(Vec::new());
         };
+        let likelihood = filter.search().likelihood;
         let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
         self.progress.begin(Stage::Calibrate, frames * seeds.len());
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
-            let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.progress)?;
+            let found = calibrating::calibrated(self.set, likelihood, tracker.as_mut(), self.progress)?;
             self.progress.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
             calibrations.push(found);
         }
@@ -73,86 +73,79 @@ impl TrackerFactory<'_> {
         beginning: &Beginning,
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let (body, training) = (&beginning.body, &self.set.start.training);
         let truth = || self.truth.ok_or(ExperimentError::OracleNeedsTruth);
-        Ok(match settings {
-            TrackerSettings::AnnealedParticleFilter(s) => {
-                let scales = match (training, s.prediction) {
-                    (Training::Motions(t), prediction) => {
-                        ProposalScales::from_motions(body, &t.motions, prediction).map_err(MotionModelError::from)?
-                    }
-                    (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
-                    (Training::Spread(t), Prediction::ConstantVelocity) => {
-                        ProposalScales::from_root_mean_squares(&t.change_of_change)
-                    }
-                };
-                let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
-                let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
-                if s.refinement().is_some() {
-                    likelihood = likelihood.with_descent();
-                }
-                if beginning.is_calibrated {
-                    likelihood = likelihood.with_light_extremities();
-                }
-                let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
-                let refinement =
-                    s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
-                match s.plausibility {
-                    None => filter(s, model, likelihood, seed, refinement)?,
-                    Some(plausibility) => {
-                        let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
-                        filter(s, model, likelihood, seed, refinement)?
-                    }
-                }
-            }
-            TrackerSettings::Gpdm(s) => self.latent(s, models, seed)?,
-            TrackerSettings::SwitchingGpdm(s) => self.latent(s, models, seed)?,
-            TrackerSettings::GpdmGraph(s) => self.latent(s, models, seed)?,
-            TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
-            TrackerSettings::NearestTrainingPose(_) => match training {
-                Training::Motions(t) => Box::new(NearestTrainingPose::new(body, &t.motions, truth()?)),
-                Training::Spread(_) => return Err(ExperimentError::NoTraining),
+        match settings {
+            TrackerSettings::AnnealedParticleFilter(s) => self.annealed(s, beginning, seed),
+            TrackerSettings::Gpdm(s) => self.latent(&s.learned(), &s.search(), models, seed),
+            TrackerSettings::SwitchingGpdm(s) => self.latent(&s.learned(), &s.search(), models, seed),
+            TrackerSettings::GpdmGraph(s) => self.latent(&s.learned(), &s.search(), models, seed),
+            TrackerSettings::Frozen(_) => Ok(Box::new(Frozen::default())),
+            TrackerSettings::NearestTrainingPose(_) => match &self.set.start.training {
+                Training::Motions(t) => Ok(Box::new(NearestTrainingPose::new(&beginning.body, &t.motions, truth()?))),
+                Training::Spread(_) => Err(ExperimentError::NoTraining),
             },
-            TrackerSettings::Oracle(s) => Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed)),
-        })
+            TrackerSettings::Oracle(s) => Ok(Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed))),
+        }
     }
 
-    fn latent<T: LatentKind>(
+    fn annealed(
         &self,
-        settings: &LatentTrackerSettings<T>,
+        settings: &AnnealedParticleFilterSettings,
+        beginning: &Beginning,
+        seed: u64,
+    ) -> Result<Box<dyn Tracker>, ExperimentError> {
+        let (body, training, search) = (&beginning.body, &self.set.start.training, settings.search());
+        let scales = match (training, settings.prediction) {
+            (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
+            (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
+            (Training::Spread(t), Prediction::ConstantVelocity) => {
+                ProposalScales::from_root_mean_squares(&t.change_of_change)
+            }
+        };
+        let diffusion = DiffusionSettings { prediction: settings.prediction, scale: settings.proposal_scale };
+        let model = Diffusion::new(body.clone(), &scales, &diffusion)?;
+        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?;
+        if search.refinement.is_some() {
+            likelihood = likelihood.with_descent();
+        }
+        if beginning.is_calibrated {
+            likelihood = likelihood.with_light_extremities();
+        }
+        let refinement = search.refinement.map(|settings| {
+            let seen = training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
+            Refinement::new(settings, body, seen, seed)
+        });
+        let refinement = refinement.transpose()?;
+        if let Some(plausibility) = search.plausibility {
+            likelihood = likelihood.with_plausibility(plausibility)?;
+        }
+        let mut filter = AnnealedParticleFilter::new(search.filter, model, likelihood, seed)?;
+        if settings.partitioned {
+            filter = filter.with_partition(Partition::of_body(body))?;
+        }
+        if let Some(refinement) = refinement {
+            filter = filter.with_refinement(refinement)?;
+        }
+        Ok(Box::new(filter))
+    }
+
+    fn latent(
+        &self,
+        learned: &LearnedMotion<'_>,
+        search: &SearchSettings,
         models: &mut Models,
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let model = models.latent(settings, self.set, self.truth, self.progress)?;
         let body = &self.set.start.body;
-        let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, settings.likelihood())?;
-        match settings.refinement() {
-            None => Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?)),
-            Some(refinement) => {
-                let refinement = Refinement::new(refinement, body, Vec::new(), seed)?;
-                let (model, likelihood) = (model.with_descent(), likelihood.with_descent());
-                let filter = AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?;
-                Ok(Box::new(filter.with_refinement(refinement)?))
-            }
+        let mut model = models.latent(learned, self.set, self.truth, self.progress)?;
+        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?;
+        if search.refinement.is_some() {
+            (model, likelihood) = (model.with_descent(), likelihood.with_descent());
         }
+        let mut filter = AnnealedParticleFilter::new(search.filter, model, likelihood, seed)?;
+        if let Some(settings) = search.refinement {
+            filter = filter.with_refinement(Refinement::new(settings, body, Vec::new(), seed)?)?;
+        }
+        Ok(Box::new(filter))
     }
-}
-
-/// A filter, in parts and with refinement where that is asked for.
-fn filter<L: Likelihood + 'static>(
-    settings: &AnnealedParticleFilterSettings,
-    model: Diffusion,
-    likelihood: L,
-    seed: u64,
-    refinement: Option<Refinement>,
-) -> Result<Box<dyn Tracker>, ExperimentError> {
-    let partition = settings.partitioned.then(|| Partition::of_body(model.body()));
-    let mut filter = AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?;
-    if let Some(partition) = partition {
-        filter = filter.with_partition(partition)?;
-    }
-    Ok(match refinement {
-        None => Box::new(filter),
-        Some(refinement) => Box::new(filter.with_refinement(refinement)?),
-    })
 }

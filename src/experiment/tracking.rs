@@ -183,7 +183,7 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
     let kind = settings.kind();
     match kind.model_file() {
         Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect(),
-        None if kind.training() == TrainingUse::Unused => Vec::new(),
+        None if kind.training == TrainingUse::Unused => Vec::new(),
         None => set.start.training.in_words(),
     }
 }

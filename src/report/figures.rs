@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use crate::body::LANDMARKS;
 use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean, quantile};
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::motion_model::ModelOccupancy;
+use crate::tracker::LayerRecord;
 
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};

@@ -7,9 +7,10 @@ use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
 use crate::evaluation::{
     Energies, Evaluation, RootRotations, SeedRun, Sequence, Views, evaluate, intersection_over_union, summarise,
 };
+use crate::motion_model::ModelOccupancy;
 use crate::raster::Mask;
 use crate::test_figure::{standing, translated};
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::tracker::LayerRecord;
 
 use super::overlay::marker_bones;
 use super::{

@@ -3,8 +3,9 @@
 use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, SeedRun, Summary};
+use crate::motion_model::ModelOccupancy;
 use crate::raster::Mask;
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::tracker::LayerRecord;
 
 use super::Playback;
 

@@ -1,21 +1,25 @@
-//! `[actor]` and `[tracker_body]`: the body that cameras see and the body that the tracker uses.
+//! `[actor]`, `[tracker_body]` and `[[distractor]]`: the body that cameras see, the one that the tracker uses, and
+//! other people.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{MotionSettings, is_default};
+use crate::body::{Blending, Sex};
+
 /// The body that the cameras see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
-    /// to the recorded subject. Default: `actor`.
+    /// to the recorded subject.
     pub robot: String,
     /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`,
     /// capsules from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and
     /// inertias are the file's. Default: `"urdf"`.
-    #[serde(skip_serializing_if = "SolidsSource::is_urdf")]
+    #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
     /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
@@ -26,12 +30,12 @@ pub struct ActorSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSettings>,
     /// How the transforms of several links are blended. Default: `"linear"`.
-    #[serde(skip_serializing_if = "SkinBlending::is_linear")]
-    pub skin_blending: SkinBlending,
+    #[serde(skip_serializing_if = "is_default")]
+    pub skin_blending: Blending,
     /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
     /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
     /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
-    /// the ground truth. Default: `"off"`.
+    /// the ground truth.
     pub contact: ContactMode,
     /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -43,6 +47,31 @@ pub struct ActorSettings {
     /// A push on a simulated body. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push: Option<PushSettings>,
+}
+
+/// Somebody besides the actor: cameras see them, silhouettes and images show them too, and they hide the actor. Nothing
+/// of them is estimated, and contacts with them are not considered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DistractorSettings {
+    /// Name, for people. Default: `distractor00` and so on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario.
+    #[serde(default = "actor")]
+    pub robot: String,
+    /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub solids: SolidsSource,
+    /// Their surface, as of the actor. Default: the robot's solids.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin: Option<String>,
+    /// What they do, with the keys of `[motion]`, at the rate of `[motion]`. After it they stand still.
+    pub motion: MotionSettings,
+}
+
+fn actor() -> String {
+    "actor".to_owned()
 }
 
 /// What is drawn of a robot.
@@ -57,10 +86,6 @@ pub enum SolidsSource {
 }
 
 impl SolidsSource {
-    pub(super) fn is_urdf(&self) -> bool {
-        *self == Self::Urdf
-    }
-
     /// As it is written in scenarios.
     pub fn name(self) -> &'static str {
         match self {
@@ -86,7 +111,7 @@ pub struct ShapeSettings {
     pub age_years: Option<f64>,
     /// Of that sex: people are drawn of it, and girths are as its segments' masses. Default: drawn, or as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub sex: Option<SexName>,
+    pub sex: Option<Sex>,
     /// From sole to crown, metres. Default: drawn, or as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
@@ -117,16 +142,6 @@ pub enum PopulationName {
     Children,
 }
 
-/// A sex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SexName {
-    /// Women.
-    Female,
-    /// Men.
-    Male,
-}
-
 /// A push: a constant force for 0.1 s at a link's centre of mass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -137,31 +152,13 @@ pub struct PushSettings {
     pub link: String,
     /// Force times time, N s.
     pub impulse_ns: f64,
-    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector. Default: `[0, 1,
-    /// 0]`.
+    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector.
     #[serde(default = "sideways")]
     pub direction: [f64; 3],
 }
 
 fn sideways() -> [f64; 3] {
     [0.0, 1.0, 0.0]
-}
-
-/// How a skin blends the transforms of several links.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SkinBlending {
-    /// The mean of transformed points: joints collapse when they bend or twist far.
-    #[default]
-    Linear,
-    /// Dual quaternions: no collapse.
-    DualQuaternion,
-}
-
-impl SkinBlending {
-    pub(super) fn is_linear(&self) -> bool {
-        *self == Self::Linear
-    }
 }
 
 /// Treatment of ground contact.
@@ -186,30 +183,29 @@ pub enum ContactMode {
 pub struct TrackerBodySettings {
     /// `tracker25` (rigid trunk, no wrists or ankles), `tracker40` (a spine that bends, clavicles, wrists and ankles),
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
-    /// before the mismatch. Default: `tracker25`.
+    /// before the mismatch.
     pub robot: String,
     /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
-    #[serde(skip_serializing_if = "SolidsSource::is_urdf")]
+    #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
     /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's
-    /// stature) or `{ percent = { length = 3.0, girth = 10.0 } }`.
-    /// Default: `"standard"`.
+    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's stature) or
+    /// `{ percent = { length = 3.0, girth = 10.0 } }`.
     pub mismatch: Mismatch,
-    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
+    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body.
     pub seed: u32,
     /// What the mismatch is drawn by: `"seed"`, the same factors for all subjects; or `"subject"`, others for every
     /// subject, known by the lengths of his limbs, and for every `observation.key`. Default: `"seed"`.
-    #[serde(skip_serializing_if = "MismatchBy::is_seed")]
+    #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
     /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
     /// all radii (or of the skin, which follows) are solved together with the poses of the first 20 frames, a
     /// fifteenth of a second apart, on the outlines that the cameras saw, seed by seed. A gate decides whether the
     /// body that was found is kept; the run says what was decided and found. For the annealed particle filter; other
     /// trackers keep the body as it is. Default: false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "is_default")]
     pub calibrate: bool,
 }
 
@@ -246,12 +242,6 @@ pub enum MismatchBy {
     Subject,
 }
 
-impl MismatchBy {
-    fn is_seed(&self) -> bool {
-        *self == Self::Seed
-    }
-}
-
 impl Mismatch {
     /// Greatest error of lengths and of girths, %, or none.
     pub fn percents(self) -> Option<(f64, f64)> {
@@ -266,11 +256,11 @@ impl Mismatch {
 impl Default for ActorSettings {
     fn default() -> Self {
         Self {
-            robot: "actor".to_owned(),
+            robot: actor(),
             solids: SolidsSource::Urdf,
             skin: None,
             shape: None,
-            skin_blending: SkinBlending::Linear,
+            skin_blending: Blending::Linear,
             contact: ContactMode::Off,
             friction: None,
             root_wrench: None,

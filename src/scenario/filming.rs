@@ -59,10 +59,10 @@ pub struct CameraTimingSettings {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames_per_second: Option<f64>,
     /// How much later than its frame an image is taken, milliseconds; below 0 for earlier. Before the first frame and
-    /// after the last everybody stands still. Default: 0.
+    /// after the last everybody stands still.
     #[serde(default)]
     pub offset_ms: f64,
-    /// Delay of every row after the row above it, microseconds: a rolling shutter. Default: 0.
+    /// Delay of every row after the row above it, microseconds: a rolling shutter.
     #[serde(default)]
     pub line_delay_us: f64,
 }

@@ -4,6 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::gpdm::TrainingOptions;
 use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
@@ -37,50 +38,49 @@ pub struct LatentTrackerSettings<T> {
     pub model_file: Option<String>,
     /// Particles. Default: 1000, as in [GPDM graph].
     pub particles: usize,
-    /// Annealing layers; 1 is the plain particle filter of [GPDM graph]. Default: 1.
+    /// Annealing layers; 1 is the plain particle filter of [GPDM graph].
     pub layers: usize,
-    /// Effective share of the particles after weighting, in (0, 1]. Default: 0.1.
+    /// Effective share of the particles after weighting, in (0, 1].
     pub survival_rate: f64,
     /// Source of the root: `"tracked"` (estimated by the tracker) or `"oracle"` (the tracker is given the true root of
-    /// every frame, to separate articulated from global error; every report says so). Default: `"tracked"`.
+    /// every frame, to separate articulated from global error; every report says so).
     pub root: RootMode,
-    /// Least standard deviation of the process noise, as a share of the latents' spread. Default: 0.03.
+    /// Least standard deviation of the process noise, as a share of the latents' spread.
     pub noise_floor: f64,
     /// Standard deviation of the initial latents around their training points, as a share of the latents' spread.
-    /// Default: 0.1.
     pub start_jitter: f64,
     /// Spread of particles off the latent manifold, as a multiple of the distance between training frames and the most
-    /// similar frames at other times; 0 keeps them on it, as in [GPDM graph]. Default: 1.
+    /// similar frames at other times; 0 keeps them on it, as in [GPDM graph].
     pub residual_scale: f64,
-    /// Time constant with which such offsets decay, seconds. Default: 0.25.
+    /// Time constant with which such offsets decay, seconds.
     pub residual_s: f64,
     /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
     /// Default: 5, chosen on CMU takes other than those of `scenarios/monocular`.
     pub root_noise_scale: f64,
     /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
     /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's
-    /// velocities only). [GPDM graph] does not specify it. Default: `"planted"`.
+    /// velocities only). [GPDM graph] does not specify it.
     pub root_motion: RootMotion,
     /// Whether particles at the end of a model continue in the next model of the recording, and at the recording's end
-    /// at the training frame with the most similar motion, if it is near enough for a jump. Default: true.
+    /// at the training frame with the most similar motion, if it is near enough for a jump.
     pub natural_edges: bool,
     /// How particles are distributed among the training poses similar to the start pose: `"softmax"` or `"literal"`
-    /// ([GPDM graph], Eqs. 12 to 14). Default: `"softmax"`.
+    /// ([GPDM graph], Eqs. 12 to 14).
     pub initialisation: Initialisation,
-    /// As for the annealed particle filter. Default: `"overlap"`.
+    /// As for the annealed particle filter.
     pub silhouette: SilhouetteTerm,
-    /// As for the annealed particle filter. Default: `"one_sided"`.
+    /// As for the annealed particle filter.
     pub contour: ContourTerm,
-    /// As for the annealed particle filter. Default: 0.5.
+    /// As for the annealed particle filter.
     pub contour_weight: f64,
     /// As for the annealed particle filter. Default: 1/24.
     pub contour_reach: f64,
     /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
-    /// it. Default: 0.
+    /// it.
     pub limb_side_weight: f64,
-    /// As for the annealed particle filter; only for several layers. Default: `"geometric"`.
+    /// As for the annealed particle filter; only for several layers.
     pub kernel: Kernel,
-    /// As for the annealed particle filter. Default: `"weighted_mean"`.
+    /// As for the annealed particle filter.
     pub estimator: Estimator,
     /// Descent of the estimate on the silhouettes' outlines after the last layer, within what the model expects; `{}`
     /// for the default settings. [GPDM graph] does not have it. Default: none.
@@ -92,9 +92,9 @@ pub struct LatentTrackerSettings<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LatentRefinementSettings {
-    /// Gauss-Newton steps of every descent. Default: 6.
+    /// Gauss-Newton steps of every descent.
     pub iterations: usize,
-    /// Share of the particles that goes on from the refined state, in [0, 1]. Default: 0.5.
+    /// Share of the particles that goes on from the refined state, in [0, 1].
     pub share: f64,
 }
 
@@ -122,7 +122,7 @@ pub enum RootMode {
 pub struct GpdmSettings {
     /// Whether one model is learned of all training clips together, which then share a latent space. Not with
     /// `model_file`. Default: false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "super::is_default")]
     pub joint: bool,
     /// How the model is learned.
     pub training: TrainingOptions,
@@ -132,9 +132,9 @@ pub struct GpdmSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SwitchingGpdmSettings {
-    /// Probability of leaving a model in one frame. Default: 0.05.
+    /// Probability of leaving a model in one frame.
     pub probability: f64,
-    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds.
     pub clip_s: f64,
     /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
     /// 1/13.
@@ -147,59 +147,79 @@ pub struct SwitchingGpdmSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GpdmGraphSettings {
-    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds.
     pub clip_s: f64,
     /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
     /// 1/13.
     pub threshold_per_joint: f64,
     /// Detector of frames at which particles may jump to another model: `"short_term_pca"`, `"speed_minima"` or
-    /// `"every_frame"`. Default: `"short_term_pca"`.
+    /// `"every_frame"`.
     pub detector: Detector,
     /// Rule for jumps of particles near candidates: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by
-    /// the number of candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
+    /// the number of candidates of their model) or `"literal"`.
     pub jump_rule: JumpRule,
     /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
     pub jump_threshold_per_joint: f64,
     /// Distance at which the probability of a jump is 1/e, per anatomical joint, rad^2; not for `"literal"`. Default:
     /// 0.25/13.
     pub jump_width_per_joint: f64,
-    /// Weight of the squared difference of joint velocities, s^2. Default: 0.02.
+    /// Weight of the squared difference of joint velocities, s^2.
     pub velocity_weight: f64,
     /// How each model is learned.
     pub training: TrainingOptions,
 }
 
 impl<T: LatentKind> LatentTrackerSettings<T> {
-    /// The settings of the filter.
-    pub fn filter(&self) -> FilterSettings {
-        FilterSettings {
-            particles: self.particles,
-            layers: self.layers,
-            survival_rate: self.survival_rate,
-            kernel: self.kernel,
-            estimator: self.estimator,
+    /// What kind of tracker it is.
+    pub(super) fn kind(&self) -> TrackerKind<'_> {
+        TrackerKind {
+            training: if self.model_file.is_none() { TrainingUse::Required } else { TrainingUse::Unused },
+            needs_truth: self.root == RootMode::Oracle,
+            search: Some(self.search()),
+            learned: Some(self.learned()),
+            ..TrackerKind::named(T::NAME)
         }
     }
 
-    /// The settings of the likelihood.
-    pub fn likelihood(&self) -> SilhouetteSettings {
-        SilhouetteSettings {
-            silhouette: self.silhouette,
-            contour: self.contour,
-            contour_weight: self.contour_weight,
-            contour_reach: self.contour_reach,
-            limb_side_weight: self.limb_side_weight,
+    /// How it moves.
+    pub(crate) fn learned(&self) -> LearnedMotion<'_> {
+        LearnedMotion {
+            learning: self.model.learning(),
+            model_file: self.model_file.as_deref(),
+            latent: self.latent(),
+            is_given_roots: self.root == RootMode::Oracle,
         }
     }
 
-    /// What refines the filter's answer. No limbs are drawn: the model would not know such poses.
-    pub fn refinement(&self) -> Option<RefinementSettings> {
-        let LatentRefinementSettings { iterations, share } = self.refinement?;
-        Some(RefinementSettings { iterations, share, limb_every: 0, ..RefinementSettings::default() })
+    /// How it searches. Refinement draws no limbs: the model would not know such poses.
+    pub(crate) fn search(&self) -> SearchSettings {
+        SearchSettings {
+            filter: FilterSettings {
+                particles: self.particles,
+                layers: self.layers,
+                survival_rate: self.survival_rate,
+                kernel: self.kernel,
+                estimator: self.estimator,
+            },
+            likelihood: SilhouetteSettings {
+                silhouette: self.silhouette,
+                contour: self.contour,
+                contour_weight: self.contour_weight,
+                contour_reach: self.contour_reach,
+                limb_side_weight: self.limb_side_weight,
+            },
+            plausibility: None,
+            refinement: self.refinement.map(|LatentRefinementSettings { iterations, share }| RefinementSettings {
+                iterations,
+                share,
+                limb_every: 0,
+                ..RefinementSettings::default()
+            }),
+        }
     }
 
-    /// The settings of the latent motion model.
-    pub fn latent(&self) -> LatentSettings {
+    /// How particles move in the model.
+    pub(super) fn latent(&self) -> LatentSettings {
         LatentSettings {
             transition: self.model.transition(),
             initialisation: self.initialisation,

@@ -2,7 +2,8 @@
 //!
 //! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
 //! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
-//! file, from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
+//! file, from 1. Defaults that are plain values are told by the values themselves. Key by key the file is checked by
+//! type here and by range in `Scenario::first_problem`.
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;
@@ -20,18 +21,13 @@
 //! ```
 
 mod bodies;
-mod camera_file;
 mod complaint;
-mod distractor;
 mod filming;
 pub(crate) mod json_tree;
 mod latent;
-mod methods;
 mod motion;
 mod named_on_command_line;
-mod negative_numbers;
-mod override_keys;
-mod override_value;
+mod overrides;
 mod props;
 mod range_checks;
 mod ranges;
@@ -48,38 +44,34 @@ mod tracker_ranges;
 mod tree;
 
 pub use bodies::{
-    ActorSettings, ContactMode, Mismatch, MismatchBy, PopulationName, PushSettings, SexName, ShapeSettings,
-    SkinBlending, SolidsSource, TrackerBodySettings,
+    ActorSettings, ContactMode, DistractorSettings, Mismatch, MismatchBy, PopulationName, PushSettings, ShapeSettings,
+    SolidsSource, TrackerBodySettings,
 };
-pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Diagnostic, LineSpan};
-pub use distractor::DistractorSettings;
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
-    GpdmGraphSettings, GpdmSettings, LatentKind, LatentRefinementSettings, LatentTrackerSettings, RootMode,
-    SwitchingGpdmSettings,
+    GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode, SwitchingGpdmSettings,
 };
-pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
+pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
-pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
 pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
 pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
-pub use tracker::{
-    AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
-};
-pub use tracker_kind::{TrackerKind, TrainingUse};
+pub use tracker::{AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings};
+pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::benchmark_set::Layer;
 use crate::observation::ObservationSettings;
@@ -95,10 +87,10 @@ pub struct Scenario {
     /// Description in one or two sentences. Default: empty.
     #[serde(default)]
     pub description: String,
-    /// First random seed. Default: 0.
+    /// First random seed.
     #[serde(default)]
     pub seed: u32,
-    /// Number of seeds: `seed`, `seed + 1`, and so on. Default: 1.
+    /// Number of seeds: `seed`, `seed + 1`, and so on.
     #[serde(default = "one")]
     pub seeds: u32,
     /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
@@ -158,9 +150,27 @@ impl Scenario {
         })
     }
 
+    /// What its set is drawn by: all but words, trackers and their seeds.
+    pub(crate) fn of_set(&self) -> Self {
+        Self { description: String::new(), seed: 0, seeds: 1, tracker: None, methods: BTreeMap::new(), ..self.clone() }
+    }
+
+    /// The one tracker of a scenario without methods.
+    pub fn tracker(&self) -> TrackerSettings {
+        self.tracker.clone().unwrap_or_default()
+    }
+
+    /// All trackers, with the names of methods if there are any.
+    pub fn trackers(&self) -> Vec<(&str, TrackerSettings)> {
+        if self.methods.is_empty() {
+            return vec![("tracker", self.tracker())];
+        }
+        self.methods.iter().map(|(name, settings)| (name.as_str(), settings.clone())).collect()
+    }
+
     /// The JSON schema of the format, for editors.
-    pub fn json_schema() -> serde_json::Value {
-        schemars::schema_for!(Self).to_value()
+    pub fn json_schema() -> Value {
+        with_defaults(schemars::schema_for!(Self).to_value())
     }
 }
 
@@ -168,6 +178,68 @@ fn one() -> u32 {
     1
 }
 
-fn is_default(observation: &ObservationSettings) -> bool {
-    *observation == ObservationSettings::default()
+/// A schema whose descriptions end in the defaults of keys that are plain values, where they do not tell them already.
+fn with_defaults(mut part: Value) -> Value {
+    if let Value::Object(table) = &mut part {
+        let default = table.get("default").and_then(plain_default);
+        if let (Some(default), Some(Value::String(description))) = (default, table.get_mut("description"))
+            && !description.contains("Default:")
+        {
+            *description += &format!(" Default: {default}.");
+        }
+        table.values_mut().for_each(|inner| *inner = with_defaults(inner.take()));
+    }
+    if let Value::Array(elements) = &mut part {
+        elements.iter_mut().for_each(|inner| *inner = with_defaults(inner.take()));
+    }
+    part
+}
+
+/// A default as a scenario writes it; `None` of a table.
+fn plain_default(value: &Value) -> Option<String> {
+    match value {
+        Value::Number(number) => number.as_f64().map(|number| number.to_string()),
+        Value::String(word) => Some(format!("`\"{word}\"`")),
+        Value::Bool(is_so) => Some(is_so.to_string()),
+        Value::Array(elements) => {
+            let elements: Option<Vec<String>> = elements.iter().map(plain_default).collect();
+            elements.map(|elements| format!("`[{}]`", elements.join(", ")))
+        }
+        Value::Null | Value::Object(_) => None,
+    }
+}
+
+/// Whether a setting need not be written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_tells_the_defaults_that_comments_leave_to_the_values() {
+        let schema = Scenario::json_schema();
+        let ends =
+            [("RingSettings", "size_px", "pixels. Default: `[640, 480]`."), ("RingSettings", "count", "Default: 4.")];
+        let filter = "AnnealedParticleFilterSettings";
+        let others = [(filter, "contour_reach", "Default: 1/24."), (filter, "kernel", "Default: `\"geometric\"`.")];
+        for (table, key, end) in ends.into_iter().chain(others) {
+            let described = schema["$defs"][table]["properties"][key]["description"].as_str().unwrap();
+            assert!(described.ends_with(end) && described.matches("Default:").count() == 1, "{key}: {described}");
+        }
+    }
+
+    #[test]
+    fn a_set_is_drawn_by_its_scene_and_its_layers_whatever_tracks_it() {
+        let of = |change: &str| ScenarioFile::built_in(&[change.to_owned()]).unwrap().scenario.of_set();
+        let base = ScenarioFile::built_in(&[]).unwrap().scenario.of_set();
+        for same in ["seed=3", "seeds=2", "particles=7", "tracker.frozen={}"] {
+            assert_eq!(of(same), base, "{same}");
+        }
+        for other in ["rig.ring.count=3", "layers=[\"depth\"]", "tracker_body.seed=2", "name=other"] {
+            assert_ne!(of(other), base, "{other}");
+        }
+    }
 }

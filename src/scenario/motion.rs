@@ -5,6 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::is_default;
+use crate::editing::{JoinSettings, Variation};
+use crate::mocap::UpAxis;
+
 /// A recording and the used part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -23,7 +27,7 @@ pub struct MotionSettings {
     /// Last frame used, inclusive, as the file counts. Default: the clip's last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_frame: Option<usize>,
-    /// Frame rate of the set, Hz; the clip is resampled. Default: 60.
+    /// Frame rate of the set, Hz; the clip is resampled.
     #[serde(default = "default_frames_per_second")]
     pub frames_per_second: f64,
     /// Repeat the clip, each cycle continuing the previous one, until it lasts this long. Seconds. A clip that is one
@@ -38,7 +42,7 @@ pub struct MotionSettings {
     /// The file's upward axis. Default: defined by the format; with a note for BVH, guessed from the skeleton, and for
     /// TRC, usually Y, from the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<UpwardAxis>,
+    pub up: Option<UpAxis>,
     /// Ground position `[x, y]` of the body's root in the first frame used: the motion is moved there. Metres. Default:
     /// as recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -51,7 +55,7 @@ pub struct MotionSettings {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
     /// Exchange left and right: the recording in a mirror. Default: false.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub mirror: bool,
     /// Play the recording this many times as fast. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,8 +66,8 @@ pub struct MotionSettings {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub then: Vec<TakeSettings>,
     /// How takes are joined.
-    #[serde(default, skip_serializing_if = "JoinKeys::is_default")]
-    pub join: JoinKeys,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub join: JoinSettings,
     /// Waypoints `[[x, y], ...]` on the ground that the motion is led along, from the first on, by a smooth curve; the
     /// body faces along it as it faced along its recorded way, and goes straight on after the last. Metres. Default:
     /// the recorded way.
@@ -71,7 +75,7 @@ pub struct MotionSettings {
     pub path_m: Vec<[f64; 2]>,
     /// Slow random drifts of tempo, amplitude and posture. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub variation: Option<VariationSettings>,
+    pub variation: Option<Variation>,
     /// Number of frames of the motion, after all editing: what is longer is cut at its end, what is shorter is refused.
     /// Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -118,12 +122,12 @@ pub struct TakeSettings {
     pub metres_per_unit: Option<f64>,
     /// As `motion.up`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<UpwardAxis>,
+    pub up: Option<UpAxis>,
     /// As `motion.source_hz`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
     /// Exchange left and right. Default: false.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub mirror: bool,
     /// Play the recording this many times as fast. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -142,65 +146,12 @@ pub struct TakeSettings {
     pub source: String,
 }
 
-/// How takes are joined.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct JoinKeys {
-    /// Duration of a blend, seconds. Default: 0.3.
-    pub blend_s: f64,
-    /// The greatest distance of two poses that are blended: root mean square over the landmarks during the blend, after
-    /// the best turn and shift over the ground. Millimetres. Default: 120.
-    pub within_mm: f64,
-}
-
-impl Default for JoinKeys {
-    fn default() -> Self {
-        Self { blend_s: 0.3, within_mm: 120.0 }
-    }
-}
-
-impl JoinKeys {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// Slow random drifts: the same person another time. All are standard deviations over time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct VariationSettings {
-    /// Which drifts. Default: 1.
-    pub seed: u32,
-    /// Of the speed at which the motion passes, %. Default: 2.5.
-    pub tempo_percent: f64,
-    /// Of how far joints and root move about their mean, %. Default: 3.
-    pub amplitude_percent: f64,
-    /// Of every angle of trunk, head and arms, degrees. Default: 1.5.
-    pub posture_deg: f64,
-}
-
-impl Default for VariationSettings {
-    fn default() -> Self {
-        Self { seed: 1, tempo_percent: 2.5, amplitude_percent: 3.0, posture_deg: 1.5 }
-    }
-}
-
 /// The recordings that proposals and motion models are learned from. No frame of them may be a frame of the test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingSettings {
     /// One or several recordings or parts of them, each as in `[motion]` and at its rate: `[[training.clips]]`.
     pub clips: Vec<MotionSettings>,
-}
-
-/// An upward axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum UpwardAxis {
-    /// The y axis, as in most recordings.
-    Y,
-    /// The z axis.
-    Z,
 }
 
 impl MotionSettings {
@@ -221,7 +172,7 @@ impl MotionSettings {
             mirror: false,
             speed: None,
             then: Vec::new(),
-            join: JoinKeys::default(),
+            join: JoinSettings::default(),
             path_m: Vec::new(),
             variation: None,
             frames: None,
@@ -236,7 +187,7 @@ impl MotionSettings {
     pub fn takes(&self, table: &str) -> Vec<(String, Self)> {
         let own = Self {
             then: Vec::new(),
-            join: JoinKeys::default(),
+            join: JoinSettings::default(),
             path_m: Vec::new(),
             variation: None,
             frames: None,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::override_value::parse_value;
+use super::overrides::parse_value;
 use super::sweep::split_at_commas;
 use crate::input::AllowedFolders;
 

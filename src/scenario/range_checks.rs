@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use crate::tracker::SettingError;
+use crate::motion_model::SettingError;
 
 /// An invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use super::filming;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, SexName, ShapeSettings, TrainingUse,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse,
 };
-use crate::body::{CHILD_YEARS, VARIED_GIRTHS, VARIED_LENGTHS};
+use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
 use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 
@@ -95,8 +95,8 @@ impl Scenario {
             let sound = name.len() <= 64 && name.chars().all(plain);
             require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
             let key = format!("{prefix}{}", settings.name());
-            settings.kind().first_problem(&key)?;
-            let needed = settings.kind().training() == TrainingUse::Required;
+            settings.first_problem(&key)?;
+            let needed = settings.kind().training == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();
@@ -175,7 +175,7 @@ fn take(table: &str, m: &MotionSettings) -> RangeCheck {
 fn shape(s: &ShapeSettings) -> RangeCheck {
     let contradicts = matches!(
         (s.population, s.sex),
-        (Some(PopulationName::Women), Some(SexName::Male)) | (Some(PopulationName::Men), Some(SexName::Female))
+        (Some(PopulationName::Women), Some(Sex::Male)) | (Some(PopulationName::Men), Some(Sex::Female))
     );
     require("actor.shape.sex", !contradicts, "the sex of the population", "the other")?;
     let sown = s.seed.is_none() || s.population.is_some() || s.age_years.is_some();
@@ -207,7 +207,7 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
 }
 
 fn actor(a: &ActorSettings) -> RangeCheck {
-    let is_dressed = a.skin.is_some() || a.skin_blending.is_linear();
+    let is_dressed = a.skin.is_some() || a.skin_blending == Blending::Linear;
     require("actor.skin_blending", is_dressed, "it only with a `skin`, which it blends", "no skin")?;
     if let Some(shape) = &a.shape {
         self::shape(shape)?;

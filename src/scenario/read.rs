@@ -6,11 +6,9 @@ use serde_json::{Map, Value};
 
 use super::complaint::{Diagnostic, LineSpan, about_file, locate};
 use super::named_on_command_line::NamedOnCommandLine;
-use super::negative_numbers::with_range;
-use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
-use super::override_value::parse_value;
+use super::overrides::{full_key, keys_of, keys_of_tracker, others_that_end_so, parse_value};
 use super::similar_file::similar_file;
-use super::tree::{settings_of, tree_of};
+use super::tree::{settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 
@@ -168,13 +166,10 @@ impl TrackerSettings {
             if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
                 insert(own, assignment)?;
             }
-            let check = |settings: &Self| settings.kind().first_problem(settings.name());
+            let check = |settings: &Self| settings.first_problem(settings.name());
             settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
                 .map_err(|complaint| with_range(complaint, &tree, check))?;
-            settings
-                .kind()
-                .first_problem(settings.name())
-                .map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
+            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
     }
@@ -414,10 +409,5 @@ mod tests {
         assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == Some(7)));
         let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
         assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
-    }
-
-    #[test]
-    fn the_built_in_scenario_is_sound() {
-        assert_eq!(ScenarioFile::built_in(&[]).unwrap().scenario.name, "walk");
     }
 }

@@ -1,9 +1,11 @@
-//! `[rig]`: the cameras, as a ring or one by one.
+//! `[rig]`: the cameras, as a ring, from other tools' files, or one by one.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{CameraFileSettings, CameraMotionSettings, CameraTimingSettings};
+use super::{CameraMotionSettings, CameraTimingSettings};
+use crate::camera::{CameraFileFormat, CameraFileOptions};
+use crate::mocap::UpAxis;
 
 /// The cameras: a ring, those of files, single cameras, or several of these (in this order). Default: a ring of four.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,25 +37,53 @@ pub struct RigSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RingSettings {
-    /// Number of cameras. Default: 4.
+    /// Number of cameras.
     pub count: u32,
-    /// Radius of the circle, metres. Default: 4.5.
+    /// Radius of the circle, metres.
     pub radius_m: f64,
-    /// Height of the cameras above the ground, metres. Default: 1.6.
+    /// Height of the cameras above the ground, metres.
     pub height_m: f64,
     /// The point that the cameras look at and surround, world coordinates (Z up), metres. Default: 0.95 m above the
     /// middle of the actor's path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look_at_m: Option<[f64; 3]>,
-    /// Angle from the world's X axis to the first camera, degrees. Default: 45.
+    /// Angle from the world's X axis to the first camera, degrees.
     pub first_azimuth_deg: f64,
     /// Angle that the cameras are spread over evenly, the first and the last at its ends, degrees. Default: all round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_deg: Option<f64>,
-    /// Horizontal field of view, degrees. Default: 60.
+    /// Horizontal field of view, degrees.
     pub field_of_view_deg: f64,
-    /// Image width and height, pixels. Default: 640 x 480.
+    /// Image width and height, pixels.
     pub size_px: [u32; 2],
+}
+
+/// The cameras of a file of another tool. They stand in the rig after the ring's and before those of `[[rig.camera]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFileSettings {
+    /// The file, relative to the scenario.
+    pub path: String,
+    /// `"opencv"`: OpenCV's YAML, one camera; `"humaneva"`: a `.cal`, one camera; `"qualisys"`: Qualisys' XML, all its
+    /// cameras. Default: by the name's ending (`.yml`, `.yaml`; `.cal`; `.xml`, `.qca.txt`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<CameraFileFormat>,
+    /// Name of the camera. Default: what the file says, else the file's name without its ending.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Image width and height, pixels. Default: what the file says; a `.cal` does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_px: Option<[u32; 2]>,
+    /// Length of the file's unit, metres. Default: 1 for OpenCV, 0.001 for the others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_unit: Option<f64>,
+    /// The upward axis of the file's world; Y up is turned to Z up, X stays. Default: Z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<UpAxis>,
+    /// The row of `extrinsic_parameters`, from 0, that places the camera, for an OpenCV file without R and T. Default:
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view: Option<usize>,
 }
 
 /// One camera, in the convention of OpenCV: x right, y down, z forward, pixel (0, 0) the centre of the top-left pixel.
@@ -116,6 +146,24 @@ impl RigSettings {
     pub fn count(&self) -> usize {
         let all = self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len();
         all.saturating_sub(self.leave_out.len())
+    }
+}
+
+impl CameraFileSettings {
+    /// The format, said or by the file's name.
+    pub fn format(&self) -> Option<CameraFileFormat> {
+        self.format.or_else(|| CameraFileFormat::from_name(&self.path))
+    }
+
+    /// What the file does not say.
+    pub fn options(&self) -> CameraFileOptions {
+        CameraFileOptions {
+            name: self.name.clone(),
+            size: self.size_px,
+            metres_per_unit: self.metres_per_unit,
+            y_up: self.up == Some(UpAxis::Y),
+            view: self.view,
+        }
     }
 }
 

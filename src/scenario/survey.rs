@@ -7,9 +7,8 @@ use serde_json::{Value, json};
 
 use super::complaint::Diagnostic;
 use super::named_on_command_line::NamedOnCommandLine;
-use super::negative_numbers::with_range;
 use super::read::{covers, named, set, with_full_key};
-use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of};
+use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of, with_range};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 use crate::input::{self, AllowedFolders, limits};
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::complaint::Diagnostic;
-use super::override_value::parse_value;
+use super::overrides::parse_value;
 
 /// Many settings of one scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,7 +32,7 @@ pub struct Sweep {
     /// Number of seeds of every setting. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
-    /// How settings are made of the axes. Default: `"grid"`.
+    /// How settings are made of the axes.
     #[serde(default)]
     pub method: Expansion,
     /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table
@@ -47,7 +47,7 @@ pub struct Sweep {
     /// Number of settings of `method = "random"`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
-    /// Seed of `method = "random"`. Default: 0.
+    /// Seed of `method = "random"`.
     #[serde(default)]
     pub random_seed: u32,
     /// A product of keys that is the same in all cells. Default: none.
@@ -57,14 +57,14 @@ pub struct Sweep {
     /// dotted keys of the scenario. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<String>,
-    /// The metric that settings are compared by. Default: `"humaneva_mm"`.
+    /// The metric that settings are compared by.
     #[serde(default = "default_objective")]
     pub objective: String,
     /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean
     /// over their values. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub average_over: Vec<String>,
-    /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers. Default: false.
+    /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers.
     #[serde(default)]
     pub reports: bool,
 }
@@ -160,7 +160,7 @@ impl Sweep {
 
     /// The JSON schema of the format, for editors.
     pub fn json_schema() -> Value {
-        schemars::schema_for!(Self).to_value()
+        super::with_defaults(schemars::schema_for!(Self).to_value())
     }
 }
 

@@ -5,8 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use super::override_keys::{full_key, keys_of, others_that_end_so};
-use super::override_value::parse_value;
+use super::overrides::{full_key, keys_of, others_that_end_so, parse_value};
 use super::read::set;
 use super::tree::{settings_or_mistake, tree_of};
 use super::{Scenario, ScenarioError, ScenarioFile};

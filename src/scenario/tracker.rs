@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::complaint::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
-use crate::motion_model::{DiffusionSettings, Prediction};
+use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
+use crate::motion_model::Prediction;
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
     SilhouetteTerm,
@@ -18,7 +19,7 @@ pub enum TrackerSettings {
     /// The annealed particle filter.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
     /// Never moves: the baseline that every tracker must beat.
-    Frozen(FrozenSettings),
+    Frozen(NoSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
     Gpdm(LatentTrackerSettings<GpdmSettings>),
     /// Particles in the latent spaces of several GPDMs, left with a constant probability.
@@ -26,7 +27,7 @@ pub enum TrackerSettings {
     /// Particles on a GPDM graph.
     GpdmGraph(LatentTrackerSettings<GpdmGraphSettings>),
     /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
-    NearestTrainingPose(NearestTrainingPoseSettings),
+    NearestTrainingPose(NoSettings),
     /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
     Oracle(OracleSettings),
 }
@@ -36,44 +37,43 @@ pub enum TrackerSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    /// Algorithm 1 as printed in the paper: no refinement.
     pub paper: bool,
     /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
-    /// Annealing layers. Default: 5.
+    /// Annealing layers.
     pub layers: usize,
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
-    /// covariance shrinks by the same factor. Default: 0.5.
+    /// covariance shrinks by the same factor.
     pub survival_rate: f64,
     /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
-    /// (mean of the shares that only one of them covers). Default: `"overlap"`.
+    /// (mean of the shares that only one of them covers).
     pub silhouette: SilhouetteTerm,
     /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
-    /// slower). Default: `"one_sided"`.
+    /// slower).
     pub contour: ContourTerm,
-    /// Weight of the contour term relative to the area term; 0 disables it. Default: 0.5.
+    /// Weight of the contour term relative to the area term; 0 disables it.
     pub contour_weight: f64,
     /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
     /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
-    /// it. Default: 0.
+    /// it.
     pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of
     /// the training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, from 0.5, 1,
     /// 1.5 and 2.
     pub proposal_scale: f64,
-    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default:
-    /// `"none"`.
+    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`.
     pub prediction: Prediction,
     /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
-    /// }`. Default: `"geometric"`.
+    /// }`.
     pub kernel: Kernel,
-    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
+    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`.
     pub estimator: Estimator,
     /// Whether layers search part after part, trunk, arms and legs, instead of the whole body: partitioned sampling.
     /// Needs five layers or more, `prediction = "none"` and no shrinking kernel. Default: false.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "super::is_default")]
     pub partitioned: bool,
     /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -87,25 +87,20 @@ pub struct AnnealedParticleFilterSettings {
 const PAPER_PARTICLES: usize = 200;
 const REFINED_PARTICLES: usize = 60;
 
-/// No settings.
+/// A tracker's table without keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct FrozenSettings {}
-
-/// No settings.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NearestTrainingPoseSettings {}
+pub struct NoSettings {}
 
 /// The added error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OracleSettings {
-    /// Constant displacement of the root, world axes, metres. Default: `[0, 0, 0]`.
+    /// Constant displacement of the root, world axes, metres.
     pub root_offset_m: [f64; 3],
-    /// Standard deviation of independent noise on every coordinate of the root, metres. Default: 0.
+    /// Standard deviation of independent noise on every coordinate of the root, metres.
     pub root_noise_m: f64,
-    /// Standard deviation of independent noise on every joint angle, degrees. Default: 0.
+    /// Standard deviation of independent noise on every joint angle, degrees.
     pub angle_noise_deg: f64,
 }
 
@@ -123,8 +118,8 @@ impl TrackerSettings {
             Self::Gpdm(LatentTrackerSettings::default()),
             Self::SwitchingGpdm(LatentTrackerSettings::default()),
             Self::GpdmGraph(LatentTrackerSettings::default()),
-            Self::Frozen(FrozenSettings::default()),
-            Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
+            Self::Frozen(NoSettings::default()),
+            Self::NearestTrainingPose(NoSettings::default()),
             Self::Oracle(OracleSettings::default()),
         ]
     }
@@ -145,51 +140,48 @@ impl TrackerSettings {
             }
         })
     }
+
+    /// What kind of tracker it is, and all that follows from it.
+    pub fn kind(&self) -> TrackerKind<'_> {
+        match self {
+            Self::AnnealedParticleFilter(settings) => TrackerKind {
+                training: TrainingUse::Optional,
+                search: Some(settings.search()),
+                ..TrackerKind::named("annealed_particle_filter")
+            },
+            Self::Gpdm(settings) => settings.kind(),
+            Self::SwitchingGpdm(settings) => settings.kind(),
+            Self::GpdmGraph(settings) => settings.kind(),
+            Self::Frozen(_) => TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") },
+            Self::NearestTrainingPose(_) => TrackerKind {
+                explanation: Some("oracle: the training pose nearest to the truth, at the true root"),
+                training: TrainingUse::Required,
+                needs_truth: true,
+                ..TrackerKind::named("nearest_training_pose")
+            },
+            Self::Oracle(_) => TrackerKind {
+                explanation: Some("oracle: the truth plus a planted error"),
+                needs_truth: true,
+                ..TrackerKind::named("oracle")
+            },
+        }
+    }
+
+    /// The tracker's name, as the command line and the scenario spell it.
+    pub fn name(&self) -> &'static str {
+        self.kind().name
+    }
 }
 
 impl AnnealedParticleFilterSettings {
-    /// The settings of the filter.
-    pub fn filter(&self) -> FilterSettings {
-        FilterSettings {
-            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
-            layers: self.layers,
-            survival_rate: self.survival_rate,
-            kernel: self.kernel,
-            estimator: self.estimator,
-        }
-    }
-
-    /// What refines the filter's answer; `None` for the algorithm as printed.
-    pub fn refinement(&self) -> Option<RefinementSettings> {
-        (!self.paper).then_some(self.refinement)
-    }
-
-    /// The settings of the likelihood.
-    pub fn likelihood(&self) -> SilhouetteSettings {
-        SilhouetteSettings {
-            silhouette: self.silhouette,
-            contour: self.contour,
-            contour_weight: self.contour_weight,
-            contour_reach: self.contour_reach,
-            limb_side_weight: self.limb_side_weight,
-        }
-    }
-
-    /// The settings of the motion model.
-    pub fn diffusion(&self) -> DiffusionSettings {
-        DiffusionSettings { prediction: self.prediction, scale: self.proposal_scale }
-    }
-}
-
-impl Default for AnnealedParticleFilterSettings {
-    fn default() -> Self {
-        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+    /// Settings that search like this, all others by default; the inverse of [`Self::search`].
+    pub fn from_search(search: &SearchSettings) -> Self {
+        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = search.filter;
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
-            SilhouetteSettings::default();
-        let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
+            search.likelihood;
         Self {
-            paper: false,
-            particles: None,
+            paper: search.refinement.is_none(),
+            particles: Some(particles),
             layers,
             survival_rate,
             silhouette,
@@ -198,12 +190,70 @@ impl Default for AnnealedParticleFilterSettings {
             contour_reach,
             limb_side_weight,
             proposal_scale: 1.5,
-            prediction,
+            prediction: Prediction::None,
             kernel,
             estimator,
             partitioned: false,
-            plausibility: None,
-            refinement: RefinementSettings::default(),
+            plausibility: search.plausibility,
+            refinement: search.refinement.unwrap_or_default(),
         }
+    }
+
+    /// How it searches; no refinement for the algorithm as printed.
+    pub fn search(&self) -> SearchSettings {
+        SearchSettings {
+            filter: FilterSettings {
+                particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
+                layers: self.layers,
+                survival_rate: self.survival_rate,
+                kernel: self.kernel,
+                estimator: self.estimator,
+            },
+            likelihood: SilhouetteSettings {
+                silhouette: self.silhouette,
+                contour: self.contour,
+                contour_weight: self.contour_weight,
+                contour_reach: self.contour_reach,
+                limb_side_weight: self.limb_side_weight,
+            },
+            plausibility: self.plausibility,
+            refinement: (!self.paper).then_some(self.refinement),
+        }
+    }
+}
+
+impl Default for AnnealedParticleFilterSettings {
+    fn default() -> Self {
+        let mut settings = Self::from_search(&SearchSettings::default());
+        (settings.paper, settings.particles) = (false, None);
+        settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{GpdmGraphSettings, RootMode};
+    use super::*;
+
+    #[test]
+    fn a_trackers_name_is_the_one_that_its_settings_are_written_under() {
+        for settings in TrackerSettings::all() {
+            let written = serde_json::to_value(&settings).unwrap();
+            assert_eq!(written.as_object().unwrap().keys().collect::<Vec<_>>(), [settings.name()]);
+        }
+    }
+
+    #[test]
+    fn what_is_given_roots_needs_the_truth_and_what_reads_a_model_learns_none() {
+        let settings = LatentTrackerSettings::<GpdmGraphSettings>::default();
+        let of = |settings: &LatentTrackerSettings<GpdmGraphSettings>| {
+            let kind = settings.kind();
+            (kind.learns(), kind.training, kind.needs_truth)
+        };
+        assert_eq!(of(&settings), (true, TrainingUse::Required, false));
+        let read = LatentTrackerSettings { model_file: Some("walk.model".to_owned()), ..settings.clone() };
+        assert_eq!(of(&read), (false, TrainingUse::Unused, false));
+        let oracle = LatentTrackerSettings { root: RootMode::Oracle, ..settings };
+        assert_eq!(of(&oracle), (true, TrainingUse::Required, true));
     }
 }

@@ -1,12 +1,28 @@
 //! Range checks of trackers' settings.
 
-use super::range_checks::{InvalidValue, RangeCheck, require, setting, within};
-use super::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, OracleSettings};
-use crate::motion_model::{MotionModelError, Prediction};
-use crate::tracker::{FilterSettings, Kernel, RefinementSettings, SilhouetteSettings};
+use super::latent::{LatentKind, LatentTrackerSettings};
+use super::range_checks::{RangeCheck, require, setting, within};
+use super::tracker::{AnnealedParticleFilterSettings, OracleSettings, TrackerSettings};
+use super::tracker_kind::SearchSettings;
+use crate::motion_model::Prediction;
+use crate::tracker::{Kernel, RefinementSettings};
 
-pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
-    searching(table, s.filter(), s.likelihood())?;
+impl TrackerSettings {
+    /// The first value that makes no sense; `table` is the key of the settings.
+    pub(super) fn first_problem(&self, table: &str) -> RangeCheck {
+        match self {
+            Self::AnnealedParticleFilter(settings) => first_of_filter(table, settings),
+            Self::Gpdm(settings) => first_of_latent(table, settings),
+            Self::SwitchingGpdm(settings) => first_of_latent(table, settings),
+            Self::GpdmGraph(settings) => first_of_latent(table, settings),
+            Self::Oracle(settings) => first_of_oracle(table, settings),
+            Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
+        }
+    }
+}
+
+fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
+    first_of_search(table, &s.search())?;
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
     s.refinement.validate().map_err(|e| setting(table, &e))?;
     let set = s.paper && s.refinement != RefinementSettings::default();
@@ -25,21 +41,17 @@ pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 
-fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> RangeCheck {
+fn first_of_search(table: &str, SearchSettings { filter, likelihood, .. }: &SearchSettings) -> RangeCheck {
     filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
     within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
 }
 
-pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
-    searching(table, s.filter(), s.likelihood())?;
-    match s.latent().validate() {
-        Err(MotionModelError::Setting { key, expected, found }) => {
-            Err(InvalidValue { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
-        }
-        _ => Ok(()),
-    }?;
-    s.refinement().map_or(Ok(()), |refinement| refinement.validate()).map_err(|e| setting(table, &e))?;
+fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
+    let search = s.search();
+    first_of_search(table, &search)?;
+    s.latent().validate().map_err(|e| setting(table, &e))?;
+    search.refinement.map_or(Ok(()), |refinement| refinement.validate()).map_err(|e| setting(table, &e))?;
     let learning = s.model.learning();
     let said = s.model_file.is_some() && learning != T::default().learning();
     let alone = "no training keys of `model`, because the model is already trained; remove them";
@@ -51,7 +63,7 @@ pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTr
     within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
 }
 
-pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
+fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
     for (i, offset) in s.root_offset_m.into_iter().enumerate() {
         within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
     }

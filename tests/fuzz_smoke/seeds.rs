@@ -180,7 +180,7 @@ fn small_model() -> Vec<u8> {
     let motion = |phase| Motion { frames_per_second: 60.0, poses: (0..36).map(|t| pose(t, phase)).collect() };
     let mut settings = GraphSettings { clip_s: 0.2, threshold_per_joint: 1e-9, ..GraphSettings::default() };
     settings.training.rounds = 1;
-    let graph = GpdmGraph::learn(&body, &[motion(0.0), motion(1.0)], &settings, |_, _| ()).unwrap();
+    let graph = GpdmGraph::learn(&body, &[motion(0.0), motion(1.0)], &settings).unwrap();
     let from = |clip: &str| LearnedFrom {
         clip: clip.to_owned(),
         sha256: None,

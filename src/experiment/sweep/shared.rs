@@ -68,7 +68,7 @@ impl SharedSet {
     pub(super) fn models(&self, file: &ScenarioFile, progress: &dyn Progress) -> Result<Models, ExperimentError> {
         let mut models = lock(&self.models);
         let tracker = file.scenario.tracker();
-        if tracker.kind().learning().is_some() {
+        if tracker.kind().learned.is_some() {
             prepare(&self.set.blind, &tracker, self.set.truth.refitted.as_ref(), &mut models, progress)?;
         }
         Ok(models.clone())

@@ -52,7 +52,8 @@ const WOMEN: [Cluster; 2] = [
 ];
 
 /// A person's sex, as the tables tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Sex {
     /// Women.
     Female,

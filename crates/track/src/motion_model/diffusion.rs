@@ -2,15 +2,13 @@
 
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-use super::{Evidence, MotionModel, MotionModelError, NormalEquations};
+use super::{Evidence, MotionModel, NormalEquations, SettingError};
 use crate::body::{DegreeOfFreedom, Humanoid, Pose, Prediction, ProposalScales, ROOT_STEP};
 use crate::rng::normal;
 
 /// Settings of [`Diffusion`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffusionSettings {
     /// Where a pose is expected in the next frame.
     pub prediction: Prediction,
@@ -48,24 +46,18 @@ impl Diffusion {
     /// A diffusion of `body` with standard deviations `settings.scale * scales` per frame.
     ///
     /// # Errors
-    /// [`MotionModelError::Setting`] where a scale is negative or no number, or there is not one per degree of freedom.
-    pub fn new(
-        body: Humanoid,
-        scales: &ProposalScales,
-        settings: &DiffusionSettings,
-    ) -> Result<Self, MotionModelError> {
-        let wrong =
-            |key, expected: &str, found: String| MotionModelError::Setting { key, expected: expected.into(), found };
+    /// [`SettingError`] where a scale is negative or no number, or there is not one per degree of freedom.
+    pub fn new(body: Humanoid, scales: &ProposalScales, settings: &DiffusionSettings) -> Result<Self, SettingError> {
         if !(settings.scale > 0.0 && settings.scale.is_finite()) {
-            return Err(wrong("diffusion.scale", "a number > 0", settings.scale.to_string()));
+            return Err(SettingError::new("diffusion.scale", "a number > 0", settings.scale));
         }
         if scales.joints.len() != body.degrees_of_freedom.len() {
             let expected = format!("{} numbers, one per degree of freedom", body.degrees_of_freedom.len());
-            return Err(wrong("proposal.joints", &expected, scales.joints.len().to_string()));
+            return Err(SettingError::new("proposal.joints", expected, scales.joints.len()));
         }
         let deviations: Vec<f64> = scales.in_step_order().iter().map(|d| d * settings.scale).collect();
         if let Some(bad) = deviations.iter().find(|d| !(d.is_finite() && **d >= 0.0)) {
-            return Err(wrong("proposal", "standard deviations >= 0", bad.to_string()));
+            return Err(SettingError::new("proposal", "standard deviations >= 0", bad));
         }
         Ok(Self { body, deviations, prediction: settings.prediction })
     }
@@ -246,21 +238,6 @@ mod tests {
         assert!((stepped(-0.3) - (limits.lower + 0.2)).abs() < 1e-12);
         assert_eq!(stepped(-9.0), limits.upper);
         assert_eq!(stepped(9.0), limits.lower);
-    }
-
-    #[test]
-    fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
-        for prediction in [Prediction::None, Prediction::ConstantVelocity] {
-            let model = diffusion(prediction, 1.0);
-            let start = relaxed(&model.body);
-            let rng = |i| stream(5, Purpose::Perturbation, 0, 0, i);
-            let states: Vec<Pose> = (0..50).map(|i| model.sample_initial(&start, 0, 1, &mut rng(i))).collect();
-            let past = [start.clone(), states[0].clone()];
-            let mut rngs: Vec<ChaCha8Rng> = (50..100).map(rng).collect();
-            let alone = states.iter().zip(rngs.clone()).map(|(s, mut rng)| model.propagate(s, &past, &mut rng));
-            let alone: Vec<Pose> = alone.collect();
-            assert_eq!(model.propagate_all(&states, &past, &mut rngs), alone);
-        }
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub use diffusion::{Diffusion, DiffusionSettings};
 pub use evidence::{Evidence, NormalEquations};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
 
-use crate::body::{Humanoid, Pose, TooFewFrames};
+use crate::body::{Humanoid, Pose};
 
 /// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
 /// its particles.
@@ -96,36 +96,37 @@ pub trait MotionModel: Send + Sync {
         None
     }
 
-    /// How many models a state can be in (the K latent spaces of `[GPDM graph]`); 0 where no model was learned.
-    fn models(&self) -> usize {
-        0
-    }
-
-    /// Which of the models a state is in, `0 .. models()`.
-    fn occupied(&self, _state: &Self::State) -> usize {
-        0
-    }
-
-    /// Whether the state had left the region that the model knows and was brought back.
-    fn was_recovered(&self, _state: &Self::State) -> bool {
-        false
+    /// How weighted states are spread over the K latent spaces of `[GPDM graph]`; empty where no model was learned.
+    fn occupancy(&self, _states: &[Self::State], _weights: &[f64]) -> Vec<ModelOccupancy> {
+        Vec::new()
     }
 }
 
-/// What a motion model cannot be made from.
-#[derive(Debug, thiserror::Error)]
-pub enum MotionModelError {
-    /// A setting is out of its range.
-    #[error("{key}: expected {expected}, found {found}")]
-    Setting {
-        /// The setting, as a scenario spells it.
-        key: &'static str,
-        /// What is allowed.
-        expected: String,
-        /// What was given.
-        found: String,
-    },
-    /// A training motion too short to measure differences between frames.
-    #[error(transparent)]
-    TooFewFrames(#[from] TooFewFrames),
+/// One latent space's part in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelOccupancy {
+    /// Particles in it, before resampling.
+    pub particles: u32,
+    /// Their share of the weight.
+    pub weight: f64,
+    /// Of those particles, how many had left the region that the model knows and were brought back in this frame.
+    pub recovered: u32,
+}
+
+/// A setting of a motion model or tracker is out of its range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: expected {expected}, found {found}")]
+pub struct SettingError {
+    /// The setting, as a scenario spells it.
+    pub key: &'static str,
+    /// What is allowed.
+    pub expected: String,
+    /// What was given.
+    pub found: String,
+}
+
+impl SettingError {
+    pub(crate) fn new(key: &'static str, expected: impl Into<String>, found: impl ToString) -> Self {
+        Self { key, expected: expected.into(), found: found.to_string() }
+    }
 }

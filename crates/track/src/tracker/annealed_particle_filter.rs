@@ -4,15 +4,13 @@ use rand::RngExt;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::annealing::{Selection, select};
+use super::annealing::{Selection, heaviest, select, systematic};
 use super::refinement::FINAL_WIDTH;
-use super::resampling::{heaviest, systematic};
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Partition, Refinement,
-    SettingError, TrackError, Tracker,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
-use crate::motion_model::MotionModel;
+use crate::motion_model::{MotionModel, SettingError};
 use crate::observation::Observation;
 use crate::rng::{Purpose, normal, stream};
 
@@ -79,12 +77,11 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     pub fn with_partition(self, partition: Partition) -> Result<Self, SettingError> {
         let parts = partition.count();
         if self.settings.layers < parts {
-            let (expected, found) = (format!("at least {parts}, one a part"), self.settings.layers.to_string());
-            return Err(SettingError { key: "layers", expected, found });
+            return Err(SettingError::new("layers", format!("at least {parts}, one a part"), self.settings.layers));
         }
         if matches!(self.settings.kernel, Kernel::Shrink { .. }) {
-            let expected = "`geometric` or `min`, which can leave parts where they are".to_owned();
-            return Err(SettingError { key: "kernel", expected, found: "shrink".to_owned() });
+            let expected = "`geometric` or `min`, which can leave parts where they are";
+            return Err(SettingError::new("kernel", expected, "shrink"));
         }
         Ok(Self { partition: Some(partition), ..self })
     }
@@ -99,8 +96,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             (false, _) => "likelihood",
             (true, false) => "motion model",
         };
-        let (expected, found) = (format!("a {lacking} that can be descended"), "one that cannot".to_owned());
-        Err(SettingError { key: "refinement", expected, found })
+        Err(SettingError::new("refinement", format!("a {lacking} that can be descended"), "one that cannot"))
     }
 
     /// Step 1: particles for this frame, from the start pose or the frame before.
@@ -218,20 +214,6 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// How the weighted particles are spread over the motion model's latent spaces; empty where there are none.
-    fn occupancy(&self, particles: &[M::State], weights: &[f64]) -> Vec<ModelOccupancy> {
-        let models = self.model.models();
-        let mut occupancy = vec![ModelOccupancy::default(); models];
-        for (state, weight) in particles.iter().zip(weights) {
-            if let Some(model) = occupancy.get_mut(self.model.occupied(state)) {
-                model.particles += 1;
-                model.weight += weight;
-                model.recovered += u32::from(self.model.was_recovered(state));
-            }
-        }
-        occupancy
-    }
-
     /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last
     /// estimate, this frame's and the particle of least energy, as far as the model's states can have such poses.
     fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
@@ -306,7 +288,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let best = lowest(&energies).and_then(|index| particles.get(index)).cloned();
         let best = best.ok_or(TrackError::NoValidParticle { frame })?;
         let pose = self.estimate(&particles, &selection.weights, &best).ok_or(TrackError::NoValidParticle { frame })?;
-        let occupancy = self.occupancy(&particles, &selection.weights);
+        let occupancy = self.model.occupancy(&particles, &selection.weights);
         let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         let mut estimate = Estimate {

@@ -1,6 +1,7 @@
 //! What a tracker answers for one frame.
 
 use crate::body::{MarkerCovariances, Pose};
+use crate::motion_model::ModelOccupancy;
 
 /// A tracker's answer for one frame.
 #[derive(Clone, Debug)]
@@ -26,17 +27,6 @@ impl Estimate {
     pub fn without_search(frame: usize, pose: Pose) -> Self {
         Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new(), covariances: None }
     }
-}
-
-/// One latent space's part in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ModelOccupancy {
-    /// Particles in it, before resampling.
-    pub particles: u32,
-    /// Their share of the weight.
-    pub weight: f64,
-    /// Of those particles, how many had left the region that the model knows and were brought back in this frame.
-    pub recovered: u32,
 }
 
 /// What happened in one annealing layer of one frame.

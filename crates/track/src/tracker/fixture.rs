@@ -34,6 +34,13 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
     Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
 }
 
+/// Mean distance of the markers of a body in a pose from those of another, millimetres.
+pub(super) fn apart_mm((a, pose_a): (&Humanoid, &Pose), (b, pose_b): (&Humanoid, &Pose)) -> f64 {
+    let (a, b) = (a.markers(&a.link_frames(pose_a)), b.markers(&b.link_frames(pose_b)));
+    let all: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
+    1000.0 * all.iter().sum::<f64>() / all.len() as f64
+}
+
 /// A march with swinging arms: the angles about which hips, knees, shoulders and elbows swing or stay, radians.
 pub(super) struct March {
     /// Frames of a cycle.

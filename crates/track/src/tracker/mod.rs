@@ -25,35 +25,30 @@ mod estimate;
 mod fixture;
 mod frozen;
 mod likelihood;
-mod limb_insides;
-mod limb_sides;
+mod limbs;
 mod observed_view;
 mod partition;
 mod placed_body;
 mod plausibility;
 mod rectification;
 mod refinement;
-mod resampling;
 mod settings;
 mod silhouette_likelihood;
-mod silhouette_settings;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
-pub use annealing::{Selection, select};
+pub use annealing::{Selection, select, systematic};
 pub use calibration::{
     BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
     CalibrationVerdict, calibrate,
 };
-pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
+pub use estimate::{Estimate, LayerRecord, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use partition::Partition;
-pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
+pub use plausibility::PlausibilitySettings;
 pub use refinement::{Refinement, RefinementSettings};
-pub use resampling::systematic;
-pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
+pub use settings::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
-pub use silhouette_settings::{ContourTerm, SilhouetteSettings, SilhouetteTerm};
 
 use crate::body::Pose;
 use crate::observation::Observation;

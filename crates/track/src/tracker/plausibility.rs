@@ -3,13 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::placed_body::PlacedBody;
-use super::silhouette_likelihood::{CompareBuffers, LikelihoodScratch};
-use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
-use crate::body::Pose;
+use crate::body::{Humanoid, LinkFrames, Pose};
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
-use crate::motion_model::{Evidence, NormalEquations};
-use crate::observation::Observation;
+use crate::motion_model::SettingError;
 
 /// What a radian beyond a joint's limit amounts to, metres.
 const LIMIT_LEVER: f64 = 0.1;
@@ -23,7 +20,7 @@ pub struct PlausibilitySettings {
     /// cost of the pose.
     pub weight: f64,
     /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's.
-    /// Metres, >= 0. Default: 0.01.
+    /// Metres, >= 0.
     pub tolerance_m: f64,
     /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being
     /// drawn. Metres, > 0. Default: none is rejected.
@@ -43,92 +40,67 @@ impl PlausibilitySettings {
     /// # Errors
     /// [`SettingError`] that names the first key which is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let check = |key, value: f64, sound: bool, expected: &str| match sound && value.is_finite() {
-            true => Ok(()),
-            false => Err(SettingError { key, expected: expected.to_owned(), found: value.to_string() }),
-        };
-        let not_negative = "a finite number, 0 or more";
-        check("plausibility.weight", self.weight, self.weight >= 0.0, not_negative)?;
-        check("plausibility.tolerance_m", self.tolerance_m, self.tolerance_m >= 0.0, not_negative)?;
-        let reject = self.reject_beyond_m.unwrap_or(1.0);
-        check("plausibility.reject_beyond_m", reject, reject > 0.0, "a finite number above 0")
+        for (key, value) in [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(SettingError::new(key, "a finite number, 0 or more", value));
+            }
+        }
+        match self.reject_beyond_m {
+            Some(depth) if !(depth > 0.0 && depth.is_finite()) => {
+                Err(SettingError::new("plausibility.reject_beyond_m", "a finite number above 0", depth))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-/// The energy of silhouettes and, added to it, `weight (g + s + l)`: `g` the depth of the body's deepest point under
-/// the ground z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must not be
-/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their
-/// limits, a radian counting as 0.1 m.
+/// What the plausibility of a pose adds to its energy: `weight (g + s + l)`, with `g` the depth of the body's deepest
+/// point under the ground z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must
+/// not be ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond
+/// their limits, a radian counting as 0.1 m.
 ///
 /// `[Balan 2005]` rejects poses whose limbs interpenetrate or exceed their limits ("hard priors");
 /// [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of a rejected pose is infinite; a filter that has
-/// no other particle asks for [`Likelihood::energy_unrejected`].
+/// no other particle asks for [`super::Likelihood::energy_unrejected`].
 #[derive(Debug)]
-pub struct PlausibleLikelihood {
-    silhouettes: SilhouetteLikelihood,
+pub(super) struct Plausibility {
     /// Lowest and highest value of every degree of freedom.
     limits: Vec<[f64; 2]>,
     solids: Interpenetration,
     settings: PlausibilitySettings,
 }
 
-impl PlausibleLikelihood {
-    /// Adds plausibility to the energy of silhouettes.
-    ///
-    /// # Errors
-    /// [`SettingError`] where a setting is out of its range.
-    pub fn new(silhouettes: SilhouetteLikelihood, settings: PlausibilitySettings) -> Result<Self, SettingError> {
+impl Plausibility {
+    pub(super) fn new(body: &Humanoid, settings: PlausibilitySettings) -> Result<Self, SettingError> {
         settings.validate()?;
-        let body = silhouettes.body();
         let limits = body.degrees_of_freedom.iter().map(|limits| [limits.lower, limits.upper]).collect();
-        Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, silhouettes, settings })
+        Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, settings })
     }
 
-    /// Energies, silhouettes of all poses first: what looks for depths is small, and stays in the processor's nearest
-    /// memory for as long as nothing else is done.
-    fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch, may_reject: bool) {
-        let PlausibleScratch { silhouettes, bodies, solids } = scratch;
-        bodies.resize_with(bodies.len().max(poses.len()), PlacedBody::default);
-        for ((pose, energy), placed) in poses.iter().zip(energies.iter_mut()).zip(bodies.iter_mut()) {
-            *energy = self.silhouette_energy(pose, placed, &mut silhouettes.compare, solids, may_reject);
-        }
-        let camera = self.silhouettes.capsules_camera();
-        for ((pose, energy), placed) in poses.iter().zip(energies).zip(bodies) {
-            if energy.is_finite() {
-                let depth = self.depth(placed, camera, solids) + LIMIT_LEVER * beyond_limits(&self.limits, pose);
-                *energy += self.settings.weight * depth;
-            }
-        }
+    /// Whether a body with its links at `frames` is too deep in the ground or in itself.
+    pub(super) fn rejects(&self, frames: &LinkFrames, scratch: &mut InterpenetrationScratch) -> bool {
+        self.settings.reject_beyond_m.is_some_and(|limit| {
+            let depths = self.solids.depths(frames, scratch);
+            depths.ground_m.max(depths.own_m) > limit
+        })
     }
 
-    /// Not finite for a pose that is not, or is rejected.
-    fn silhouette_energy(
+    /// What is added to the energy of a pose; `camera` is the one in whose frame the body's capsules are, if any.
+    pub(super) fn penalty(
         &self,
         pose: &Pose,
-        placed: &mut PlacedBody,
-        compare: &mut CompareBuffers,
-        solids: &mut InterpenetrationScratch,
-        may_reject: bool,
+        placed: &PlacedBody,
+        camera: Option<&Camera>,
+        scratch: &mut InterpenetrationScratch,
     ) -> f64 {
-        let Some(frames) = placed.place(self.silhouettes.body(), pose) else { return f64::NAN };
-        if let (true, Some(limit)) = (may_reject, self.settings.reject_beyond_m) {
-            let depths = self.solids.depths(frames, solids);
-            if depths.ground_m.max(depths.own_m) > limit {
-                return f64::INFINITY;
-            }
-        }
-        self.silhouettes.energy_of(placed, compare)
-    }
-
-    /// In the ground and in itself, metres.
-    fn depth(&self, placed: &PlacedBody, camera: Option<&Camera>, solids: &mut InterpenetrationScratch) -> f64 {
         let depths = match camera {
             Some(camera) => {
-                self.solids.depths_in_camera(&placed.frames, &placed.capsules, &camera.camera_from_world, solids)
+                self.solids.depths_in_camera(&placed.frames, &placed.capsules, &camera.camera_from_world, scratch)
             }
-            None => self.solids.depths(&placed.frames, solids),
+            None => self.solids.depths(&placed.frames, scratch),
         };
-        depths.ground_m + depths.own_sum_m
+        let depth = depths.ground_m + depths.own_sum_m;
+        self.settings.weight * (depth + LIMIT_LEVER * beyond_limits(&self.limits, pose))
     }
 }
 
@@ -139,60 +111,11 @@ fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
     broken.map(|(angle, [lower, upper])| (lower - angle).max(angle - upper)).sum()
 }
 
-/// Buffers of one thread.
-pub struct PlausibleScratch {
-    silhouettes: LikelihoodScratch,
-    /// One for every pose of those that are judged at once.
-    bodies: Vec<PlacedBody>,
-    solids: InterpenetrationScratch,
-}
-
-impl Likelihood for PlausibleLikelihood {
-    type Scratch = PlausibleScratch;
-
-    fn scratch(&self) -> PlausibleScratch {
-        let solids = InterpenetrationScratch::default();
-        PlausibleScratch { silhouettes: self.silhouettes.scratch(), bodies: Vec::new(), solids }
-    }
-
-    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
-        self.silhouettes.prepare(observation)
-    }
-
-    fn energy(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
-        let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, true);
-        energy
-    }
-
-    fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch) {
-        self.judge(poses, energies, scratch, true);
-    }
-
-    fn energy_unrejected(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
-        let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
-        energy
-    }
-
-    fn descends(&self) -> bool {
-        self.silhouettes.descends()
-    }
-
-    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<NormalEquations> {
-        self.silhouettes.linearise(pose, width, &mut scratch.silhouettes)
-    }
-
-    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<Evidence> {
-        self.silhouettes.evidence(pose, width, &mut scratch.silhouettes)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Humanoid, shipped};
-    use crate::tracker::{SilhouetteSettings, fixture};
+    use crate::body::shipped;
+    use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, fixture};
 
     fn standing(body: &Humanoid, height: f64) -> Pose {
         let mut pose = body.zero_pose();
@@ -201,7 +124,7 @@ mod tests {
     }
 
     /// A likelihood that looks at a standing body, and the height at which that body's soles touch the ground.
-    fn looking(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, PlausibleLikelihood) {
+    fn looking(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, SilhouetteLikelihood) {
         let body = shipped("tracker25").unwrap();
         let links: Vec<usize> = (0..body.links.len()).collect();
         let height = -body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
@@ -212,12 +135,11 @@ mod tests {
             likelihood.prepare(&seen).unwrap();
             likelihood
         };
-        let mut plausible = PlausibleLikelihood::new(silhouettes(), settings).unwrap();
-        plausible.prepare(&seen).unwrap();
+        let plausible = silhouettes().with_plausibility(settings).unwrap();
         (body.clone(), height, silhouettes(), plausible)
     }
 
-    fn added(with: &PlausibleLikelihood, without: &SilhouetteLikelihood, pose: &Pose) -> f64 {
+    fn added(with: &SilhouetteLikelihood, without: &SilhouetteLikelihood, pose: &Pose) -> f64 {
         with.energy(pose, &mut with.scratch()) - without.energy(pose, &mut without.scratch())
     }
 

@@ -8,24 +8,24 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Likelihood, SettingError};
+use super::Likelihood;
 use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
-use crate::motion_model::MotionModel;
+use crate::motion_model::{MotionModel, SettingError};
 use crate::rng::{Purpose, stream};
 
 /// How an annealed particle filter's answer is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RefinementSettings {
-    /// Gauss-Newton steps of every descent, >= 1. Default: 6.
+    /// Gauss-Newton steps of every descent, >= 1.
     pub iterations: usize,
-    /// Every how many frames limbs are searched again; 0 for never. Default: 2.
+    /// Every how many frames limbs are searched again; 0 for never.
     pub limb_every: usize,
-    /// Poses tried for every limb and every mirrored pair of limbs. Default: 30.
+    /// Poses tried for every limb and every mirrored pair of limbs.
     pub limb_samples: usize,
-    /// Gauss-Newton steps from each of the two best of them. Default: 4.
+    /// Gauss-Newton steps from each of the two best of them.
     pub limb_iterations: usize,
-    /// Share of the particles that goes on from the refined pose, in [0, 1]. Default: 0.5.
+    /// Share of the particles that goes on from the refined pose, in [0, 1].
     pub share: f64,
 }
 
@@ -56,14 +56,13 @@ impl RefinementSettings {
         for (key, found, allowed) in counts {
             if !allowed.contains(&found) {
                 let expected = format!("a whole number from {} to {}", allowed.start(), allowed.end());
-                return Err(SettingError { key, expected, found: found.to_string() });
+                return Err(SettingError::new(key, expected, found));
             }
         }
         if (0.0..=1.0).contains(&self.share) {
             return Ok(());
         }
-        let expected = "a number from 0 to 1".to_owned();
-        Err(SettingError { key: "refinement.share", expected, found: self.share.to_string() })
+        Err(SettingError::new("refinement.share", "a number from 0 to 1", self.share))
     }
 }
 
@@ -122,7 +121,7 @@ impl Refinement {
         let degrees = body.degrees_of_freedom.len();
         if let Some(other) = training.iter().find(|pose| pose.joint_angles.len() != degrees) {
             let expected = format!("training poses of {degrees} joint angles");
-            return Err(SettingError { key: "refinement", expected, found: other.joint_angles.len().to_string() });
+            return Err(SettingError::new("refinement", expected, other.joint_angles.len()));
         }
         Ok(Self { settings, seed, limbs: limbs(body), training })
     }

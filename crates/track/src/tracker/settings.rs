@@ -1,6 +1,8 @@
-//! What can be set of the annealed particle filter.
+//! What can be set of the annealed particle filter and of the silhouette likelihood.
 
 use serde::{Deserialize, Serialize};
+
+use crate::motion_model::SettingError;
 
 /// How particles are spread again after the selection of a layer. Deviations are per number of a pose's step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -35,8 +37,7 @@ pub enum Estimator {
 
 /// Settings of [`super::AnnealedParticleFilter`]. `[Skinned APF]` gives no numbers; the defaults are those of `[Balan
 /// 2005]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSettings {
     /// `[Skinned APF]`'s N, particles per layer, >= 1.
     pub particles: usize,
@@ -86,44 +87,100 @@ impl FilterSettings {
     }
 }
 
-/// A setting of a tracker is out of its range.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{key}: expected {expected}, found {found}")]
-pub struct SettingError {
-    /// The setting, as a scenario spells it.
-    pub key: &'static str,
-    /// What is allowed.
-    pub expected: String,
-    /// What was given.
-    pub found: String,
+/// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
+/// R of the observation alone and Y of both:
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SilhouetteTerm {
+    /// `(B / (B + Y) + R / (R + Y)) / 2` (`[Sigal 2010]`, both directions alike); a share of nothing counts as 1.
+    Bidirectional,
+    /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
+    #[default]
+    Overlap,
+    /// The share of points inside the model's limbs, eight pixels apart, where nothing was observed: the term of
+    /// `[Deutscher 2005]`, one-sided and sampled. A limb that hides in the trunk costs nothing. Only tapered capsules
+    /// are looked at.
+    Sampled,
+}
+
+/// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` leaves it
+/// open; here it is the mean over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContourTerm {
+    /// Over the model's contour: its distance to the observed one. One distance transform a view and frame.
+    #[default]
+    OneSided,
+    /// The mean of both directions. One distance transform a view and *particle*: much slower.
+    TwoSided,
+}
+
+/// Settings of [`super::SilhouetteLikelihood`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SilhouetteSettings {
+    /// `[Skinned APF]`'s `D_s`.
+    pub silhouette: SilhouetteTerm,
+    /// `[Skinned APF]`'s `D_c`.
+    pub contour: ContourTerm,
+    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
+    pub contour_weight: f64,
+    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's
+    /// height, > 0.
+    pub contour_reach: f64,
+    /// Weight, >= 0, of the sides of limbs: `[GPDM graph]`'s edges of the model against those observed. Mean over
+    /// samples along the two sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed
+    /// contour. Sides that lie inside the observed silhouette have no contour to lie on and count as missed; 0 leaves
+    /// the term out.
+    pub limb_side_weight: f64,
+}
+
+impl Default for SilhouetteSettings {
+    fn default() -> Self {
+        Self {
+            silhouette: SilhouetteTerm::default(),
+            contour: ContourTerm::default(),
+            contour_weight: 0.5,
+            contour_reach: 20.0 / 480.0,
+            limb_side_weight: 0.0,
+        }
+    }
+}
+
+impl SilhouetteSettings {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`SettingError`] that names the first key which is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
+            if !(weight >= 0.0 && weight.is_finite()) {
+                return Err(SettingError::new(key, "a number, 0 or more", weight));
+            }
+        }
+        within("contour_reach", self.contour_reach, 1.0)
+    }
 }
 
 fn at_least_one(key: &'static str, value: usize) -> Result<(), SettingError> {
     if value >= 1 {
         return Ok(());
     }
-    Err(SettingError { key, expected: "at least 1".into(), found: value.to_string() })
+    Err(SettingError::new(key, "at least 1", value))
 }
 
 /// `0 < value <= highest`; a NaN is neither.
-pub(super) fn within(key: &'static str, value: f64, highest: f64) -> Result<(), SettingError> {
+fn within(key: &'static str, value: f64, highest: f64) -> Result<(), SettingError> {
     if value > 0.0 && value <= highest {
         return Ok(());
     }
     let expected =
         if highest == f64::MAX { "a number > 0".into() } else { format!("a number above 0 and at most {highest}") };
-    Err(SettingError { key, expected, found: value.to_string() })
+    Err(SettingError::new(key, expected, value))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_defaults_are_valid() {
-        assert_eq!(FilterSettings::default().validate(), Ok(()));
-        assert_eq!(FilterSettings::particle_filter(1000).validate(), Ok(()));
-    }
 
     #[test]
     fn a_value_out_of_range_is_named() {
@@ -136,12 +193,5 @@ mod tests {
         }
         assert_eq!(key(FilterSettings { kernel: Kernel::Shrink { h: f64::NAN }, ..good }), "kernel.shrink.h");
         assert_eq!(key(FilterSettings { kernel: Kernel::Min { factor: 0.0 }, ..good }), "kernel.min.factor");
-    }
-
-    #[test]
-    fn an_error_says_what_was_expected_and_found() {
-        let settings = FilterSettings { survival_rate: 1.5, ..FilterSettings::default() };
-        let message = settings.validate().unwrap_err().to_string();
-        assert_eq!(message, "survival_rate: expected a number above 0 and at most 1, found 1.5");
     }
 }

@@ -5,15 +5,16 @@ use rayon::prelude::*;
 
 use super::calibration::OutlineImportance;
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
-use super::limb_insides::LimbInsides;
-use super::limb_sides::LimbSides;
+use super::limbs::{LimbInsides, LimbSides};
 use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
+use super::plausibility::{Plausibility, PlausibilitySettings};
 use super::rectification::Rectification;
-use super::{Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
+use super::{Likelihood, SilhouetteSettings, SilhouetteTerm, TrackError};
 use crate::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
-use crate::motion_model::{Evidence, NormalEquations};
+use crate::contact::InterpenetrationScratch;
+use crate::motion_model::{Evidence, NormalEquations, SettingError};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Mask, Overlap, TaperedCapsule};
@@ -40,6 +41,8 @@ pub struct SilhouetteLikelihood {
     outline: Option<BodyOutline>,
     /// What each place of the body counts in a descent.
     importance: OutlineImportance,
+    /// What poses that could not be cost; `None` where that is not asked.
+    plausibility: Option<Plausibility>,
 }
 
 /// One camera and what it saw.
@@ -63,13 +66,15 @@ struct ObservedCamera {
 
 /// Buffers of one thread.
 pub struct LikelihoodScratch {
-    placed: PlacedBody,
-    pub(super) compare: CompareBuffers,
+    /// One for every pose of those that are judged at once.
+    bodies: Vec<PlacedBody>,
+    compare: CompareBuffers,
+    solids: InterpenetrationScratch,
     descent: Option<DescentScratch>,
 }
 
 /// What comparing a body with all views takes.
-pub(super) struct CompareBuffers {
+struct CompareBuffers {
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
 }
@@ -82,12 +87,22 @@ impl SilhouetteLikelihood {
     pub fn new(body: Humanoid, rig: &CameraRig, settings: SilhouetteSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         if rig.cameras.is_empty() {
-            return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
+            return Err(SettingError::new("cameras", "at least 1", 0));
         }
         let road = ComparisonStrategy::of(&body, &settings);
         let views =
             parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], road, &settings));
-        Ok(Self { body, settings, views, road, outline: None, importance: OutlineImportance::default() })
+        let (outline, importance, plausibility) = (None, OutlineImportance::default(), None);
+        Ok(Self { body, settings, views, road, outline, importance, plausibility })
+    }
+
+    /// The same likelihood, to which the plausibility of poses is added: what lies in the ground, in itself or beyond
+    /// its limits costs, or is rejected.
+    ///
+    /// # Errors
+    /// [`SettingError`] where a setting is out of its range.
+    pub fn with_plausibility(self, settings: PlausibilitySettings) -> Result<Self, SettingError> {
+        Ok(Self { plausibility: Some(Plausibility::new(&self.body, settings)?), ..self })
     }
 
     /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
@@ -133,7 +148,8 @@ impl Likelihood for SilhouetteLikelihood {
         let painted = if self.road == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
         let compare = CompareBuffers { views, limbs: Vec::new() };
-        LikelihoodScratch { placed: PlacedBody::default(), compare, descent: None }
+        let (bodies, solids) = (vec![PlacedBody::default()], InterpenetrationScratch::default());
+        LikelihoodScratch { bodies, compare, solids, descent: None }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
@@ -151,11 +167,19 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
-        let LikelihoodScratch { placed, compare, .. } = scratch;
-        match placed.place(&self.body, pose) {
-            Some(_) => self.energy_of(placed, compare),
-            None => f64::NAN,
-        }
+        let mut energy = 0.0;
+        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, true);
+        energy
+    }
+
+    fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch) {
+        self.judge(poses, energies, scratch, true);
+    }
+
+    fn energy_unrejected(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
+        let mut energy = 0.0;
+        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
+        energy
     }
 
     fn descends(&self) -> bool {
@@ -194,8 +218,8 @@ impl SilhouetteLikelihood {
         mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, OutlineResidual, f64),
     ) -> Option<&'s LinkFrames> {
         let outline = self.outline.as_ref()?;
-        let LikelihoodScratch { placed, descent, .. } = scratch;
-        let frames = placed.place(&self.body, pose)?;
+        let LikelihoodScratch { bodies, descent, .. } = scratch;
+        let frames = bodies.first_mut()?.place(&self.body, pose)?;
         let buffers = descent.get_or_insert_with(|| self.descent_scratch());
         for (index, view) in self.views.iter().enumerate() {
             let Some(observed) = view.outline.as_ref().filter(|_| view.has_image) else { continue };
@@ -238,14 +262,47 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// Whose poses.
-    pub(super) fn body(&self) -> &Humanoid {
-        &self.body
+    /// Energies of several poses. With plausibility, silhouettes of all poses come first: what looks for depths is
+    /// small, and stays in the processor's nearest memory for as long as nothing else is done.
+    fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch, may_reject: bool) {
+        let LikelihoodScratch { bodies, compare, solids, .. } = scratch;
+        let Some(plausibility) = &self.plausibility else {
+            for (pose, energy) in poses.iter().zip(energies) {
+                *energy = self.silhouette_energy(pose, &mut bodies[0], compare, |_| false);
+            }
+            return;
+        };
+        bodies.resize_with(bodies.len().max(poses.len()), PlacedBody::default);
+        for ((pose, energy), placed) in poses.iter().zip(energies.iter_mut()).zip(bodies.iter_mut()) {
+            let rejects = |frames: &LinkFrames| may_reject && plausibility.rejects(frames, solids);
+            *energy = self.silhouette_energy(pose, placed, compare, rejects);
+        }
+        let camera = self.capsules_camera();
+        for ((pose, energy), placed) in poses.iter().zip(energies).zip(bodies) {
+            if energy.is_finite() {
+                *energy += plausibility.penalty(pose, placed, camera, solids);
+            }
+        }
+    }
+
+    /// The energy by silhouettes; NaN for a pose that is not finite, infinite for one that is rejected.
+    fn silhouette_energy(
+        &self,
+        pose: &Pose,
+        placed: &mut PlacedBody,
+        compare: &mut CompareBuffers,
+        rejects: impl FnOnce(&LinkFrames) -> bool,
+    ) -> f64 {
+        match placed.place(&self.body, pose).map(rejects) {
+            None => f64::NAN,
+            Some(true) => f64::INFINITY,
+            Some(false) => self.energy_of(placed, compare),
+        }
     }
 
     /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules
     /// are afterwards those in its frame.
-    pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
+    fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
         if self.road == ComparisonStrategy::Skin {
             placed.deform(&self.body);
         }
@@ -261,7 +318,7 @@ impl SilhouetteLikelihood {
 
     /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules
     /// or silhouettes are drawn in another way.
-    pub(super) fn capsules_camera(&self) -> Option<&Camera> {
+    fn capsules_camera(&self) -> Option<&Camera> {
         let last = self.views.iter().rfind(|view| view.has_image);
         last.filter(|_| self.road == ComparisonStrategy::Capsules).map(|view| &view.camera)
     }

@@ -1,5 +1,8 @@
 //! Takes joined by transitions: the edges of a motion graph (`[Kovar 2002]`).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::blending::go_on;
 use super::{Closest, EditError, PoseClouds};
 use crate::body::{Humanoid, Motion};
@@ -11,17 +14,19 @@ const MOST_COMPARED: usize = 300;
 const AS_GOOD: f64 = 1.25;
 
 /// How takes are joined.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct JoinSettings {
     /// Duration of a blend, seconds.
     pub blend_s: f64,
-    /// The greatest distance between poses that are blended, metres.
-    pub within_m: f64,
+    /// The greatest distance of two poses that are blended: root mean square over the landmarks during the blend, after
+    /// the best turn and shift over the ground. Millimetres.
+    pub within_mm: f64,
 }
 
 impl Default for JoinSettings {
     fn default() -> Self {
-        Self { blend_s: 0.3, within_m: 0.12 }
+        Self { blend_s: 0.3, within_mm: 120.0 }
     }
 }
 
@@ -190,7 +195,7 @@ impl Transition {
         // most alike, and what moves slowly would stutter between them
         let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
         let closest = nearest((&own, leaving), (&other, entering), least_shown);
-        if closest.distance_m > settings.within_m {
+        if closest.distance_m > settings.within_mm / 1000.0 {
             return Err(EditError::Apart {
                 index: to_index,
                 from: from.name.clone(),
@@ -198,7 +203,7 @@ impl Transition {
                 closest_mm: 1000.0 * closest.distance_m,
                 leaves_s: closest.leaves as f64 / rate,
                 enters_s: closest.enters as f64 / rate,
-                limit_mm: 1000.0 * settings.within_m,
+                limit_mm: settings.within_mm,
             });
         }
         let alignment = own.alignment(closest.leaves, &other, closest.enters);

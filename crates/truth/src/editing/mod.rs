@@ -16,7 +16,7 @@
 //! let walk = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
 //! let take = Take { name: clip.name, motion: walk.motion };
 //! // one stride, which has no second one to go over into: poses 0.15 m apart will do
-//! let settings = JoinSettings { within_m: 0.15, ..JoinSettings::default() };
+//! let settings = JoinSettings { within_mm: 150.0, ..JoinSettings::default() };
 //! let longer = repeated(&walk.humanoid, &take, 3.0, &settings)?;
 //! assert_eq!(longer.motion.poses.len(), 91);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

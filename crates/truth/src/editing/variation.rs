@@ -1,4 +1,8 @@
-//! A motion as the same person would perform it another time: tempo, amplitude and posture drift slowly.
+//! A motion as the same person would perform it another time: tempo, amplitude and posture drift slowly. By default as
+//! a healthy adult varies from stride to stride: 2 to 3 % of the stride's time (`[Hausdorff 1996]`).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use core::f64::consts::TAU;
 
@@ -7,23 +11,23 @@ use rand::RngExt;
 use crate::body::{Humanoid, JointKind, Motion, Pose};
 use crate::rng::{Purpose, stream};
 
-/// How much a motion drifts; all standard deviations over time. The defaults are of the size of a healthy adult's
-/// variation from stride to stride: 2 to 3 % of the stride's time (`[Hausdorff 1996]`).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Slow random drifts: the same person another time. All are standard deviations over time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Variation {
     /// Which drifts.
-    pub seed: u64,
-    /// Of the speed at which the motion passes, a share.
-    pub tempo: f64,
-    /// Of how far joints and root move about their mean, a share.
-    pub amplitude: f64,
-    /// Of every angle of trunk, head and arms, radians.
-    pub posture: f64,
+    pub seed: u32,
+    /// Of the speed at which the motion passes, %.
+    pub tempo_percent: f64,
+    /// Of how far joints and root move about their mean, %.
+    pub amplitude_percent: f64,
+    /// Of every angle of trunk, head and arms, degrees.
+    pub posture_deg: f64,
 }
 
 impl Default for Variation {
     fn default() -> Self {
-        Self { seed: 0, tempo: 0.025, amplitude: 0.03, posture: 1.5 * core::f64::consts::PI / 180.0 }
+        Self { seed: 1, tempo_percent: 2.5, amplitude_percent: 3.0, posture_deg: 1.5 }
     }
 }
 
@@ -58,22 +62,24 @@ pub fn varied(body: &Humanoid, motion: &Motion, variation: &Variation) -> Varied
 
 /// And which frame of the original each frame shows.
 fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> (Motion, Vec<f64>) {
-    let drift = Drift::new(variation.seed, 0);
+    let drift = Drift::new(variation.seed.into(), 0);
+    let tempo = variation.tempo_percent / 100.0;
     let last = motion.poses.len().saturating_sub(1) as f64;
     let mut poses = Vec::with_capacity(motion.poses.len());
     let (mut shows, mut position, mut seconds) = (Vec::new(), 0.0, 0.0);
     while position <= last {
         poses.extend(motion.at_frame(body, position));
         shows.push(position);
-        position += (1.0 + variation.tempo * drift.at(seconds)).max(SLOWEST);
+        position += (1.0 + tempo * drift.at(seconds)).max(SLOWEST);
         seconds += 1.0 / motion.frames_per_second;
     }
     (Motion { frames_per_second: motion.frames_per_second, poses }, shows)
 }
 
 fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
-    let drift = Drift::new(variation.seed, 1);
-    let growth = |frame: usize| 1.0 + variation.amplitude * drift.at(frame as f64 / motion.frames_per_second);
+    let drift = Drift::new(variation.seed.into(), 1);
+    let amplitude = variation.amplitude_percent / 100.0;
+    let growth = |frame: usize| 1.0 + amplitude * drift.at(frame as f64 / motion.frames_per_second);
     let count = motion.poses.len().max(1) as f64;
     let angles = body.degrees_of_freedom.len();
     let sum = motion.poses.iter().fold(nalgebra::DVector::zeros(angles), |sum, pose| sum + &pose.joint_angles);
@@ -95,13 +101,13 @@ fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Mo
 }
 
 fn with_posture(body: &Humanoid, mut motion: Motion, variation: &Variation) -> Motion {
-    let drifts: Vec<(usize, Drift)> =
-        above_legs(body).into_iter().map(|index| (index, Drift::new(variation.seed, 2 + index as u64))).collect();
-    let rate = motion.frames_per_second;
+    let drift = |index: usize| (index, Drift::new(variation.seed.into(), 2 + index as u64));
+    let drifts: Vec<(usize, Drift)> = above_legs(body).into_iter().map(drift).collect();
+    let (rate, posture) = (motion.frames_per_second, variation.posture_deg.to_radians());
     for (frame, pose) in motion.poses.iter_mut().enumerate() {
         let was = pose.clone();
         for (index, drift) in &drifts {
-            pose.joint_angles[*index] += variation.posture * drift.at(frame as f64 / rate);
+            pose.joint_angles[*index] += posture * drift.at(frame as f64 / rate);
         }
         keep_limits(body, &was, pose);
     }
@@ -177,7 +183,7 @@ mod tests {
     #[test]
     fn without_drift_nothing_changes() {
         let (body, motion) = (person(), walk(90).made_continuous(&person()));
-        let none = Variation { seed: 1, tempo: 0.0, amplitude: 0.0, posture: 0.0 };
+        let none = Variation { seed: 1, tempo_percent: 0.0, amplitude_percent: 0.0, posture_deg: 0.0 };
         let same = varied(&body, &motion, &none).motion;
         assert_eq!(same.poses.len(), motion.poses.len());
         for (a, b) in same.poses.iter().zip(&motion.poses) {
@@ -210,7 +216,7 @@ mod tests {
     #[test]
     fn frames_of_the_original_are_found_again_where_they_are_shown() {
         let still = Motion { frames_per_second: 60.0, poses: vec![person().zero_pose(); 600] };
-        let varied = varied(&person(), &still, &Variation { seed: 2, tempo: 0.2, ..Variation::default() });
+        let varied = varied(&person(), &still, &Variation { seed: 2, tempo_percent: 20.0, ..Variation::default() });
         assert_eq!(varied.shows.len(), varied.motion.poses.len());
         for (first, end) in [(0, 20), (150, 168), (300, 318), (580, 600)] {
             let frames = varied.frames_of(first, end);

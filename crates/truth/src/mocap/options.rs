@@ -9,11 +9,12 @@ use super::MocapError;
 pub(super) const GREATEST_RATE: f64 = 1e5;
 
 /// The axis of a file's world that points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum UpAxis {
-    /// Second axis.
+    /// The second axis, as in most recordings.
     Y,
-    /// Third axis.
+    /// The third axis.
     Z,
 }
 

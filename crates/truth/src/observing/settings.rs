@@ -10,11 +10,11 @@ use crate::rng::{KeyedSeed, ObservationKey};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
-    /// Where silhouettes come from: `"exact"`; `"segmented"`: cut out of images of the scene
-    /// (`[observation.images]`) by background subtraction (`[observation.background]`); or `"corrupted"`: the exact
-    /// ones spoiled by the axes of `[observation.corruption]`. Default: `"exact"`.
+    /// Where silhouettes come from: `"exact"`; `"segmented"`: cut out of images of the scene (`[observation.images]`)
+    /// by background subtraction (`[observation.background]`); or `"corrupted"`: the exact ones spoiled by the axes of
+    /// `[observation.corruption]`.
     pub silhouette: SilhouetteSource,
-    /// Seed of all that is drawn for observations; every seed of a run sees the same observations. Default: 1.
+    /// Seed of all that is drawn for observations; every seed of a run sees the same observations.
     pub seed: u32,
     /// Secret that all that is drawn for observations depends on besides the seed: 32 hexadecimal digits, in quotation
     /// marks. Whoever knows a scenario that states it can undo the errors of its sets. Default: `render` draws a fresh

@@ -39,9 +39,10 @@ pub use skin_file::{read_skin, skin_from_gltf};
 const MOST_INFLUENCES: usize = 4;
 
 /// How the transforms of several links are blended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Blending {
-    /// The mean of transformed points: the paper's, and what most programs do.
+    /// The mean of transformed points, as most programs do: joints collapse when they bend or twist far.
     #[default]
     Linear,
     /// The normalised mean of the transforms as dual quaternions: no collapse, a slight bulge.

@@ -18,7 +18,8 @@ use nalgebra::Matrix3;
 use super::{Camera, CameraError};
 
 /// A format of camera files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum CameraFileFormat {
     /// OpenCV's `FileStorage` in YAML.
     OpenCv,

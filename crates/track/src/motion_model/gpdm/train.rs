@@ -277,15 +277,6 @@ mod tests {
     }
 
     #[test]
-    fn learning_is_deterministic() {
-        let x = cycles(40);
-        let options = TrainingOptions { rounds: 2, ..TrainingOptions::default() };
-        let once = train(x.as_ref(), &[40], &options).unwrap();
-        let again = train(x.as_ref(), &[40], &options).unwrap();
-        assert_eq!(once, again);
-    }
-
-    #[test]
     fn the_closed_form_of_the_scales_is_where_the_loss_is_least() {
         let x = cycles(20);
         let parameters = Parameters {

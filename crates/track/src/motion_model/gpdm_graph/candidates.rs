@@ -3,14 +3,13 @@
 use nalgebra::{DMatrix, Point3};
 use serde::{Deserialize, Serialize};
 
-/// Finds inter-transition candidates in a motion.
-pub trait CandidateDetector {
-    /// Frames at which the motion turns, in order. `positions[t]` are the joints at frame `t` in the root's frame,
-    /// metres.
-    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize>;
-}
+/// From one window's start to the next's, and the length of a window of the short-term PCA, seconds.
+const HOP_S: f64 = 0.25;
+const WINDOW_S: f64 = 1.0;
+/// Least time between turning points, and from the ends of the motion, seconds.
+const SEPARATION_S: f64 = 0.1;
 
-/// Which detector finds the candidates.
+/// What finds inter-transition candidates in a motion: moments at which it turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
@@ -24,12 +23,16 @@ pub enum Detector {
 }
 
 impl Detector {
-    /// The detector with its default settings.
-    pub fn build(self) -> Box<dyn CandidateDetector> {
+    /// Frames at which the motion turns, in order. `positions[t]` are the joints at frame `t` in the root's frame,
+    /// metres.
+    pub(super) fn detect(self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
         match self {
-            Self::ShortTermPca => Box::new(ShortTermPca::default()),
-            Self::SpeedMinima => Box::new(SpeedMinima::default()),
-            Self::EveryFrame => Box::new(EveryFrame),
+            Self::ShortTermPca => turns_of_pca(positions, frames_per_second),
+            Self::SpeedMinima => speed_minima(positions, frames_per_second),
+            // Nothing precedes or follows the ends. Turning points are few, and a particle meets one that moves as it
+            // does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in
+            // [GPDM graph].
+            Self::EveryFrame => (1..positions.len().saturating_sub(1)).collect(),
         }
     }
 
@@ -48,107 +51,56 @@ impl Detector {
 ///
 /// `[GPDM graph]` leaves window and smoothing open. Here: within each window the leading right singular vector, its
 /// sign kept from window to window; the coordinates, centred per window, averaged where windows overlap; smoothed;
-/// local extrema at least [`Self::separation_s`] apart.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShortTermPca {
-    /// Length of a window, seconds.
-    pub window_s: f64,
-    /// From one window's start to the next's, seconds.
-    pub hop_s: f64,
-    /// Least time between candidates, and from the ends of the motion, seconds.
-    pub separation_s: f64,
+/// local extrema at least [`SEPARATION_S`] apart.
+fn turns_of_pca(positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
+    let coordinate = smoothed(&leading_coordinate(positions, frames_per_second));
+    let turns = |t: &usize| {
+        let (before, after) = (coordinate[*t] - coordinate[t - 1], coordinate[t + 1] - coordinate[*t]);
+        before * after < 0.0 || (before != 0.0 && after == 0.0)
+    };
+    let found = (1..coordinate.len().saturating_sub(1)).filter(turns);
+    spaced(found, &coordinate, frames_per_second)
 }
 
-impl Default for ShortTermPca {
-    fn default() -> Self {
-        Self { window_s: 1.0, hop_s: 0.25, separation_s: 0.1 }
-    }
-}
-
-/// Local minima of the mean speed of the joints: moments of rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedMinima {
-    /// Least time between candidates, and from the ends of the motion, seconds.
-    pub separation_s: f64,
-}
-
-impl Default for SpeedMinima {
-    fn default() -> Self {
-        Self { separation_s: 0.1 }
-    }
-}
-
-/// Every frame but the ends, which nothing precedes or follows. Turning points are few, and a particle meets one that
-/// moves as it does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in
-/// `[GPDM graph]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EveryFrame;
-
-impl CandidateDetector for EveryFrame {
-    fn detect(&self, positions: &[Vec<Point3<f64>>], _frames_per_second: f64) -> Vec<usize> {
-        (1..positions.len().saturating_sub(1)).collect()
-    }
-}
-
-impl CandidateDetector for ShortTermPca {
-    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
-        let coordinate = smoothed(&self.coordinate(positions, frames_per_second));
-        let turns = |t: usize| {
-            let (before, after) = (coordinate[t] - coordinate[t - 1], coordinate[t + 1] - coordinate[t]);
-            before * after < 0.0 || (before != 0.0 && after == 0.0)
-        };
-        spaced(
-            (1..coordinate.len().saturating_sub(1)).filter(|t| turns(*t)),
-            &coordinate,
-            self.separation_s,
-            frames_per_second,
-        )
-    }
-}
-
-impl ShortTermPca {
-    /// The coordinate along each window's first component, averaged over windows.
-    fn coordinate(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<f64> {
-        let frames = positions.len();
-        let window = ((self.window_s * frames_per_second).round() as usize).clamp(2, frames.max(2));
-        let hop = ((self.hop_s * frames_per_second).round() as usize).max(1);
-        let (mut sum, mut count) = (vec![0.0; frames], vec![0_u32; frames]);
-        let mut previous: Option<Vec<f64>> = None;
-        let mut start = 0;
-        while start < frames {
-            let first = start.min(frames.saturating_sub(window));
-            let end = (first + window).min(frames);
-            let (component, coordinates) = leading_component(&positions[first..end], previous.as_deref());
-            for (t, value) in (first..end).zip(coordinates) {
-                sum[t] += value;
-                count[t] += 1;
-            }
-            previous = Some(component);
-            if end == frames {
-                break;
-            }
-            start += hop;
+/// The coordinate along each window's first component, averaged over windows.
+fn leading_coordinate(positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<f64> {
+    let frames = positions.len();
+    let window = ((WINDOW_S * frames_per_second).round() as usize).clamp(2, frames.max(2));
+    let hop = ((HOP_S * frames_per_second).round() as usize).max(1);
+    let (mut sum, mut count) = (vec![0.0; frames], vec![0_u32; frames]);
+    let mut previous: Option<Vec<f64>> = None;
+    let mut start = 0;
+    while start < frames {
+        let first = start.min(frames.saturating_sub(window));
+        let end = (first + window).min(frames);
+        let (component, coordinates) = leading_component(&positions[first..end], previous.as_deref());
+        for (t, value) in (first..end).zip(coordinates) {
+            sum[t] += value;
+            count[t] += 1;
         }
-        sum.iter().zip(&count).map(|(s, n)| s / f64::from((*n).max(1))).collect()
+        previous = Some(component);
+        if end == frames {
+            break;
+        }
+        start += hop;
     }
+    sum.iter().zip(&count).map(|(s, n)| s / f64::from((*n).max(1))).collect()
 }
 
-impl CandidateDetector for SpeedMinima {
-    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
-        let frames = positions.len();
-        if frames < 3 {
-            return Vec::new();
-        }
-        let speed: Vec<f64> = (0..frames)
-            .map(|t| {
-                let (a, b) = (&positions[t.saturating_sub(1)], &positions[(t + 1).min(frames - 1)]);
-                a.iter().zip(b).map(|(a, b)| (b - a).norm()).sum::<f64>() / a.len().max(1) as f64
-            })
-            .collect();
-        let speed = smoothed(&speed);
-        let rests = |t: usize| speed[t] < speed[t - 1] && speed[t] <= speed[t + 1];
-        spaced((1..frames - 1).filter(|t| rests(*t)), &speed, self.separation_s, frames_per_second)
+fn speed_minima(positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
+    let frames = positions.len();
+    if frames < 3 {
+        return Vec::new();
     }
+    let speed: Vec<f64> = (0..frames)
+        .map(|t| {
+            let (a, b) = (&positions[t.saturating_sub(1)], &positions[(t + 1).min(frames - 1)]);
+            a.iter().zip(b).map(|(a, b)| (b - a).norm()).sum::<f64>() / a.len().max(1) as f64
+        })
+        .collect();
+    let speed = smoothed(&speed);
+    let rests = |t: &usize| speed[*t] < speed[t - 1] && speed[*t] <= speed[t + 1];
+    spaced((1..frames - 1).filter(rests), &speed, frames_per_second)
 }
 
 /// First principal component of a window of positions and the coordinates along it; its sign is that of `previous`.
@@ -183,8 +135,8 @@ fn smoothed(values: &[f64]) -> Vec<f64> {
 }
 
 /// Drops candidates nearer than the separation to the ends of the motion or to an earlier kept one.
-fn spaced(found: impl Iterator<Item = usize>, values: &[f64], separation_s: f64, frames_per_second: f64) -> Vec<usize> {
-    let separation = ((separation_s * frames_per_second).round() as usize).max(1);
+fn spaced(found: impl Iterator<Item = usize>, values: &[f64], frames_per_second: f64) -> Vec<usize> {
+    let separation = ((SEPARATION_S * frames_per_second).round() as usize).max(1);
     let mut kept: Vec<usize> = Vec::new();
     for t in found.filter(|t| *t >= separation && *t + separation < values.len()) {
         if kept.last().is_none_or(|last| t - last >= separation) {
@@ -211,7 +163,7 @@ mod tests {
     #[test]
     fn both_detectors_find_where_a_swing_turns() {
         for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
-            let found = detector.build().detect(&swing(240), 60.0);
+            let found = detector.detect(&swing(240), 60.0);
             let expected: Vec<usize> = (0..8).map(|k| 15 + 30 * k).collect();
             assert_eq!(found.len(), expected.len(), "{detector:?}: {found:?}");
             assert!(found.iter().zip(&expected).all(|(a, b)| a.abs_diff(*b) <= 1), "{detector:?}: {found:?}");
@@ -222,21 +174,21 @@ mod tests {
     fn a_motion_at_rest_or_of_a_few_frames_has_no_candidates() {
         let rest = vec![vec![Point3::new(0.1, 0.2, 0.3)]; 120];
         for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
-            assert!(detector.build().detect(&rest, 60.0).is_empty(), "{detector:?}");
-            assert!(detector.build().detect(&swing(2), 60.0).is_empty(), "{detector:?}");
+            assert!(detector.detect(&rest, 60.0).is_empty(), "{detector:?}");
+            assert!(detector.detect(&swing(2), 60.0).is_empty(), "{detector:?}");
         }
     }
 
     #[test]
     fn every_frame_between_the_ends_is_a_candidate_and_holds_those_of_the_others() {
-        let every = Detector::EveryFrame.build();
+        let every = Detector::EveryFrame;
         for frames in 0..3 {
             assert!(every.detect(&swing(frames), 60.0).is_empty(), "{frames} frames");
         }
         let all = every.detect(&swing(240), 60.0);
         assert_eq!((all.len(), all[0], all[237]), (238, 1, 238));
         for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
-            assert!(detector.build().detect(&swing(240), 60.0).iter().all(|t| all.contains(t)), "{detector:?}");
+            assert!(detector.detect(&swing(240), 60.0).iter().all(|t| all.contains(t)), "{detector:?}");
         }
     }
 }

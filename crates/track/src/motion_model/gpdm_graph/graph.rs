@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::UnitQuaternion;
 
 use super::candidates::Detector;
-use super::segmentation::SegmentRange;
+use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -40,6 +40,48 @@ impl Default for GraphSettings {
             joint: false,
         }
     }
+}
+
+/// What kind of model settings ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelKind {
+    /// The original GPDM: no segments, no candidates.
+    Gpdm,
+    /// A graph of GPDMs, one of each segment.
+    GpdmGraph,
+}
+
+impl ModelKind {
+    /// Its name, as `skiagraph train --model` spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gpdm => "gpdm",
+            Self::GpdmGraph => "gpdm-graph",
+        }
+    }
+}
+
+impl GraphSettings {
+    /// The default settings of a kind of model.
+    pub fn from_kind(kind: ModelKind) -> Self {
+        Self { single: kind == ModelKind::Gpdm, ..Self::default() }
+    }
+
+    /// What kind of model they ask for.
+    pub fn kind(&self) -> ModelKind {
+        if self.single { ModelKind::Gpdm } else { ModelKind::GpdmGraph }
+    }
+}
+
+/// Frames `first .. end` of one training motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct SegmentRange {
+    /// Index of the training motion.
+    pub motion: usize,
+    /// First frame.
+    pub first: usize,
+    /// One past the last frame.
+    pub end: usize,
 }
 
 /// One model of the graph.
@@ -126,15 +168,8 @@ pub enum GraphError {
         other: f64,
     },
     /// A setting is out of its range.
-    #[error("{key}: expected {expected}, found {found}")]
-    Setting {
-        /// The setting.
-        key: &'static str,
-        /// What is allowed.
-        expected: &'static str,
-        /// What was given.
-        found: String,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Segments that were learned before are not the beginning of these motions.
     #[error("the saved segments do not belong to these training motions: train again")]
     OtherSegments,

@@ -2,9 +2,10 @@
 
 use nalgebra::Point3;
 
-use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings};
-use super::segmentation::{LearnedSegment, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
+use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings, SegmentRange};
+use super::segmentation::{TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
 
@@ -85,38 +86,23 @@ impl<'a> GraphLearner<'a> {
         keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&GraphSegment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
-        if self.settings.joint {
-            return self.grow_jointly(keep_on).map(Some);
-        }
-        let (training, options) = (&self.training[index], &self.settings.training);
+        let (training, chart, options) = (&self.training[index], &self.graph.chart, &self.settings.training);
         let end = self.motions[index].poses.len();
-        let learned = if self.settings.single {
-            learn(training, &self.graph.chart, first, end, options, keep_on)
+        let learned = if self.settings.joint {
+            learn_jointly(&self.training, chart, options, keep_on)
+        } else if self.settings.single {
+            learn(training, chart, first, end, options, keep_on)
         } else {
-            grow_segment(training, &self.graph.chart, first, self.clip, self.threshold, options, keep_on)
+            grow_segment(training, chart, first, self.clip, self.threshold, options, keep_on)
         };
         let range = SegmentRange { motion: index, first, end };
-        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
-        let rotations = training.rotations[range.first..range.end].to_vec();
-        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
+        self.graph.segments.push(learned.map_err(|source| GraphError::Model { range, source })?);
         Ok(self.graph.segments.last())
-    }
-
-    fn grow_jointly(
-        &mut self,
-        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-    ) -> Result<&GraphSegment, GraphError> {
-        let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
-        let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
-        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
-        let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
-        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
-        Ok(&self.graph.segments[0])
     }
 
     /// The graph of what was learned, its inter-transition candidates found.
     pub fn finish(mut self) -> GpdmGraph {
-        let detector = self.settings.detector.build();
+        let detector = self.settings.detector;
         for (index, motion) in self.motions.iter().enumerate() {
             let turns = detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
             let located = turns.into_iter().filter_map(|frame| self.graph.locate(index, frame)).collect::<Vec<_>>();
@@ -141,22 +127,13 @@ impl<'a> GraphLearner<'a> {
 }
 
 impl GpdmGraph {
-    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
-    /// [`GraphLearner`] does the same step by step.
+    /// Learns a graph of `body`'s motions; [`GraphLearner`] does the same step by step.
     ///
     /// # Errors
     /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
-    pub fn learn(
-        body: &Humanoid,
-        motions: &[Motion],
-        settings: &GraphSettings,
-        mut progress: impl FnMut(&GraphSegment, usize),
-    ) -> Result<Self, GraphError> {
+    pub fn learn(body: &Humanoid, motions: &[Motion], settings: &GraphSettings) -> Result<Self, GraphError> {
         let mut learner = GraphLearner::new(body, motions, settings)?;
-        while let Some(segment) = learner.grow(&mut |_, _| true)? {
-            let segment = segment.clone();
-            progress(&segment, learner.frames_done());
-        }
+        while learner.grow(&mut |_, _| true)?.is_some() {}
         Ok(learner.finish())
     }
 }
@@ -166,15 +143,16 @@ fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize),
     if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
         return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
     }
-    let wrong = |key, expected, found| Err(GraphError::Setting { key, expected, found });
     if !(settings.clip_s > 0.0 && settings.clip_s <= 60.0) {
-        return wrong("clip_s", "seconds, > 0 and at most 60", settings.clip_s.to_string());
+        return Err(SettingError::new("clip_s", "seconds, > 0 and at most 60", settings.clip_s).into());
     }
     if !(settings.threshold_per_joint > 0.0 && settings.threshold_per_joint.is_finite()) {
-        return wrong("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint.to_string());
+        return Err(SettingError::new("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint).into());
     }
     if !(1..=8).contains(&settings.training.latent_dimensions) {
-        return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
+        return Err(
+            SettingError::new("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions).into()
+        );
     }
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);
@@ -226,7 +204,7 @@ mod tests {
     fn a_graph_taken_up_again_is_the_graph_learned_at_once() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 70), swinging(&body, 40)], quick());
-        let at_once = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let at_once = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         assert!(at_once.segments.len() > 2, "{} segments", at_once.segments.len());
         let finished = at_once.segments[..2].to_vec();
         let mut learner = GraphLearner::new(&body, &motions, &settings).unwrap().resume(finished).unwrap();
@@ -239,7 +217,7 @@ mod tests {
     fn segments_of_another_motion_are_not_taken_up() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 40)], quick());
-        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let graph = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         let mut other = motions.clone();
         other[0].poses[3].joint_angles[0] += 0.01;
         let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
@@ -252,7 +230,7 @@ mod tests {
         let motions = [swinging(&body, 40)];
         let single = GraphSettings { single: true, ..quick() };
         let [single, joint] = [single.clone(), GraphSettings { joint: true, ..single }]
-            .map(|settings| GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap());
+            .map(|settings| GpdmGraph::learn(&body, &motions, &settings).unwrap());
         assert_eq!(single, joint);
     }
 
@@ -263,7 +241,7 @@ mod tests {
         other.poses.reverse();
         let motions = [swinging(&body, 70), other];
         let settings = GraphSettings { joint: true, ..quick() };
-        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        let graph = GpdmGraph::learn(&body, &motions, &settings).unwrap();
         assert_eq!((graph.segments.len(), &graph.segments[0].gpdm.layout().lengths), (1, &vec![70, 50]));
         let segment = &graph.segments[0];
         assert_eq!([0, 69, 70, 119].map(|row| segment.source_of(row)), [(0, 0), (0, 69), (1, 0), (1, 49)]);

@@ -2,18 +2,15 @@
 //!
 //! Learning needs no labels: a segment grows clip by clip as long as the model's own simulation of it stays close to
 //! the recording (`[GPDM graph]` Table 1, [`GpdmGraph::learn`]); inter-transition candidates are turning points of the
-//! motion ([`CandidateDetector`]). Tracking moves particles within a model by its dynamics and between models by the
+//! motion ([`Detector`]). Tracking moves particles within a model by its dynamics and between models by the
 //! similarity of poses (`[GPDM graph]` section 3.3; [`super::LatentModel`]).
 
 mod candidates;
 mod graph;
 mod learner;
-mod model_kind;
 mod parts;
 mod segmentation;
 
-pub use candidates::{CandidateDetector, Detector, EveryFrame, ShortTermPca, SpeedMinima};
-pub use graph::{Candidate, GpdmGraph, GraphError, GraphSegment, GraphSettings};
+pub use candidates::Detector;
+pub use graph::{Candidate, GpdmGraph, GraphError, GraphSegment, GraphSettings, ModelKind, SegmentRange};
 pub use learner::GraphLearner;
-pub use model_kind::ModelKind;
-pub use segmentation::SegmentRange;

@@ -65,7 +65,7 @@ mod tests {
         let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
         let mut settings = GraphSettings::default();
         settings.training.rounds = 1;
-        let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).unwrap();
+        let graph = GpdmGraph::learn(&body, &[motion], &settings).unwrap();
         assert_eq!(graph.clone().checked().unwrap(), graph);
         type GraphFault<'a> = (&'a str, &'a dyn Fn(&mut GpdmGraph));
         let broken: [GraphFault<'_>; 5] = [

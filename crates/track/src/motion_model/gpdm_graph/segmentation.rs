@@ -5,31 +5,13 @@ use nalgebra::UnitQuaternion;
 
 use super::super::gpdm::{Gpdm, GpdmError, Round, TrainingOptions, train_watched};
 use super::super::pose_chart::{PoseChart, distance};
-
-/// Frames `first .. end` of one training motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct SegmentRange {
-    /// Index of the training motion.
-    pub motion: usize,
-    /// First frame.
-    pub first: usize,
-    /// One past the last frame.
-    pub end: usize,
-}
+use super::graph::{GraphSegment, SegmentRange};
 
 /// Observation vectors and joint rotations of one training motion.
 pub(super) struct TrainingMotion {
     pub(super) index: usize,
     pub(super) observations: Mat<f64>,
     pub(super) rotations: Vec<Vec<UnitQuaternion<f64>>>,
-}
-
-/// A model of one segment and how far its simulation strays from the recording, per frame (`[GPDM graph]` Eq. 9,
-/// rad^2).
-pub(super) struct LearnedSegment {
-    pub(super) range: SegmentRange,
-    pub(super) gpdm: Gpdm,
-    pub(super) errors: Vec<f64>,
 }
 
 /// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within `threshold`
@@ -45,7 +27,7 @@ pub(super) fn grow_segment(
     threshold: f64,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<LearnedSegment, GpdmError> {
+) -> Result<GraphSegment, GpdmError> {
     let frames = motion.observations.nrows();
     // a remainder shorter than a clip could not stand alone
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
@@ -68,13 +50,14 @@ pub(super) fn learn(
     end: usize,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<LearnedSegment, GpdmError> {
+) -> Result<GraphSegment, GpdmError> {
     let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
     let gpdm = train_watched(rows, &[end - first], options, &mut |round| keep_on(range, round))?;
     let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
-    let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations[first..end]);
-    Ok(LearnedSegment { range, gpdm, errors })
+    let rotations = motion.rotations[first..end].to_vec();
+    let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &rotations);
+    Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
 /// One model of all frames of all motions, of which none leads into the next.
@@ -83,7 +66,7 @@ pub(super) fn learn_jointly(
     chart: &PoseChart,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<LearnedSegment, GpdmError> {
+) -> Result<GraphSegment, GpdmError> {
     let lengths: Vec<usize> = motions.iter().map(|motion| motion.observations.nrows()).collect();
     let range = SegmentRange { motion: 0, first: 0, end: lengths.first().copied().unwrap_or(0) };
     let mut rows = Mat::zeros(lengths.iter().sum(), chart.dimensions());
@@ -98,11 +81,12 @@ pub(super) fn learn_jointly(
         reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)
     };
     let errors = motions.iter().enumerate().flat_map(errors_of).collect();
-    Ok(LearnedSegment { range, gpdm, errors })
+    let rotations = motions.iter().flat_map(|motion| motion.rotations.iter().cloned()).collect();
+    Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
 /// `[GPDM graph]` Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
-pub(super) fn reconstruction_errors(
+fn reconstruction_errors(
     gpdm: &Gpdm,
     chart: &PoseChart,
     latents: MatRef<'_, f64>,

@@ -15,8 +15,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::super::NormalEquations;
 use super::super::pose_chart::PlanarRoot;
-use super::expected::Expected;
-use super::model::{LatentModel, LatentParticle};
+use super::model::{Expected, LatentModel, LatentParticle};
 
 /// What one squared standard deviation of the prior costs, squared lengths of an outline's residuals: neighbouring
 /// residuals are off together, so that some tens of them count as one. Chosen of 1, 4 and 16 on takes that are not

@@ -6,8 +6,6 @@
 //! remembers and from the velocities that the model maps to.
 
 mod descent;
-mod expected;
-mod footholds;
 mod footing;
 mod initialisation;
 mod model;

@@ -9,8 +9,7 @@ use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
-use super::super::{MotionModel, MotionModelError, NormalEquations};
-use super::expected::Expected;
+use super::super::{ModelOccupancy, MotionModel, NormalEquations, SettingError};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};
@@ -74,6 +73,20 @@ pub struct LatentParticle {
     pub(super) expected: Option<Arc<Expected>>,
 }
 
+/// What a model expects of a particle before its noise is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Expected {
+    /// Mean of the latent point.
+    pub(super) latent: Vec<f64>,
+    /// Deviation of every coordinate of it.
+    pub(super) deviation: f64,
+    /// Mean of the offset.
+    pub(super) offset: Vec<f64>,
+    /// Pose and place one frame before.
+    pub(super) before: Pose,
+    pub(super) place: RootPlace,
+}
+
 /// Where a particle starts from in a frame, after its inter-transition.
 struct TransitionSource {
     segment: usize,
@@ -96,16 +109,13 @@ impl LatentModel {
     /// Particles of `graph` that move `body`, the body whose motions the graph was learned from.
     ///
     /// # Errors
-    /// [`MotionModelError::Setting`] where a setting is out of its range or the body is another.
-    pub fn new(body: Humanoid, graph: Arc<GpdmGraph>, settings: LatentSettings) -> Result<Self, MotionModelError> {
+    /// [`SettingError`] where a setting is out of its range or the body is another.
+    pub fn new(body: Humanoid, graph: Arc<GpdmGraph>, settings: LatentSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         let (known, found) = (graph.chart.angles(), body.degrees_of_freedom.len());
         if known != found {
-            return Err(MotionModelError::Setting {
-                key: "model",
-                expected: format!("a model of a body with {found} degrees of freedom, as the tracker's"),
-                found: format!("one of a body with {known}"),
-            });
+            let expected = format!("a model of a body with {found} degrees of freedom, as the tracker's");
+            return Err(SettingError::new("model", expected, format!("one of a body with {known}")));
         }
         let spreads: Vec<f64> = graph.segments.iter().map(|s| s.gpdm.latent_spread()).collect();
         let footing = match settings.root_motion {
@@ -417,16 +427,15 @@ impl MotionModel for LatentModel {
         self.descended(state, &evidence)
     }
 
-    fn occupied(&self, state: &LatentParticle) -> usize {
-        state.segment
-    }
-
-    fn models(&self) -> usize {
-        self.graph.segments.len()
-    }
-
-    fn was_recovered(&self, state: &LatentParticle) -> bool {
-        state.recovered
+    fn occupancy(&self, states: &[LatentParticle], weights: &[f64]) -> Vec<ModelOccupancy> {
+        let mut occupancy = vec![ModelOccupancy::default(); self.graph.segments.len()];
+        for (state, weight) in states.iter().zip(weights) {
+            let model = &mut occupancy[state.segment];
+            model.particles += 1;
+            model.weight += weight;
+            model.recovered += u32::from(state.recovered);
+        }
+        occupancy
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::MotionModelError;
+use super::super::SettingError;
 
 /// Greatest distance of a jump, rad^2 per anatomical joint: `[GPDM graph]`'s.
 pub(super) const JUMP_THRESHOLD: f64 = 1.0 / 13.0;
@@ -10,8 +10,7 @@ pub(super) const JUMP_THRESHOLD: f64 = 1.0 / 13.0;
 pub(super) const VELOCITY_WEIGHT: f64 = 0.02;
 
 /// How particles move in and between latent spaces.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatentSettings {
     /// How particles change from one model to another.
     pub transition: InterTransition,
@@ -49,8 +48,7 @@ pub enum RootMotion {
 }
 
 /// How particles change from one model to another.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterTransition {
     /// Not at all: the original GPDM, which has one model.
     None,
@@ -132,8 +130,8 @@ impl LatentSettings {
     /// Checks every range.
     ///
     /// # Errors
-    /// [`MotionModelError::Setting`] names the first setting that is out of its range.
-    pub fn validate(&self) -> Result<(), MotionModelError> {
+    /// [`SettingError`] names the first setting that is out of its range.
+    pub fn validate(&self) -> Result<(), SettingError> {
         let (one, any) = ([0.0, 1.0], [0.0, f64::MAX]);
         let mut checks = vec![("noise_floor", self.noise_floor, one), ("start_jitter", self.start_jitter, any)];
         checks.push(("residual_scale", self.residual_scale, any));
@@ -142,21 +140,21 @@ impl LatentSettings {
         match self.transition {
             InterTransition::None => {}
             InterTransition::Switching { probability } => {
-                checks.push(("transition.switching.probability", probability, one));
+                checks.push(("model.probability", probability, one));
             }
             InterTransition::Graph { threshold, width, velocity_weight, .. } => checks.extend([
-                ("transition.graph.threshold", threshold, any),
-                ("transition.graph.width", width, [f64::MIN_POSITIVE, f64::MAX]),
-                ("transition.graph.velocity_weight", velocity_weight, any),
+                ("model.jump_threshold_per_joint", threshold, any),
+                ("model.jump_width_per_joint", width, [f64::MIN_POSITIVE, f64::MAX]),
+                ("model.velocity_weight", velocity_weight, any),
             ]),
         }
         match checks.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value)) {
             None => Ok(()),
-            Some((key, value, [low, high])) => Err(MotionModelError::Setting {
-                key,
-                expected: if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") },
-                found: value.to_string(),
-            }),
+            Some((key, value, [low, high])) => {
+                let expected =
+                    if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") };
+                Err(SettingError::new(key, expected, value))
+            }
         }
     }
 }

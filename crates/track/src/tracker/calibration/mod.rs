@@ -17,10 +17,10 @@ use serde::{Deserialize, Serialize};
 pub(super) use self::importance::OutlineImportance;
 use self::shape::ShapeModel;
 use self::solve::{CalibrationProblem, CalibrationSolution};
-use super::{Likelihood, SettingError, SilhouetteLikelihood, SilhouetteSettings, TrackError};
-use crate::body::ProposalScales;
-use crate::body::{Humanoid, Pose};
+use super::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError};
+use crate::body::{Humanoid, Pose, ProposalScales};
 use crate::camera::CameraRig;
+use crate::motion_model::SettingError;
 use crate::observation::Observation;
 
 /// How many frames are looked at.

@@ -114,17 +114,21 @@ impl ShapeModel {
     }
 }
 
-/// Links, each with its mirror image.
-fn segments(body: &Humanoid) -> Vec<(String, Vec<usize>)> {
+/// Numbers of links or joints, each with its mirror image, by the name that both have.
+fn with_mirror_images<'a>(named: impl Iterator<Item = (usize, &'a str)>) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-    for (index, link) in body.links.iter().enumerate() {
-        let name = without_side(&link.name);
+    for (index, name) in named {
+        let name = without_side(name);
         match groups.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, links)) => links.push(index),
+            Some((_, alike)) => alike.push(index),
             None => groups.push((name, vec![index])),
         }
     }
     groups
+}
+
+fn segments(body: &Humanoid) -> Vec<(String, Vec<usize>)> {
+    with_mirror_images(body.links.iter().map(|link| link.name.as_str()).enumerate())
 }
 
 fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
@@ -227,16 +231,9 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
         let chains = (0..body.joints.len()).filter(|other| moves(*other) && body.joints[*other].parent == parent);
         moves(*joint) && chains.count() > 1
     };
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-    for joint in (0..body.joints.len()).filter(parts) {
-        let name = without_side(&body.joints[joint].name);
-        match groups.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, joints)) => joints.push(joint),
-            None => groups.push((name, vec![joint])),
-        }
-    }
+    let joints = (0..body.joints.len()).filter(parts).map(|joint| (joint, body.joints[joint].name.as_str()));
     let mut numbers = Vec::new();
-    for (name, joints) in groups {
+    for (name, joints) in with_mirror_images(joints) {
         for (way, word) in ["forward", "outward", "up"].into_iter().enumerate() {
             let direction = |joint: &usize| {
                 let (parent, frame) = (body.joints[*joint].parent, &body.joints[*joint].parent_from_joint);

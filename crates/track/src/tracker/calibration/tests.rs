@@ -3,7 +3,7 @@
 use super::*;
 use crate::body::BodyShape;
 use crate::raster::Mask;
-use crate::tracker::fixture::{self, March};
+use crate::tracker::fixture::{self, March, apart_mm};
 
 fn rig(cameras: u32) -> CameraRig {
     fixture::ring(cameras, 3.5, [320, 240])
@@ -25,13 +25,6 @@ fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, P
 
 fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> BodyCalibration {
     calibrate(body, rig, SilhouetteSettings::default(), seen).unwrap()
-}
-
-/// Mean distance of the markers of a body in a pose from those of another, mm.
-fn apart_mm((a, pose_a): (&Humanoid, &Pose), (b, pose_b): (&Humanoid, &Pose)) -> f64 {
-    let (a, b) = (a.markers(&a.link_frames(pose_a)), b.markers(&b.link_frames(pose_b)));
-    let all: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
-    1000.0 * all.iter().sum::<f64>() / all.len() as f64
 }
 
 #[test]

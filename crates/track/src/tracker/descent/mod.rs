@@ -14,7 +14,7 @@ mod samples;
 
 pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
 pub(super) use observed::{ObservedOutline, OutlineResidual};
-pub(super) use outline::BodyOutline;
+pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};
 
 use crate::body::{Humanoid, LinkFrames, SilhouettePainter};

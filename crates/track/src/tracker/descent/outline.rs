@@ -127,14 +127,14 @@ fn sample_ball(
 }
 
 /// A side of a capsule as the camera sees it: its outward normal and its ends.
-type CapsuleSide = (Vector3<f64>, [Point3<f64>; 2]);
+pub(in crate::tracker) type CapsuleSide = (Vector3<f64>, [Point3<f64>; 2]);
 
 /// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where
 /// one ball hides the other.
 ///
 /// Such a plane has n.a = -ra and n.b = -rb. With w = a x b and q = ra b - rb a that is
 /// n = -(q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2.
-fn sides(capsule: &TaperedCapsule) -> [Option<CapsuleSide>; 2] {
+pub(in crate::tracker) fn sides(capsule: &TaperedCapsule) -> [Option<CapsuleSide>; 2] {
     let (a, b) = (capsule.a.coords, capsule.b.coords);
     let (w, q) = (a.cross(&b), capsule.radius_a * b - capsule.radius_b * a);
     let (square, rest) = (w.norm_squared(), w.norm_squared() - q.norm_squared());

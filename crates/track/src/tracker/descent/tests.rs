@@ -59,10 +59,7 @@ fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, st
 
 /// Mean distance of the markers, millimetres.
 fn apart_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
-    let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
-    let distance = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| Some((a.as_ref()? - b.as_ref()?).norm());
-    let all: Vec<f64> = a.iter().zip(&b).filter_map(distance).collect();
-    1000.0 * all.iter().sum::<f64>() / all.len() as f64
+    fixture::apart_mm((body, a), (body, b))
 }
 
 /// `pose` with every number of a step off by `by`, up and down by turns.

@@ -1,4 +1,4 @@
-//! Lost limbs found, energies that never rise, and the same bits on any number of threads.
+//! Lost limbs found, and energies that never rise.
 
 use super::*;
 use crate::body::ProposalScales;
@@ -8,8 +8,8 @@ use crate::observation::Observation;
 use crate::raster::Mask;
 use crate::tracker::fixture::{self, March};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
-    SilhouetteSettings, TrackError, Tracker,
+    AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings,
+    TrackError, Tracker,
 };
 
 fn body() -> Humanoid {
@@ -59,10 +59,7 @@ fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<
 
 /// Mean distance of the markers, millimetres.
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
-    let body = body();
-    let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
-    let distances: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
-    1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
+    fixture::apart_mm((&body(), a), (&body(), b))
 }
 
 #[test]
@@ -140,19 +137,6 @@ fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refineme
         let limbs = if frame % 2 == 0 { 6 * (30 + 2) } else { 0 };
         assert_eq!(after.evaluations, before.evaluations + 3 + limbs, "frame {frame}");
     }
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same_bits() {
-    let rig = rig(3);
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let estimates = pool.install(|| tracked(&mut filter(24, &rig, RefinementSettings::default()), &rig, 0..4));
-        estimates.into_iter().map(|e| (e.pose, e.energy.map(f64::to_bits))).collect::<Vec<_>>()
-    };
-    let one = with(1);
-    assert_eq!(with(2), one);
-    assert_eq!(with(8), one);
 }
 
 #[test]
@@ -243,7 +227,7 @@ fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
 fn a_rule_that_rejects_poses_is_heeded() {
     let rig = rig(3);
     let settings = PlausibilitySettings { reject_beyond_m: Some(0.01), ..PlausibilitySettings::default() };
-    let likelihood = PlausibleLikelihood::new(likelihood(&rig), settings).unwrap();
+    let likelihood = likelihood(&rig).with_plausibility(settings).unwrap();
     let filter = FilterSettings { particles: 12, layers: 2, ..FilterSettings::default() };
     let filter = AnnealedParticleFilter::new(filter, model(), likelihood, 7).unwrap();
     let mut filter = filter.with_refinement(refinement(RefinementSettings::default())).unwrap();

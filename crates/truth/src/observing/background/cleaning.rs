@@ -10,11 +10,11 @@ use crate::raster::{Mask, closed, opened, without_specks};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cleaning {
-    /// Radius of the square that the mask is opened with, pixels: 1 is 3 x 3, 0 leaves it. Default: 1.
+    /// Radius of the square that the mask is opened with, pixels: 1 is 3 x 3, 0 leaves it.
     pub open_px: u32,
-    /// Radius of the square that the mask is closed with, pixels: 2 is 5 x 5, 0 leaves it. Default: 2.
+    /// Radius of the square that the mask is closed with, pixels: 2 is 5 x 5, 0 leaves it.
     pub close_px: u32,
-    /// Components of fewer pixels are cleared, but for the largest, and holes of fewer are filled. Default: 200.
+    /// Components of fewer pixels are cleared, but for the largest, and holes of fewer are filled.
     pub least_px: u32,
 }
 

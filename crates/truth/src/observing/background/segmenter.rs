@@ -14,7 +14,7 @@ pub struct BackgroundSettings {
     /// What a false alarm costs compared with a miss. Default: 1 in colour, 100 in grey.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub risk: Option<f64>,
-    /// Whether pixels that look like the background in shadow are taken out. Default: true.
+    /// Whether pixels that look like the background in shadow are taken out.
     pub remove_shadows: bool,
     /// How masks are cleaned.
     pub cleaning: Cleaning,

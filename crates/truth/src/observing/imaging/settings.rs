@@ -7,26 +7,25 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImageSettings {
-    /// Grey images in place of colour. Default: false.
+    /// Grey images in place of colour.
     pub grey: bool,
-    /// How far the colours of clothing and skin are from the mean colour of the background, grey values. Default: 60.
+    /// How far the colours of clothing and skin are from the mean colour of the background, grey values.
     pub clothing_contrast: f64,
-    /// Whether the actor casts a shadow on the ground. Default: true.
+    /// Whether the actor casts a shadow on the ground.
     pub shadow: bool,
-    /// Standard deviation of the read noise, grey values. Default: 2.5.
+    /// Standard deviation of the read noise, grey values.
     pub read_noise: f64,
-    /// Variance of the shot noise a grey value of brightness, grey values. Default: 0.02.
+    /// Variance of the shot noise a grey value of brightness, grey values.
     pub shot_noise: f64,
-    /// Greatest drift of the gain between the three periods in which the background is recorded, as a share. Default:
-    /// 0.02.
+    /// Greatest drift of the gain between the three periods in which the background is recorded, as a share.
     pub gain_drift: f64,
-    /// Greatest drift of the offset between those periods, grey values. Default: 3.
+    /// Greatest drift of the offset between those periods, grey values.
     pub offset_drift: f64,
     /// Quality, 1 to 100, at which the camera stores its images as JPEG before anybody sees them: it leaves blocks of 8
     /// by 8 pixels and ringing at edges. Colour is not subsampled. Default: not compressed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jpeg_quality: Option<u8>,
-    /// Images of the background in each of the three periods. Default: 20.
+    /// Images of the background in each of the three periods.
     pub background_frames: u32,
 }
 

@@ -33,7 +33,7 @@ fn learned() -> (Humanoid, Motion, Arc<GpdmGraph>) {
     let body = Humanoid::tracker25().unwrap();
     let motion = gait(&body, 90);
     let settings = GraphSettings { threshold_per_joint: 1e-4, ..GraphSettings::default() };
-    let graph = GpdmGraph::learn(&body, std::slice::from_ref(&motion), &settings, |_, _| {}).unwrap();
+    let graph = GpdmGraph::learn(&body, std::slice::from_ref(&motion), &settings).unwrap();
     (body, motion, Arc::new(graph))
 }
 
@@ -372,7 +372,7 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
     let (one, mut other) = (gait(&body, 60), gait(&body, 50));
     other.poses.reverse();
     let settings = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
-    let graph = GpdmGraph::learn(&body, &[one, other], &settings, |_, _| {}).unwrap();
+    let graph = GpdmGraph::learn(&body, &[one, other], &settings).unwrap();
     let graph = Arc::new(graph);
     let transition = InterTransition::None;
     let settings = LatentSettings { transition, ..LatentSettings::default() };

@@ -119,7 +119,7 @@ fn training_on_a_foot_that_stands_teaches_that_low_feet_are_firm() {
     let motion = on_one_leg(&body, &footing, 60);
     let mut settings = GraphSettings::default();
     settings.training.rounds = 1;
-    let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).unwrap();
+    let graph = GpdmGraph::learn(&body, &[motion], &settings).unwrap();
     let learned = Footing::learn(&body, &graph).unwrap();
     let at = |height: f64| {
         let place = Point3::new(0.0, 0.0, height);

@@ -1,9 +1,11 @@
-//! Short keys of overrides: `particles` for `tracker.annealed_particle_filter.particles`.
+//! Overrides, `key=value`: short keys (`particles` for `tracker.annealed_particle_filter.particles`), and values.
 
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::complaint::did_you_mean;
 use super::{Scenario, TrackerSettings};
+use crate::input::foreign;
 
 /// Greatest depth of nested tables.
 const DEEPEST: usize = 8;
@@ -89,6 +91,19 @@ fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
         keys.extend(keys_below(schema, choice, depth - 1));
     }
     keys
+}
+
+/// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
+pub(super) fn parse_value(text: &str) -> Result<Value, String> {
+    let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
+    if text.trim().is_empty() {
+        return Err("expected a value behind `=`, found none".to_owned());
+    }
+    match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
+        Ok(value) => Ok(value),
+        Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
+        Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
+    }
 }
 
 #[cfg(test)]
