@@ -2,7 +2,8 @@
 
 use super::output::counted;
 use crate::benchmark_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
-use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
+use crate::body::DegreeOfFreedom;
+use crate::experiment::{ClipSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
 use crate::input::plain;
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
@@ -135,8 +136,8 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
     push_notes(&mut text, &s.notes);
     let width = s.degrees_of_freedom.iter().map(|dof| dof.name.len()).max().unwrap_or(0).max("angle".len());
     text.push_str(&format!("\n\n  {:<width$}    lower    upper  velocity   effort", "angle"));
-    let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
-    for DegreeSummary { name, lower, upper, max_velocity, max_effort } in &s.degrees_of_freedom {
+    let shown = |value: f64| if value.is_finite() { format!("{value:.3}") } else { "-".to_owned() };
+    for DegreeOfFreedom { name, lower, upper, max_velocity, max_effort } in &s.degrees_of_freedom {
         let name = plain(name);
         let [lower, upper, velocity, effort] = [*lower, *upper, *max_velocity, *max_effort].map(shown);
         text.push_str(&format!("\n  {name:<width$}  {lower:>7}  {upper:>7}  {velocity:>8}  {effort:>7}"));

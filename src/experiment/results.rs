@@ -1,6 +1,7 @@
 //! The files of a measured run: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::external::ExternalRecord;
 use super::hints::Hint;
@@ -23,6 +24,8 @@ use crate::scenario::TrackerSettings;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
+/// What `run.json` begins with.
+pub(super) const RUN_SCHEMA: &str = "skiagraph.run/1";
 /// The name of a run's table of frames.
 pub const PER_FRAME_FILE: &str = "per_frame.csv";
 /// The name of a run's report.
@@ -35,50 +38,57 @@ const SHEET_FRAMES: usize = 5;
 /// How many of the worst frames have a picture in the report.
 const WORST_FRAMES: usize = 10;
 
-/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds. It is
+/// written and read as this; files of earlier versions may lack what has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// `skiagraph.run/1`.
     pub schema: String,
     /// The scenario's, and so the set's, name.
     pub scenario: String,
     /// First seed.
+    #[serde(default)]
     pub seed: u64,
     /// All seeds.
     pub seeds: Vec<u64>,
     /// The tracker's name; `external` for poses that another program made.
     pub tracker: String,
     /// What would explain most of the error, if the estimate were read otherwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hint: Option<Hint>,
     /// How the file was read, of poses that another program made.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_as: Option<ReadAs>,
     /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
-    pub settings: Option<TrackerSettings>,
+    pub settings: Option<Value>,
     /// What the tracker learned from, in words; empty where it learns nothing, and for poses that another program made.
+    #[serde(default)]
     pub learned_from: Vec<String>,
     /// Hash of the set's files.
     pub set_hash: String,
-    /// Hash of all that the set shares with other draws of its observation's noise.
-    pub scene_hash: String,
+    /// Hash of all that the set shares with other draws of its observation's noise; records of earlier versions have
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_hash: Option<String>,
     /// Seed of the observations, where anything is drawn with it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
     /// Version of the program.
     pub version: String,
     /// What is known about bodies and motion, in words.
+    #[serde(default)]
     pub facts: Vec<FactGroup>,
     /// Whether actor and tracker share one body.
+    #[serde(default)]
     pub matched: bool,
     /// How the truth came to stand on the ground; absent where contact was neither measured nor changed.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
     /// How the observations were made; absent where they are exact.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation: Option<ObservationFacts>,
     /// How good the observed silhouettes are, means over cameras and frames; absent where they are exact.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub segmentation: Option<SegmentationQuality>,
     /// Number of frames.
     pub frames: usize,
@@ -88,22 +98,27 @@ pub struct RunRecord {
     #[serde(flatten)]
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
+    #[serde(default)]
     pub frozen: std::collections::BTreeMap<String, f64>,
     /// The run in words: how good it is, and whether the search or the model is at fault.
     pub verdict: Verdict,
     /// File with one row per seed and frame.
+    #[serde(default)]
     pub per_frame: String,
     /// File with estimates and truth.
+    #[serde(default)]
     pub poses: String,
     /// File for people.
+    #[serde(default)]
     pub report: String,
     /// What differs from run to run; absent for poses that another program made.
+    #[serde(default)]
     pub timing: Option<TrackTiming>,
     /// The program that tracked, where one did.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<ExternalRecord>,
     /// The file or folder that was measured, as the command named it, where the results stand elsewhere.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<String>,
 }
 
@@ -212,17 +227,17 @@ fn record(
     let track = tracked.record.as_ref();
     let seeds = tracked.estimates.seeds.clone();
     RunRecord {
-        schema: "skiagraph.run/1".to_owned(),
+        schema: RUN_SCHEMA.to_owned(),
         scenario: set.blind.name.clone(),
         seed: seeds.first().copied().unwrap_or_default(),
         seeds,
         tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
         hint: measures.hint.clone(),
         read_as: tracked.read_as.clone(),
-        settings: track.map(|t| t.tracker.clone()),
+        settings: track.and_then(|t| serde_json::to_value(&t.tracker).ok()),
         learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
         set_hash: set.blind.set_hash.clone(),
-        scene_hash: scene_hash(set),
+        scene_hash: Some(scene_hash(set)),
         observation_seed: set.truth.facts.observation_seed,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts.to_vec(),

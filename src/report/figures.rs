@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use crate::body::LANDMARKS;
-use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean, quantile};
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
+use super::comparison::median_line;
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
@@ -97,20 +98,10 @@ fn lines(
 fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     let errors: Vec<&[Option<f64>]> =
         input.runs.iter().map(|run| per_frame(run.run.evaluation, "humaneva_mm")).collect();
-    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
-    for frame in 0..errors.iter().map(|run| run.len()).max().unwrap_or(0) {
-        let mut present: Vec<f64> = errors.iter().filter_map(|run| run.get(frame).copied().flatten()).collect();
-        present.sort_by(f64::total_cmp);
-        let ends = present.first().zip(present.last()).map(|(low, high)| [*low, *high]);
-        tracker.points.push((frame as f64, quantile(&present, 0.5)));
-        tracker.band.push((frame as f64, ends));
-    }
     let several = input.runs.len() > 1;
-    if several {
-        tracker.name = format!("tracker, median and range of {} seeds", input.runs.len());
-    } else {
-        tracker.band.clear();
-    }
+    let name =
+        if several { format!("tracker, median and range of {} seeds", input.runs.len()) } else { "tracker".to_owned() };
+    let tracker = median_line(&name, Stroke::solid(Colour::Blue), &errors, |frame| frame as f64);
     let greatest = errors.iter().copied().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
     let frozen = input.frozen.map(|frozen| per_frame(frozen, "humaneva_mm"));
     let frozen_greatest = frozen.into_iter().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
@@ -309,15 +300,10 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         evaluation.pck_curve.iter().map(|point| (point.threshold_mm, Some(100.0 * point.fraction))).collect()
     };
     let curves: Vec<_> = input.runs.iter().map(|run| curve(run.run.evaluation)).collect();
-    let thresholds = curves.first().map_or(0, Vec::len);
-    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
-    for index in 0..thresholds {
-        let mut present: Vec<f64> = curves.iter().filter_map(|c| c.get(index)?.1).collect();
-        present.sort_by(f64::total_cmp);
-        let x = curves[0][index].0;
-        tracker.points.push((x, quantile(&present, 0.5)));
-        tracker.band.push((x, present.first().zip(present.last()).map(|(low, high)| [*low, *high])));
-    }
+    let shares: Vec<Vec<Option<f64>>> =
+        curves.iter().map(|curve| curve.iter().map(|(_, share)| *share).collect()).collect();
+    let threshold = |index: usize| curves[0].get(index).map_or(0.0, |(threshold, _)| *threshold);
+    let tracker = median_line("tracker", Stroke::solid(Colour::Blue), &shares, threshold);
     let mut all = vec![tracker];
     let frozen = input.frozen.map(curve);
     all.extend(frozen.map(|points| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), points)));

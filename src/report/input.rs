@@ -39,7 +39,7 @@ pub struct ReportInput<'a> {
 }
 
 /// Some facts that belong together.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FactGroup {
     /// Heading.
     pub title: String,

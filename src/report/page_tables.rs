@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::displayed::{between, number, signed_to};
-use crate::evaluation::{BreakdownSummary, PerCameraSummary, Summary, Unit};
+use crate::evaluation::{BreakdownSummary, PerCameraError, Summary, Unit};
 
 /// A camera and its errors, as text.
 #[derive(Serialize)]
@@ -37,7 +37,7 @@ struct BreakdownRow<'a> {
 /// One row a camera.
 pub(super) fn camera_rows(summary: &Summary) -> Vec<CameraRow<'_>> {
     let share = |value: Option<f64>| value.map_or("–".to_owned(), |value| number(value, Unit::Fraction));
-    let row = |camera: &'_ PerCameraSummary| -> [String; 4] {
+    let row = |camera: &'_ PerCameraError| -> [String; 4] {
         let error_px = camera.error_px.map_or("–".to_owned(), |error| number(error, Unit::Pixel));
         [error_px, share(camera.overlap), share(camera.boundary_f), share(camera.visible)]
     };

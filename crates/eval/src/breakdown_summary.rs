@@ -1,7 +1,8 @@
-//! Errors by groups of markers over several runs.
+//! Errors by groups of markers and by cameras, over several runs.
 
 use serde::{Deserialize, Serialize};
 
+use super::PerCameraError;
 use super::breakdown::BreakdownGroup;
 use super::interval::{Interval, ValueRange, mean_interval};
 use super::seed_run::{SeedRun, by_clip, mean_over_clips};
@@ -56,4 +57,25 @@ pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
         })
     };
     names.into_iter().filter_map(summary).collect()
+}
+
+/// All cameras over all runs, in the order in which they are met.
+pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraError> {
+    let mut names: Vec<&str> = Vec::new();
+    for camera in runs.iter().flat_map(|run| &run.evaluation.per_camera) {
+        if !names.contains(&camera.camera.as_str()) {
+            names.push(&camera.camera);
+        }
+    }
+    let mean = |name: &str, value: fn(&PerCameraError) -> Option<f64>| {
+        mean_over_clips(runs, |run| value(run.evaluation.per_camera.iter().find(|camera| camera.camera == name)?))
+    };
+    let summary = |name: &str| PerCameraError {
+        camera: name.to_owned(),
+        error_px: mean(name, |camera| camera.error_px),
+        overlap: mean(name, |camera| camera.overlap),
+        boundary_f: mean(name, |camera| camera.boundary_f),
+        visible: mean(name, |camera| camera.visible),
+    };
+    names.into_iter().map(summary).collect()
 }

@@ -33,7 +33,6 @@ mod balance;
 mod boundary;
 mod breakdown;
 mod breakdown_summary;
-mod camera_summary;
 mod comparison;
 #[cfg(test)]
 mod conformance;
@@ -66,16 +65,14 @@ mod mpjpe;
 mod orientation;
 mod pck;
 mod pck_3dpw;
+mod penetration;
 mod per_frame;
 mod procrustes;
-mod prop_penetration;
 mod protocol;
 mod registry;
 mod reprojection;
-mod scaled_mpjpe;
 mod seed_run;
 mod segmentation;
-mod self_penetration;
 mod sequence;
 mod silhouette;
 mod statistics;
@@ -88,7 +85,6 @@ mod track_loss;
 
 pub use breakdown::BreakdownGroup;
 pub use breakdown_summary::BreakdownSummary;
-pub use camera_summary::PerCameraSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
     LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,

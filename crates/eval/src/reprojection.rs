@@ -20,7 +20,7 @@ pub(super) const ERROR: Metric = Metric {
     measure: error,
 };
 
-/// One camera of one sequence.
+/// One camera of a sequence, or of several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PerCameraError {
     /// Its name.

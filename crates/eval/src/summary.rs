@@ -4,14 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::breakdown_summary::{BreakdownSummary, summarise_groups};
-use super::camera_summary::{PerCameraSummary, summarise_cameras};
+use super::breakdown_summary::{BreakdownSummary, summarise_cameras, summarise_groups};
 use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, Unit, ValueRange, find_metric, interval_words,
-    mean, mean_interval,
+    EvaluationError, FrameSpread, Interval, LostStretch, MetricValue, PerCameraError, Unit, ValueRange, find_metric,
+    interval_words, mean, mean_interval,
 };
 use crate::body::LANDMARKS;
 
@@ -44,9 +43,9 @@ pub struct Summary {
     /// Mean error by groups of markers: phase of gait, speed, cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownSummary>,
-    /// Errors by camera.
+    /// Errors by camera: means over clips of each clip's mean over seeds.
     #[serde(default)]
-    pub per_camera: Vec<PerCameraSummary>,
+    pub per_camera: Vec<PerCameraError>,
 }
 
 /// The longest stretch with a lost marker, and the run that it is in.

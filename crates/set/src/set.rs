@@ -137,14 +137,7 @@ impl TruthSet {
     fn parse(files: &SetFiles) -> Result<Self, SetError> {
         files.refuse_without_truth()?;
         let sequence = BlindManifest::from_toml(&files.read(manifest::PATH)?)?.sequence;
-        let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
-        let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-        let props = match files.has(props_file::PATH) {
-            true => props_file::from_json(&files.read(props_file::PATH)?)?,
-            false => Vec::new(),
-        };
-        let (mut ground_truth, refitted) = truth_file::from_npz(&npz, actor, props, sequence.cameras)?;
-        ground_truth.distractors = distractors_file::read(files)?;
+        let (ground_truth, refitted) = read_ground_truth(files, sequence.cameras)?;
         if ground_truth.frames.len() != sequence.frames {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
@@ -168,6 +161,19 @@ impl TruthSet {
         let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
         Ok(Self { ground_truth, refitted, facts, recordings, cameras, filming, key })
     }
+}
+
+/// The actor's truth with all that stands and moves beside it, and the nearest motion of the tracker's body.
+pub(crate) fn read_ground_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
+    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
+    let mut props = Vec::new();
+    if files.has(props_file::PATH) {
+        props = props_file::from_json(&files.read(props_file::PATH)?)?;
+    }
+    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    truth.distractors = distractors_file::read(files)?;
+    Ok((truth, refitted))
 }
 
 impl BenchmarkSet {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{ClipSummary, RobotSummary, SkinSummary, place_for};
+use super::{ClipSummary, RobotSummary, SkinSummary, picture_kind, place_for};
 use crate::body::{Humanoid, Motion, Pose};
 use crate::experiment::partial_file::PartialFile;
 use crate::experiment::{Destination, ExperimentError};
@@ -21,15 +21,7 @@ pub(super) struct Place {
 /// [`ExperimentError`] for another kind of file, and where it would replace what is not ours.
 pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<Place>, ExperimentError> {
     let Some(to) = to else { return Ok(None) };
-    let extension = to.path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let is_page = match extension.as_deref() {
-        Some("png") => false,
-        Some("html") => true,
-        _ => {
-            let detail = format!("expected the name of a .png or .html file, found {}", to.path.display());
-            return Err(ExperimentError::Argument { argument: "--out", detail });
-        }
-    };
+    let is_page = picture_kind(to.path, &["png", "html"], "a .png or .html file")? == "html";
     Ok(Some(Place { file: place_for(to, [Some(read)])?, is_page }))
 }
 

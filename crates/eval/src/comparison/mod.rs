@@ -16,7 +16,6 @@ mod changed_settings;
 mod compare;
 mod compared;
 mod difference;
-mod holm;
 mod interval_unit;
 mod judge;
 mod matched_runs;
@@ -31,8 +30,8 @@ pub use compared::{
     AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,
 };
 pub use difference::{ClipValues, Difference, DifferenceRule, difference, should_pair};
-pub use holm::holm;
 pub use interval_unit::IntervalUnit;
+pub use judge::holm;
 pub(crate) use matched_runs::MatchedRuns;
 #[cfg(test)]
 pub(crate) use measured_runs::fixture;

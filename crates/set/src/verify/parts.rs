@@ -11,11 +11,11 @@ use crate::npz::{Array, Npz};
 use crate::observing::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::rng::{KeyedSeed, ObservationKey};
 use crate::scene::GroundTruth;
+use crate::set::read_ground_truth;
 use crate::start_file::{self, Start};
 use crate::{
-    KEY_FILE, RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file,
-    exr_layers, filming_file, key_file, moments_file, props_file, recording_file, spread_file, training_file,
-    truth_file,
+    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, contact_file, depth_png, exr_layers, filming_file,
+    key_file, moments_file, recording_file, spread_file, training_file, truth_file,
 };
 
 /// What a set consists of; `None` for a part that cannot be read.
@@ -296,16 +296,9 @@ fn place_of(path: &str) -> Option<(usize, usize)> {
 }
 
 fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
-    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
-    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-    let props = match files.has(props_file::PATH) {
-        true => props_file::from_json(&files.read(props_file::PATH)?)?,
-        false => Vec::new(),
-    };
-    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
-    truth.distractors = distractors_file::read(files)?;
-    match files.has(start_file::PATH) && !truth.frames.is_empty() {
-        true => Ok((truth, refitted)),
-        false => Err(SetError::malformed(truth_file::PATH, "has no frame")),
+    let (truth, refitted) = read_ground_truth(files, cameras)?;
+    if files.has(start_file::PATH) && !truth.frames.is_empty() {
+        return Ok((truth, refitted));
     }
+    Err(SetError::malformed(truth_file::PATH, "has no frame"))
 }
