@@ -90,18 +90,8 @@ fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
         })
         .collect();
     Ok(run_figures(&ReportInput {
-        title: &stored.scenario,
-        tracker: &stored.tracker,
-        matched: false,
-        facts: &[],
-        runs: &runs,
-        summary: &stored.summary,
         own_likelihood: stored.tracker != "external",
-        frozen: None,
-        sheet: None,
-        playbacks: &[],
-        this_run: &[],
-        hint: None,
+        ..ReportInput::of_runs(&stored.scenario, &stored.tracker, &runs, &stored.summary)
     })?)
 }
 

@@ -13,7 +13,7 @@ use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
-use crate::evaluation::{SegmentationQuality, Summary};
+use crate::evaluation::{SegmentationQuality, Summary, changed_settings};
 use crate::input::hex_sha256;
 use crate::observation::ObservationFacts;
 use crate::report::{
@@ -159,18 +159,15 @@ impl RunResults {
         let this_run = this_run(tracked, command);
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
-            title: &set.blind.name,
-            tracker: &tracker,
             matched: set.truth.facts.matched,
             facts: &facts,
-            runs: &runs,
-            summary: &measures.summary,
             own_likelihood: tracked.record.is_some(),
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
             playbacks: &playbacks,
             this_run: &this_run,
             hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
+            ..ReportInput::of_runs(&set.blind.name, &tracker, &runs, &measures.summary)
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
         let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
@@ -187,19 +184,12 @@ impl RunResults {
 
 /// The verdict on a run, as its report has it.
 pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+    let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
-        title: &set.blind.name,
-        tracker: "",
         matched: set.truth.facts.matched,
-        facts: &[],
-        runs: &report_runs(tracked, measures),
-        summary: &measures.summary,
         own_likelihood: tracked.record.is_some(),
         frozen: Some(&measures.frozen),
-        sheet: None,
-        playbacks: &[],
-        this_run: &[],
-        hint: None,
+        ..ReportInput::of_runs(&set.blind.name, "", &runs, &measures.summary)
     })
 }
 
@@ -356,7 +346,7 @@ fn facts(
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
         let all = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value)));
-        let changed = ("changed from the defaults".to_owned(), changed_settings(&record.tracker));
+        let changed = ("changed from the defaults".to_owned(), settings_not_default(&record.tracker));
         let settings = std::iter::once(changed).chain(all).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
@@ -397,31 +387,15 @@ fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)>
     [named("command", command), named("tracking took", took)].into_iter().flatten().collect()
 }
 
-/// The tracker's settings that are not its defaults, with those.
-fn changed_settings(settings: &TrackerSettings) -> String {
+/// The tracker's settings that are not its defaults, after those.
+fn settings_not_default(settings: &TrackerSettings) -> String {
     let table = |settings: &TrackerSettings| {
         let tree = serde_json::to_value(settings).unwrap_or_default();
-        tree.as_object().and_then(|tracker| tracker.values().next()).cloned().unwrap_or_default()
+        tree.as_object().and_then(|tracker| tracker.values().next()).cloned()
     };
     let Ok(defaults) = TrackerSettings::named(settings.name()) else { return String::new() };
-    let (mut changed, tables) = (Vec::new(), [table(&defaults), table(settings)]);
-    collect_changes("", &tables[0], &tables[1], &mut changed);
-    if changed.is_empty() { "none: all defaults".to_owned() } else { changed.join(", ") }
-}
-
-fn collect_changes(prefix: &str, default: &serde_json::Value, value: &serde_json::Value, changed: &mut Vec<String>) {
-    let empty = serde_json::Map::new();
-    if default == value {
-        return;
-    }
-    let (Some(table), defaults) = (value.as_object(), default.as_object().unwrap_or(&empty)) else {
-        changed.push(format!("{prefix} = {} (default {})", plain(value), plain(default)));
-        return;
-    };
-    for (key, value) in table {
-        let key_path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        collect_changes(&key_path, defaults.get(key).unwrap_or(&serde_json::Value::Null), value, changed);
-    }
+    let changed = changed_settings(table(&defaults).as_ref(), table(settings).as_ref());
+    if changed.is_empty() { "none: all defaults".to_owned() } else { changed }
 }
 
 fn learned_from_in_words(tracked: &Tracked) -> String {

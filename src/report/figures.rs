@@ -13,17 +13,40 @@ use super::{ReportError, ReportInput, ReportRun, Shown};
 
 /// A plot at several widths; the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
+pub(super) struct ResponsiveSvg {
+    /// For the whole width of a page; not of all plots.
+    pub(super) broad: Option<String>,
+    /// For half of it.
+    pub(super) wide: String,
+    /// For a phone.
+    pub(super) narrow: String,
+}
+
+impl ResponsiveSvg {
+    /// Drawn for each width, the broad one if so asked.
+    fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+        let text = |width| draw(width).map(|Svg(text)| text);
+        let broad = if is_broad { Some(text(BROAD)?) } else { None };
+        Ok(Self { broad, wide: text(WIDE)?, narrow: text(NARROW)? })
+    }
+
+    /// Of lines, so high for each width.
+    pub(super) fn of_lines(plot: &LinePlot, is_broad: bool, heights: [u32; 3]) -> Result<Self, ReportError> {
+        let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
+        let broad = if is_broad { Some(draw(BROAD, heights[0])?) } else { None };
+        Ok(Self { broad, wide: draw(WIDE, heights[1])?, narrow: draw(NARROW, heights[2])? })
+    }
+}
+
+/// A plot with its explanation.
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// Fragment of the address.
     pub(super) id: &'static str,
     title: &'static str,
     how_to_read: String,
-    /// For the whole width of a page; plots over frames only.
-    broad: Option<String>,
-    /// For half of it.
-    wide: String,
-    /// For a phone.
-    narrow: String,
+    #[serde(flatten)]
+    plot: ResponsiveSvg,
     /// Whether it is about how the search went: such figures are folded away.
     pub(super) about_search: bool,
     /// Whether its horizontal axis is the frames.
@@ -33,7 +56,7 @@ pub(super) struct Figure {
 impl Figure {
     /// The plot for half a page.
     pub(super) fn for_paper(&self) -> Svg {
-        Svg(self.wide.clone())
+        Svg(self.plot.wide.clone())
     }
 
     /// What it shows and how to read it.
@@ -81,15 +104,11 @@ fn lines(
     if plot.lines.iter().all(|line| line.points.iter().all(|(_, value)| value.is_none())) {
         return Ok(None);
     }
-    let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
-    let broad = (span == Span::Whole).then(|| draw(BROAD, 330)).transpose()?;
     Ok(Some(Figure {
         id,
         title,
         how_to_read,
-        broad,
-        wide: draw(WIDE, 300)?,
-        narrow: draw(NARROW, 270)?,
+        plot: ResponsiveSvg::of_lines(plot, span == Span::Whole, [330, 300, 270])?,
         about_search: ABOUT_SEARCH.contains(&id),
         over_frames: id != "pck",
     }))
@@ -172,14 +191,11 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         "Bars: frames in which the foot stands on the ground, determined from each body's geometry by the same rule.{}",
         seed_note(run)
     );
-    let draw = |width| plot.svg(width).map(|Svg(text)| text);
     Ok(Some(Figure {
         id: "stances",
         title: "Stances of each foot",
         how_to_read,
-        broad: Some(draw(BROAD)?),
-        wide: draw(WIDE)?,
-        narrow: draw(NARROW)?,
+        plot: ResponsiveSvg::new(true, |width| plot.svg(width))?,
         about_search: false,
         over_frames: true,
     }))
@@ -224,7 +240,6 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         groups,
         finding: joint_finding(input),
     };
-    let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
     let mut how = format!("Shorter is better.{}{}", worst_in_words(input), sides_in_words(input));
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
@@ -236,9 +251,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         id: "joints",
         title: "Error per joint",
         how_to_read: how,
-        broad: None,
-        wide,
-        narrow,
+        plot: ResponsiveSvg::new(false, |width| plot.svg(width))?,
         about_search: false,
         over_frames: false,
     }))

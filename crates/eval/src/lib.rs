@@ -88,7 +88,8 @@ pub use breakdown_summary::BreakdownSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
     LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,
-    RunComparison, SideFacts, compare_runs, difference, holm, lost_tracks, seeds_in_words, should_pair, shown_once,
+    RunComparison, SideFacts, changed_settings, compare_runs, difference, holm, lost_tracks, seeds_in_words,
+    should_pair, shown_once,
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{

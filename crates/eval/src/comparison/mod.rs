@@ -23,7 +23,7 @@ mod measured_runs;
 mod rate;
 mod scope;
 
-pub(crate) use changed_settings::changed_settings;
+pub use changed_settings::changed_settings;
 pub(crate) use compare::set_difference;
 pub use compare::{compare_runs, lost_tracks, shown_once};
 pub use compared::{
