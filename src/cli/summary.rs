@@ -34,7 +34,7 @@ pub(super) fn table(record: &RunRecord) -> String {
         String::new(),
         format!("  {:<37} {:>9}   {:^20}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
     ]);
-    let is_worse = |name: &str| record.verdict.worse_than_frozen.contains(&name);
+    let is_worse = |name: &str| record.verdict.worse_than_frozen.iter().any(|worse| worse == name);
     let same: Vec<(&str, &str)> =
         aliases(&record.summary).into_iter().filter(|(shown, alias)| is_shown(shown) && is_shown(alias)).collect();
     let is_alias = |name: &str| same.iter().any(|(_, alias)| *alias == name);
@@ -75,7 +75,7 @@ pub(super) fn table(record: &RunRecord) -> String {
 /// The legend of the mark, and the metrics that are marked in the report only.
 fn worse_in_words(record: &RunRecord) -> Option<String> {
     let worse = &record.verdict.worse_than_frozen;
-    let others: Vec<&str> = worse.iter().filter(|name| !is_shown(name)).copied().collect();
+    let others: Vec<&str> = worse.iter().map(String::as_str).filter(|name| !is_shown(name)).collect();
     let also = if others.is_empty() { String::new() } else { format!("; also {}", others.join(", ")) };
     (!worse.is_empty()).then(|| format!("  ▼ worse than a tracker that never moves (frozen){also}"))
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::error::output;
 use super::inputs::Inputs;
@@ -19,7 +20,7 @@ use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::{Destination, ExperimentError, TrackTiming, to_json};
 use crate::evaluation::Summary;
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
-use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
+use crate::scenario::{Scenario, ScenarioFile};
 
 /// The name of a comparison's numbers.
 pub const COMPARISON_FILE: &str = "comparison.json";
@@ -27,7 +28,7 @@ pub const COMPARISON_FILE: &str = "comparison.json";
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
 /// Several methods in numbers: `comparison.json`. All but `timing` is the same to the byte for the same scenario.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodComparison {
     /// `skiagraph.comparison/1`.
     pub schema: String,
@@ -38,38 +39,48 @@ pub struct MethodComparison {
     /// Number of frames.
     pub frames: usize,
     /// Frames a second.
+    #[serde(default)]
     pub frames_per_second: f64,
     /// Whether actor and tracker share one body.
     pub matched: bool,
     /// Hash of the set's files.
+    #[serde(default)]
     pub set_hash: String,
     /// Version of the program.
+    #[serde(default)]
     pub version: String,
     /// The methods by name; each has a run folder of that name.
     pub methods: BTreeMap<String, MethodRecord>,
 }
 
 /// One method of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodRecord {
     /// The tracker's name.
     pub tracker: String,
     /// The tracker and all its settings, as a scenario writes them.
-    pub settings: TrackerSettings,
+    #[serde(default)]
+    pub settings: Value,
     /// Whether the true root of every frame was given away to it.
+    #[serde(default)]
     pub given_roots: bool,
     /// What the tracker learned from, in words; empty where it learns nothing.
+    #[serde(default)]
     pub learned_from: Vec<String>,
     /// Number of learned models, where there are any.
+    #[serde(default)]
     pub models: Option<usize>,
     /// Particles that left the region their model knows and were brought back, of all frames and seeds.
+    #[serde(default)]
     pub recovered_particles: u64,
     /// Every metric over all seeds, with its protocol, interval and value per seed.
     #[serde(flatten)]
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
+    #[serde(default)]
     pub frozen: BTreeMap<String, f64>,
     /// What differs from run to run.
+    #[serde(default)]
     pub timing: Option<TrackTiming>,
 }
 
@@ -113,7 +124,7 @@ pub fn compare(
         let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
         let record = MethodRecord {
             tracker: settings.name().to_owned(),
-            settings: settings.clone(),
+            settings: serde_json::to_value(settings).unwrap_or_default(),
             given_roots: settings.kind().is_given_roots(),
             learned_from: done.record.learned_from.clone(),
             models: occupancies().map(Vec::len).max().filter(|models| *models > 0),
@@ -132,23 +143,27 @@ pub fn compare(
             errors: done.errors,
         });
     }
-    let input = ComparisonInput {
-        title: &scenario.name,
-        frames: compared.comparison.frames,
-        seeds: seeds.len(),
-        matched: compared.comparison.matched,
-        methods: &compared.methods,
-    };
     directory.write(SCENARIO_FILE, scenario_text(scenario)?.as_bytes())?;
-    directory.write(COMPARISON_PAGE, comparison_page(&input)?.as_bytes())?;
+    directory.write(COMPARISON_PAGE, comparison_page(&compared.comparison.input(&compared.methods))?.as_bytes())?;
     directory.write(COMPARISON_FILE, &to_json(&compared.comparison)?)?;
     directory.finish()?;
     Ok(compared)
 }
 
+impl MethodComparison {
+    /// What [`Self::schema`] says.
+    pub(super) const SCHEMA: &str = "skiagraph.comparison/1";
+
+    /// What is shown of it.
+    pub(super) fn input<'a>(&'a self, methods: &'a [ComparedMethod]) -> ComparisonInput<'a> {
+        let Self { scenario: title, frames, matched, .. } = self;
+        ComparisonInput { title, frames: *frames, seeds: self.seeds.len(), matched: *matched, methods }
+    }
+}
+
 fn empty(scenario: &Scenario, set: &crate::benchmark_set::BlindSet, matched: bool) -> MethodComparison {
     MethodComparison {
-        schema: "skiagraph.comparison/1".to_owned(),
+        schema: MethodComparison::SCHEMA.to_owned(),
         scenario: scenario.name.clone(),
         seeds: scenario.all_seeds().collect(),
         frames: set.frame_count,

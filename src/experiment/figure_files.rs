@@ -8,8 +8,8 @@ use super::error::read_file;
 use super::inputs::Inputs;
 use super::partial_directory::PartialDirectory;
 use super::provenance::ResultKind;
-use super::run_picture::{StoredMethods, stored_columns, stored_methods, stored_run};
-use super::run_reading::{is_unmeasured, unmeasured_in_words};
+use super::run_picture::{stored_columns, stored_methods};
+use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
 use super::search_file::{SearchRecord, search_from_npz};
 use super::sweep::{PLAN_FILE, PlannedSweep, page_input};
 use super::tracking::{POSES_FILE, SEARCH_FILE};
@@ -18,9 +18,7 @@ use crate::body::Markers;
 use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
 use crate::input::limits;
 use crate::npz::Npz;
-use crate::report::{
-    ComparisonInput, FigureFile, ReportInput, ReportRun, comparison_figures, run_figures, sweep_figures,
-};
+use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures, sweep_figures};
 
 /// The name of the list of captions.
 const CAPTIONS: &str = "README.txt";
@@ -49,8 +47,8 @@ fn figures_of(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, Exp
         return Ok(sweep_figures(&page_input(&PlannedSweep::open(source)?, within)?)?);
     }
     if source.join(COMPARISON_FILE).is_file() {
-        let StoredMethods { title, frames, seeds, matched, methods } = stored_methods(source)?;
-        return Ok(comparison_figures(&ComparisonInput { title: &title, frames, seeds, matched, methods: &methods })?);
+        let (comparison, methods) = stored_methods(source)?;
+        return Ok(comparison_figures(&comparison.input(&methods))?);
     }
     if source.join(RUN_FILE).is_file() {
         return of_run(source);
@@ -64,7 +62,7 @@ fn figures_of(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, Exp
 
 /// From the files of a run: the estimates are measured again as far as markers tell, the rest is read.
 fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
-    let stored = stored_run(folder)?;
+    let stored = read_record(&folder.join(RUN_FILE))?;
     let table = folder.join(PER_FRAME_FILE);
     let [truth_energy, energy] =
         ["energy_truth", "energy_estimate"].map(|column| stored_columns(&table, &stored.seeds, column, false));
@@ -92,18 +90,8 @@ fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
         })
         .collect();
     Ok(run_figures(&ReportInput {
-        title: &stored.scenario,
-        tracker: &stored.tracker,
-        matched: false,
-        facts: &[],
-        runs: &runs,
-        summary: &stored.summary,
         own_likelihood: stored.tracker != "external",
-        frozen: None,
-        sheet: None,
-        playbacks: &[],
-        this_run: &[],
-        hint: None,
+        ..ReportInput::of_runs(&stored.scenario, &stored.tracker, &runs, &stored.summary)
     })?)
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::missing_values;
 use super::poses_file::{ReadAs, UNITS_OF_LENGTH, other_side};
@@ -24,7 +24,7 @@ const AWAY_M: f64 = 0.25;
 const FIRST_FRAMES: usize = 6;
 
 /// An explanation of most of a run's error, with the options that mend it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hint {
     /// What seems to have been misread; empty for positions relative to the body.
     pub kinds: Vec<MisreadingKind>,
@@ -33,7 +33,7 @@ pub struct Hint {
     /// Options of `skiagraph evaluate` that read the file so; empty where none applies.
     pub options: Vec<String>,
     /// Lines of a joint map that names the columns so; empty where the names are right.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
     /// Mean distance of the markers as they were read, over the frames that were looked at, millimetres.
     pub error_as_read_mm: Option<f64>,

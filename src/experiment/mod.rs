@@ -123,9 +123,9 @@ pub use figure_files::write_figures;
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    FitSummary, GraphModelFacts, InspectOptions, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary,
-    SetSummary, SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
+    Against, CameraSummary, ClipSummary, ContactSummary, EditedContact, EditedSummary, Facts, FastestAngle, FitSummary,
+    GraphModelFacts, InspectOptions, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
+    SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
 pub use key_source::KeySource;
 pub use ladder::LadderProgress;

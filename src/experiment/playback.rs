@@ -26,6 +26,25 @@ pub(super) fn playbacks(
     shown.iter().map(|run| playback(set, tracked, measures, *run, shown.len())).collect()
 }
 
+/// Observed masks of a frame, and those of an estimate if there is one.
+pub(super) type SeenMasks = (Vec<Mask>, Option<Vec<Mask>>);
+
+/// How finely, and how often, so many frames of so many cameras are kept, from some that are looked at.
+pub(super) fn plan_of(
+    frames: usize,
+    cameras: usize,
+    mut look: impl FnMut(usize) -> Result<SeenMasks, ExperimentError>,
+) -> Result<PlaybackPlan, ExperimentError> {
+    let samples = (0..SAMPLES.min(frames)).map(|index| look(index * (frames - 1) / (SAMPLES - 1)));
+    let samples: Vec<SeenMasks> = samples.collect::<Result<_, _>>()?;
+    let mut pairs: Vec<(&Mask, Option<&Mask>)> = Vec::new();
+    for (observed, estimated) in &samples {
+        let estimate = |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
+        pairs.extend(observed.iter().enumerate().map(|(index, mask)| (mask, estimate(index))));
+    }
+    Ok(PlaybackPlan::new(frames, cameras, &pairs))
+}
+
 /// The frames of a run, one of so many on the page.
 fn playback(
     set: &BenchmarkSet,
@@ -35,7 +54,7 @@ fn playback(
     on_page: usize,
 ) -> Result<Playback, ExperimentError> {
     let frames = set.blind.frame_count;
-    let views = |painters: &mut Painters, frame: usize| -> Result<(Vec<Mask>, Option<Vec<Mask>>), ExperimentError> {
+    let views = |painters: &mut Painters, frame: usize| -> Result<SeenMasks, ExperimentError> {
         let body = tracked.estimates.body(run, &set.blind.start.body);
         let observed = set.blind.observation(frame)?;
         let pose = tracked.estimates.sequences[run].pose(frame);
@@ -43,16 +62,7 @@ fn playback(
         Ok((observed.silhouettes, estimated))
     };
     let mut painters = Painters::new(&set.blind);
-    let samples = (0..SAMPLES.min(frames)).map(|i| views(&mut painters, i * (frames - 1) / (SAMPLES - 1)));
-    let samples: Vec<_> = samples.collect::<Result<_, _>>()?;
-    let pairs: Vec<(&Mask, Option<&Mask>)> = samples
-        .iter()
-        .flat_map(|(observed, estimated)| {
-            let estimate = move |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
-            observed.iter().enumerate().map(move |(index, mask)| (mask, estimate(index)))
-        })
-        .collect();
-    let plan = PlaybackPlan::new(frames, on_page * set.blind.rig.cameras.len(), &pairs);
+    let plan = plan_of(frames, on_page * set.blind.rig.cameras.len(), |frame| views(&mut painters, frame))?;
     let kept: Vec<usize> = plan.kept().collect();
     let packed: Vec<Vec<PackedView>> = kept
         .par_iter()

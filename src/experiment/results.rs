@@ -1,6 +1,7 @@
 //! The files of a measured run: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::external::ExternalRecord;
 use super::hints::Hint;
@@ -12,7 +13,7 @@ use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
-use crate::evaluation::{SegmentationQuality, Summary};
+use crate::evaluation::{SegmentationQuality, Summary, changed_settings};
 use crate::input::hex_sha256;
 use crate::observation::ObservationFacts;
 use crate::report::{
@@ -23,6 +24,8 @@ use crate::scenario::TrackerSettings;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
+/// What `run.json` begins with.
+pub(super) const RUN_SCHEMA: &str = "skiagraph.run/1";
 /// The name of a run's table of frames.
 pub const PER_FRAME_FILE: &str = "per_frame.csv";
 /// The name of a run's report.
@@ -35,50 +38,57 @@ const SHEET_FRAMES: usize = 5;
 /// How many of the worst frames have a picture in the report.
 const WORST_FRAMES: usize = 10;
 
-/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds. It is
+/// written and read as this; files of earlier versions may lack what has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// `skiagraph.run/1`.
     pub schema: String,
     /// The scenario's, and so the set's, name.
     pub scenario: String,
     /// First seed.
+    #[serde(default)]
     pub seed: u64,
     /// All seeds.
     pub seeds: Vec<u64>,
     /// The tracker's name; `external` for poses that another program made.
     pub tracker: String,
     /// What would explain most of the error, if the estimate were read otherwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hint: Option<Hint>,
     /// How the file was read, of poses that another program made.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_as: Option<ReadAs>,
     /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
-    pub settings: Option<TrackerSettings>,
+    pub settings: Option<Value>,
     /// What the tracker learned from, in words; empty where it learns nothing, and for poses that another program made.
+    #[serde(default)]
     pub learned_from: Vec<String>,
     /// Hash of the set's files.
     pub set_hash: String,
-    /// Hash of all that the set shares with other draws of its observation's noise.
-    pub scene_hash: String,
+    /// Hash of all that the set shares with other draws of its observation's noise; records of earlier versions have
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_hash: Option<String>,
     /// Seed of the observations, where anything is drawn with it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
     /// Version of the program.
     pub version: String,
     /// What is known about bodies and motion, in words.
+    #[serde(default)]
     pub facts: Vec<FactGroup>,
     /// Whether actor and tracker share one body.
+    #[serde(default)]
     pub matched: bool,
     /// How the truth came to stand on the ground; absent where contact was neither measured nor changed.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
     /// How the observations were made; absent where they are exact.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation: Option<ObservationFacts>,
     /// How good the observed silhouettes are, means over cameras and frames; absent where they are exact.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub segmentation: Option<SegmentationQuality>,
     /// Number of frames.
     pub frames: usize,
@@ -88,22 +98,27 @@ pub struct RunRecord {
     #[serde(flatten)]
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
+    #[serde(default)]
     pub frozen: std::collections::BTreeMap<String, f64>,
     /// The run in words: how good it is, and whether the search or the model is at fault.
     pub verdict: Verdict,
     /// File with one row per seed and frame.
+    #[serde(default)]
     pub per_frame: String,
     /// File with estimates and truth.
+    #[serde(default)]
     pub poses: String,
     /// File for people.
+    #[serde(default)]
     pub report: String,
     /// What differs from run to run; absent for poses that another program made.
+    #[serde(default)]
     pub timing: Option<TrackTiming>,
     /// The program that tracked, where one did.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<ExternalRecord>,
     /// The file or folder that was measured, as the command named it, where the results stand elsewhere.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<String>,
 }
 
@@ -144,18 +159,15 @@ impl RunResults {
         let this_run = this_run(tracked, command);
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
-            title: &set.blind.name,
-            tracker: &tracker,
             matched: set.truth.facts.matched,
             facts: &facts,
-            runs: &runs,
-            summary: &measures.summary,
             own_likelihood: tracked.record.is_some(),
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
             playbacks: &playbacks,
             this_run: &this_run,
             hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
+            ..ReportInput::of_runs(&set.blind.name, &tracker, &runs, &measures.summary)
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
         let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
@@ -172,19 +184,12 @@ impl RunResults {
 
 /// The verdict on a run, as its report has it.
 pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+    let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
-        title: &set.blind.name,
-        tracker: "",
         matched: set.truth.facts.matched,
-        facts: &[],
-        runs: &report_runs(tracked, measures),
-        summary: &measures.summary,
         own_likelihood: tracked.record.is_some(),
         frozen: Some(&measures.frozen),
-        sheet: None,
-        playbacks: &[],
-        this_run: &[],
-        hint: None,
+        ..ReportInput::of_runs(&set.blind.name, "", &runs, &measures.summary)
     })
 }
 
@@ -212,17 +217,17 @@ fn record(
     let track = tracked.record.as_ref();
     let seeds = tracked.estimates.seeds.clone();
     RunRecord {
-        schema: "skiagraph.run/1".to_owned(),
+        schema: RUN_SCHEMA.to_owned(),
         scenario: set.blind.name.clone(),
         seed: seeds.first().copied().unwrap_or_default(),
         seeds,
         tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
         hint: measures.hint.clone(),
         read_as: tracked.read_as.clone(),
-        settings: track.map(|t| t.tracker.clone()),
+        settings: track.and_then(|t| serde_json::to_value(&t.tracker).ok()),
         learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
         set_hash: set.blind.set_hash.clone(),
-        scene_hash: scene_hash(set),
+        scene_hash: Some(scene_hash(set)),
         observation_seed: set.truth.facts.observation_seed,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts.to_vec(),
@@ -341,7 +346,7 @@ fn facts(
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
         let all = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value)));
-        let changed = ("changed from the defaults".to_owned(), changed_settings(&record.tracker));
+        let changed = ("changed from the defaults".to_owned(), settings_not_default(&record.tracker));
         let settings = std::iter::once(changed).chain(all).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
@@ -382,31 +387,15 @@ fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)>
     [named("command", command), named("tracking took", took)].into_iter().flatten().collect()
 }
 
-/// The tracker's settings that are not its defaults, with those.
-fn changed_settings(settings: &TrackerSettings) -> String {
+/// The tracker's settings that are not its defaults, after those.
+fn settings_not_default(settings: &TrackerSettings) -> String {
     let table = |settings: &TrackerSettings| {
         let tree = serde_json::to_value(settings).unwrap_or_default();
-        tree.as_object().and_then(|tracker| tracker.values().next()).cloned().unwrap_or_default()
+        tree.as_object().and_then(|tracker| tracker.values().next()).cloned()
     };
     let Ok(defaults) = TrackerSettings::named(settings.name()) else { return String::new() };
-    let (mut changed, tables) = (Vec::new(), [table(&defaults), table(settings)]);
-    collect_changes("", &tables[0], &tables[1], &mut changed);
-    if changed.is_empty() { "none: all defaults".to_owned() } else { changed.join(", ") }
-}
-
-fn collect_changes(prefix: &str, default: &serde_json::Value, value: &serde_json::Value, changed: &mut Vec<String>) {
-    let empty = serde_json::Map::new();
-    if default == value {
-        return;
-    }
-    let (Some(table), defaults) = (value.as_object(), default.as_object().unwrap_or(&empty)) else {
-        changed.push(format!("{prefix} = {} (default {})", plain(value), plain(default)));
-        return;
-    };
-    for (key, value) in table {
-        let key_path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        collect_changes(&key_path, defaults.get(key).unwrap_or(&serde_json::Value::Null), value, changed);
-    }
+    let changed = changed_settings(table(&defaults).as_ref(), table(settings).as_ref());
+    if changed.is_empty() { "none: all defaults".to_owned() } else { changed }
 }
 
 fn learned_from_in_words(tracked: &Tracked) -> String {

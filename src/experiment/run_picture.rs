@@ -1,117 +1,50 @@
 //! A picture of a measured run or of a comparison of methods, from the files that they left.
 
-use std::collections::BTreeMap;
 use std::path::Path;
-
-use serde::Deserialize;
 
 use super::error::read_file;
 use super::ownership::check_listed;
-use super::run_reading::{is_unmeasured, unmeasured_in_words};
-use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
-use crate::evaluation::Summary;
+use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
+use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, MethodComparison, PER_FRAME_FILE, RUN_FILE};
 use crate::input::limits;
-use crate::report::{ComparedMethod, ComparisonInput, SummaryPicture, comparison_picture, summary_picture};
+use crate::report::{ComparedMethod, SummaryPicture, comparison_picture, summary_picture};
 use crate::scenario::{TrackerSettings, json_tree};
 
-/// What is read of `run.json`.
-#[derive(Deserialize)]
-pub(super) struct PicturedRun {
-    schema: String,
-    pub(super) scenario: String,
-    pub(super) seeds: Vec<u64>,
-    pub(super) tracker: String,
-    pub(super) frames: usize,
-    pub(super) frames_per_second: f64,
-    verdict: PicturedVerdict,
-    #[serde(default)]
-    frozen: BTreeMap<String, f64>,
-    #[serde(flatten)]
-    pub(super) summary: Summary,
-}
-
-#[derive(Deserialize)]
-struct PicturedVerdict {
-    line: String,
-}
-
-#[derive(Deserialize)]
-struct PicturedComparison {
-    schema: String,
-    scenario: String,
-    seeds: Vec<u64>,
-    frames: usize,
-    matched: bool,
-    methods: BTreeMap<String, PicturedMethod>,
-}
-
-#[derive(Deserialize)]
-struct PicturedMethod {
-    tracker: String,
-    /// Whether the true roots were given away to it.
-    #[serde(default)]
-    given_roots: bool,
-    #[serde(default)]
-    frozen: BTreeMap<String, f64>,
-    #[serde(flatten)]
-    summary: Summary,
-}
-
-/// A comparison of methods, read back.
-pub(super) struct StoredMethods {
-    pub(super) title: String,
-    pub(super) frames: usize,
-    /// How many.
-    pub(super) seeds: usize,
-    pub(super) matched: bool,
-    pub(super) methods: Vec<ComparedMethod>,
-}
-
-/// The methods of a run that compares some.
+/// The comparison of methods in a folder, and its methods with their errors over the frames.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file that is missing or damaged.
-pub(super) fn stored_methods(run: &Path) -> Result<StoredMethods, ExperimentError> {
+pub(super) fn stored_methods(run: &Path) -> Result<(MethodComparison, Vec<ComparedMethod>), ExperimentError> {
     let path = run.join(COMPARISON_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-    let stored: PicturedComparison = json_tree::value_of_file(&read_listed(&path, limits::JSON)?).map_err(malformed)?;
-    if stored.schema != "skiagraph.comparison/1" {
-        return Err(malformed(format!("expected schema skiagraph.comparison/1, found {:?}", stored.schema)));
+    let stored: MethodComparison = json_tree::value_of_file(&read_listed(&path, limits::JSON)?).map_err(malformed)?;
+    if stored.schema != MethodComparison::SCHEMA {
+        return Err(malformed(format!("expected schema {}, found {:?}", MethodComparison::SCHEMA, stored.schema)));
     }
     let mut methods = Vec::new();
-    for (name, method) in stored.methods {
+    for (name, method) in &stored.methods {
         // the name is a folder's: no path leads elsewhere
-        if Path::new(&name).file_name().is_none_or(|file| file != name.as_str()) {
+        if Path::new(name).file_name().is_none_or(|file| file != name.as_str()) {
             return Err(malformed(format!("expected the name of a folder as a method's name, found {name:?}")));
         }
-        let errors = stored_columns(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
-        let PicturedMethod { tracker, given_roots, frozen, summary } = method;
-        let knows_truth = given_roots || TrackerSettings::named(&tracker).is_ok_and(|known| known.kind().needs_truth);
-        methods.push(ComparedMethod { name, tracker, knows_truth, summary, frozen, errors });
+        let errors = stored_columns(&run.join(name).join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
+        let needs_truth = TrackerSettings::named(&method.tracker).is_ok_and(|known| known.kind().needs_truth);
+        methods.push(ComparedMethod {
+            name: name.clone(),
+            tracker: method.tracker.clone(),
+            knows_truth: method.given_roots || needs_truth,
+            summary: method.summary.clone(),
+            frozen: method.frozen.clone(),
+            errors,
+        });
     }
-    let PicturedComparison { scenario: title, frames, matched, .. } = stored;
-    Ok(StoredMethods { title, frames, seeds: stored.seeds.len(), matched, methods })
-}
-
-/// A measured run.
-///
-/// # Errors
-/// [`ExperimentError`] naming the file that is missing or damaged.
-pub(super) fn stored_run(run: &Path) -> Result<PicturedRun, ExperimentError> {
-    let path = run.join(RUN_FILE);
-    let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-    let bytes = read_listed(&path, limits::JSON)?;
-    let stored: PicturedRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
-    if stored.schema != "skiagraph.run/1" {
-        return Err(malformed(format!("expected schema skiagraph.run/1, found {:?}", stored.schema)));
-    }
-    Ok(stored)
+    Ok((stored, methods))
 }
 
 /// Of a run that compares methods: verdict, errors with intervals, errors over time.
 fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
-    let StoredMethods { title, frames, seeds, matched, methods } = stored_methods(run)?;
-    Ok(comparison_picture(&ComparisonInput { title: &title, frames, seeds, matched, methods: &methods })?)
+    let (comparison, methods) = stored_methods(run)?;
+    Ok(comparison_picture(&comparison.input(&methods))?)
 }
 
 /// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison
@@ -126,7 +59,7 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     if is_unmeasured(run) {
         return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_in_words(run) });
     }
-    let stored = stored_run(run)?;
+    let stored = read_record(&run.join(RUN_FILE))?;
     let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
     let sheet_path = run.join(CONTACT_SHEET_FILE);
     let sheet = sheet_path.is_file().then(|| read_listed(&sheet_path, limits::PICTURE)).transpose()?;

@@ -3,22 +3,18 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::error::read_file;
-use super::external::EXTERNAL_FILE;
+use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::ownership::{LISTING, check_listed};
+use super::results::RUN_SCHEMA;
 use super::tracking::TRACK_FILE;
-use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
-use crate::evaluation::{
-    IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs,
-};
+use super::{COMPARISON_FILE, ExperimentError, RUN_FILE, RunRecord};
+use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 use crate::input::{foreign, is_own_output, limits, plain, unquoted};
 use crate::scenario::json_tree;
 
-/// What `run.json` begins with.
-const SCHEMA: &str = "skiagraph.run/1";
 /// How deep below a folder runs are looked for.
 const DEPTH: usize = 3;
 /// Runs of one side at most.
@@ -42,24 +38,6 @@ impl ComparedSide {
         let misread = paths.iter().flat_map(|path| hints_of_runs(path)).collect();
         Ok(Self { name, runs: read_runs(paths)?, misread })
     }
-}
-
-/// What is read of `run.json`.
-#[derive(Deserialize)]
-struct StoredRun {
-    scenario: String,
-    tracker: String,
-    settings: Option<Value>,
-    #[serde(default)]
-    program: Option<Value>,
-    set_hash: String,
-    #[serde(default)]
-    scene_hash: Option<String>,
-    version: String,
-    frames: usize,
-    frames_per_second: f64,
-    #[serde(flatten)]
-    summary: Summary,
 }
 
 /// What `skiagraph compare` is asked to compare.
@@ -234,9 +212,8 @@ fn folders_in(folder: &Path) -> Vec<PathBuf> {
 pub(super) fn hints_of_runs(path: &Path) -> Vec<String> {
     let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
     let hint = |file: &PathBuf| {
-        let run: Value = serde_json::from_slice(&read_file(file, limits::RECORD).ok()?).ok()?;
-        let text = run.get("hint")?.get("text")?.as_str()?;
-        Some(format!("{}: {}", run.get("scenario")?.as_str()?, plain(text)))
+        let run = read_record(file).ok()?;
+        Some(format!("{}: {}", run.scenario, plain(&run.hint?.text)))
     };
     files.iter().take(MOST_RUNS).filter_map(hint).collect()
 }
@@ -254,26 +231,37 @@ pub(super) fn run_folders(path: &Path) -> Vec<PathBuf> {
 }
 
 /// What a program is known by: its command, name and version, and options that are not the defaults.
-fn identity(program: &Value) -> Value {
-    let of = |key: &str| (key.to_owned(), program.get(key).cloned().unwrap_or_default());
+fn identity(program: &ExternalRecord) -> Value {
+    let mut known = json!({ "command": program.command, "name": program.name, "version": program.version });
     // absent where all are the defaults, as in records of earlier versions
-    let options = program.get("options").map(|options| ("options".to_owned(), options.clone()));
-    Value::Object(["command", "name", "version"].map(of).into_iter().chain(options).collect())
+    if !program.options.are_default() {
+        known["options"] = json!(program.options);
+    }
+    known
 }
 
-/// The clip of one `run.json`, with its name.
-fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
+/// A `run.json` as it was written.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file that is missing, damaged or changed.
+pub(super) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     check_listed(path)?;
     let bytes = read_file(path, limits::RECORD)?;
     let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;
     let schema = tree.get("schema").and_then(Value::as_str).filter(|_| is_own_output(&bytes)).unwrap_or("none");
-    if schema != SCHEMA {
+    if schema != RUN_SCHEMA {
         return Err(malformed(format!(
-            "expected the schema {SCHEMA}, found {schema}; give the folder of a run, measured with this version"
+            "expected the schema {RUN_SCHEMA}, found {schema}; give the folder of a run, measured with this version"
         )));
     }
-    let run: StoredRun = json_tree::value(tree).map_err(|e| malformed(foreign(e)))?;
+    json_tree::value(tree).map_err(|e| malformed(foreign(e)))
+}
+
+/// The clip of one `run.json`, with its name.
+fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let run = read_record(path)?;
     let runs = run.summary.runs.len();
     let lengths = run.summary.metrics.iter().map(|(name, metric)| (name, metric.per_run.len()));
     if let Some((name, found)) = lengths.into_iter().find(|(_, found)| *found != runs) {

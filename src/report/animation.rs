@@ -6,12 +6,10 @@ use png::{BitDepth, ColorType, Compression, Encoder};
 use tiny_skia::Pixmap;
 
 use super::ReportError;
+use super::drawing::{FIGURE, PAPER, pixel, rgb};
 use super::overlay::{BoneLine, PictureWindow, Whose, draw_bones};
 use crate::camera::Camera;
 use crate::raster::Mask;
-
-const GROUND: [u8; 3] = [0x0d, 0x13, 0x19];
-const FIGURE: [u8; 3] = [0xb8, 0xc4, 0xd0];
 
 /// Greatest number that a frame's duration is counted with.
 const FINEST: f64 = 60_000.0;
@@ -45,8 +43,7 @@ pub fn write_animation<E: From<ReportError>>(
     for index in 0..frames {
         let (mask, bones) = frame(index)?;
         let picture = picture(camera, &mask, &bones).map_err(E::from)?;
-        let rgb: Vec<u8> = picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-        writer.write_image_data(&rgb).map_err(encoding)?;
+        writer.write_image_data(&rgb(&picture)).map_err(encoding)?;
     }
     writer.finish().map_err(encoding)
 }
@@ -55,10 +52,9 @@ fn picture(camera: &Camera, mask: &Mask, bones: &[BoneLine]) -> Result<Pixmap, R
     let (width, height) = (camera.pinhole.width, camera.pinhole.height);
     let too_large = || ReportError::Animation { detail: format!("no memory for {width} x {height} pixels") };
     let mut picture = Pixmap::new(width, height).ok_or_else(too_large)?;
-    for (index, pixel) in picture.data_mut().chunks_exact_mut(4).enumerate() {
+    for (index, place) in picture.pixels_mut().iter_mut().enumerate() {
         let (x, y) = (index as u32 % width, index as u32 / width);
-        let [red, green, blue] = if mask.get(x, y) { FIGURE } else { GROUND };
-        pixel.copy_from_slice(&[red, green, blue, 255]);
+        *place = pixel(if mask.get(x, y) { FIGURE } else { PAPER });
     }
     let line = (width as f32 / 220.0).max(1.2);
     draw_bones(&mut picture, camera, &PictureWindow::whole(), bones, Whose::Truth, line);
@@ -91,7 +87,7 @@ mod tests {
             let seconds = f64::from(control.delay_num) / f64::from(control.delay_den);
             assert!((seconds - 1.0 / 30.0).abs() < 1e-6, "{seconds}");
             let at = |x: usize, y: usize| [0, 1, 2].map(|i| pixels[3 * (64 * y + x) + i]);
-            assert_eq!((at(19 + index, 2), at(20 + index, 2)), (FIGURE, GROUND));
+            assert_eq!((at(19 + index, 2), at(20 + index, 2)), (FIGURE, PAPER));
             let [red, green, blue] = at(32, 24).map(i32::from);
             assert!(green > red + 50 && green > blue, "the skeleton is green: {red} {green} {blue}");
         }

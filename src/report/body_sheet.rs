@@ -2,10 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
-use tiny_skia::{Pixmap, Rect, Transform};
+use tiny_skia::Pixmap;
 
 use super::base64::encode;
-use super::cell::{colour, new_picture, png};
+use super::drawing::{BLUE, GRID, INK, ORANGE, encoded, fill, new_sheet, pixel};
 use super::html::render_page;
 use super::lettering::draw_text;
 use super::{FactGroup, ReportError};
@@ -20,11 +20,6 @@ const MARGIN: u32 = 14;
 const ROW: u32 = 18;
 const NAMES: u32 = 250;
 
-const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-const GROUND: [u8; 3] = [0x2a, 0x36, 0x42];
-const WORDS: [u8; 3] = [0xe6, 0xec, 0xf2];
-const RANGE: [u8; 3] = [0x4f, 0x7f, 0xe0];
-const USED: [u8; 3] = [0xe0, 0x8a, 0x3c];
 /// Links take these in turn.
 const LINKS: [[f64; 3]; 5] =
     [[0.80, 0.84, 0.88], [0.56, 0.74, 0.62], [0.62, 0.68, 0.84], [0.86, 0.72, 0.56], [0.76, 0.62, 0.76]];
@@ -89,9 +84,8 @@ impl BodySheet<'_> {
         let rows = degrees.div_ceil(columns);
         let width = 2 * MARGIN + ACROSS as u32 * CELL[0];
         let charts = 40 + 2 * (CELL[1] + 26);
-        let mut picture = new_picture(width, charts + 24 + rows * ROW + 24 + MARGIN)?;
-        picture.fill(colour(PAPER));
-        draw_text(&mut picture, &self.title, [MARGIN as f32, 14.0], 13.0, WORDS);
+        let mut picture = new_sheet(width, charts + 24 + rows * ROW + 24 + MARGIN)?;
+        draw_text(&mut picture, &self.title, [MARGIN as f32, 14.0], 13.0, INK);
         for index in 0..ACROSS {
             let azimuth = 360.0 * index as f64 / ACROSS as f64;
             let at = [MARGIN + index as u32 * CELL[0], 40];
@@ -104,7 +98,7 @@ impl BodySheet<'_> {
             caption(&mut picture, name, at);
         }
         self.limits(&mut picture, charts, rows, (width - 2 * MARGIN) / columns);
-        png(&picture)
+        encoded(&picture)
     }
 
     /// A page with the picture and the facts.
@@ -134,8 +128,8 @@ impl BodySheet<'_> {
         for seen in SilhouettePainter::new(&camera).surface(self.body, &frames) {
             let shade = 0.35 + 0.65 * seen.normal_in_world.dot(&light).max(0.0);
             let tone = LINKS[seen.part % LINKS.len()].map(|channel| (255.0 * channel * shade) as u8);
-            if let Some(pixel) = pixels.get_mut(((top + seen.y) * width + left + seen.x) as usize) {
-                *pixel = colour(tone).premultiply().to_color_u8();
+            if let Some(place) = pixels.get_mut(((top + seen.y) * width + left + seen.x) as usize) {
+                *place = pixel(tone);
             }
         }
         Ok(())
@@ -163,34 +157,31 @@ impl BodySheet<'_> {
             Some(_) => "Limits of joint angles: blue; used by the motion: orange; -180° to 180°",
             None => "Limits of joint angles, -180° to 180°",
         };
-        draw_text(picture, heading, [MARGIN as f32, top as f32], 9.0, WORDS);
+        draw_text(picture, heading, [MARGIN as f32, top as f32], 9.0, INK);
         let span = (length - NAMES - MARGIN) as f64;
         for (index, limits) in self.body.degrees_of_freedom.iter().enumerate() {
             let (column, row) = (index as u32 / rows.max(1), index as u32 % rows.max(1));
             let left = MARGIN + column * length;
             let y = (top + 22 + row * ROW) as f32;
             let name: String = limits.name.chars().take(34).collect();
-            draw_text(picture, &name, [left as f32, y + 2.0], 8.0, WORDS);
+            draw_text(picture, &name, [left as f32, y + 2.0], 8.0, INK);
             let start = f64::from(left + NAMES);
             let across = |angle: f64| start + span * (angle.to_degrees().clamp(-180.0, 180.0) + 180.0) / 360.0;
             let mut bar = |from: f64, to: f64, height: f32, tone: [u8; 3]| {
                 let inset = (12.0 - height) / 2.0;
                 let width = (across(to) - across(from)).max(1.0) as f32;
-                let Some(rect) = Rect::from_xywh(across(from) as f32, y + inset, width, height) else { return };
-                let mut paint = tiny_skia::Paint::default();
-                paint.set_color(colour(tone));
-                picture.fill_rect(rect, &paint, Transform::identity(), None);
+                fill(picture, [across(from) as f32, y + inset, width, height], tone, 255);
             };
-            bar(-4.0, 4.0, 12.0, GROUND);
-            bar(limits.lower, limits.upper, 8.0, RANGE);
+            bar(-4.0, 4.0, 12.0, GRID);
+            bar(limits.lower, limits.upper, 8.0, BLUE);
             let used = self.motion.into_iter().flat_map(|motion| &motion.poses).map(|pose| pose.joint_angles[index]);
             let used = used.fold(None, |range: Option<(f64, f64)>, angle| {
                 Some(range.map_or((angle, angle), |(low, high)| (low.min(angle), high.max(angle))))
             });
             if let Some((low, high)) = used {
-                bar(low, high, 4.0, USED);
+                bar(low, high, 4.0, ORANGE);
             }
-            bar(0.0, 0.0, 12.0, WORDS);
+            bar(0.0, 0.0, 12.0, INK);
         }
     }
 }
@@ -202,7 +193,7 @@ fn middle_of(frames: &LinkFrames) -> Vector3<f64> {
 
 fn caption(picture: &mut Pixmap, text: &str, [left, top]: [u32; 2]) {
     let height = if text.len() > 14 { 7.5 } else { 9.0 };
-    draw_text(picture, text, [left as f32 + 6.0, (top + CELL[1]) as f32 + 3.0], height, WORDS);
+    draw_text(picture, text, [left as f32 + 6.0, (top + CELL[1]) as f32 + 3.0], height, INK);
 }
 
 #[cfg(test)]
@@ -216,7 +207,7 @@ mod tests {
         let poses = BodySheet::four_poses(&body);
         let sheet = BodySheet { title: "TRACKER25".into(), body: &body, poses, motion: None, facts: Vec::new() };
         let picture = Pixmap::decode_png(&sheet.png().unwrap()).unwrap();
-        let paper = colour(PAPER).premultiply().to_color_u8();
+        let paper = pixel(crate::report::drawing::PAPER);
         let share = |left: u32, top: u32| {
             let all = (0..CELL[0] * CELL[1]).map(|i| picture.pixel(left + i % CELL[0], top + i / CELL[0]).unwrap());
             all.filter(|pixel| *pixel != paper).count() as f64 / f64::from(CELL[0] * CELL[1])
@@ -228,7 +219,7 @@ mod tests {
         for column in 0..4 {
             assert!(share(MARGIN + column * CELL[0], 40 + CELL[1] + 26) > 0.04, "pose {column}");
         }
-        let bars = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == RANGE).count();
+        let bars = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == BLUE).count();
         assert!(bars > 19 * 8 * 10, "{bars}");
         assert!(sheet.page().unwrap().contains("data:image/png;base64,"));
     }

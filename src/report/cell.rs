@@ -1,7 +1,7 @@
 //! One camera's view of one frame: silhouettes and both skeletons.
 
 use nalgebra::Point2;
-use tiny_skia::{Color, FilterQuality, Pixmap, PixmapPaint, Transform};
+use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 
 use crate::body::Markers;
 use crate::camera::Camera;
@@ -9,6 +9,8 @@ use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
+use super::drawing::{BLUE, FIGURE, new_sheet, pixel};
+pub(super) use super::drawing::{colour, new_picture};
 use super::overlay::{PictureWindow, Whose, draw_bones, marker_bones};
 
 /// Width of a view's picture, pixels.
@@ -20,14 +22,12 @@ pub const CELL_HEIGHT: u32 = 480;
 pub(super) const GROUND: [u8; 3] = [0x1b, 0x26, 0x31];
 /// Props.
 pub(super) const PROP: [u8; 3] = [0x4a, 0x41, 0x54];
-/// Beyond the camera's image.
-const OUTSIDE: [u8; 3] = [0x0d, 0x13, 0x19];
 /// Both silhouettes.
-pub(super) const BOTH: [u8; 3] = [0xa9, 0xb8, 0xc6];
+pub(super) const BOTH: [u8; 3] = FIGURE;
 /// Observed, but not covered by the model.
 pub(super) const ONLY_OBSERVED: [u8; 3] = [0xf2, 0xc1, 0x4e];
 /// Covered by the model, but not observed.
-pub(super) const ONLY_ESTIMATED: [u8; 3] = [0x4f, 0x7f, 0xe0];
+pub(super) const ONLY_ESTIMATED: [u8; 3] = BLUE;
 
 /// The observed and the estimated silhouette of one camera and frame.
 #[derive(Clone, Copy)]
@@ -66,8 +66,7 @@ impl OverlaidView<'_> {
         let middle = |from: u32, to: u32| 0.5 * (f64::from(from) + f64::from(to));
         let centre = Point2::new(middle(bounds.left, bounds.right), middle(bounds.top, bounds.bottom));
         let window = PictureWindow { corner: centre - half.coords, scale };
-        let mut picture = new_picture(CELL_WIDTH, CELL_HEIGHT)?;
-        picture.fill(colour(OUTSIDE));
+        let mut picture = new_sheet(CELL_WIDTH, CELL_HEIGHT)?;
         let paint = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
         let place = Transform::from_row(
             scale as f32,
@@ -89,7 +88,7 @@ impl OverlaidView<'_> {
         let (width, height) = (self.observed.width(), self.observed.height());
         let mut picture = new_picture(width, height)?;
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        for (pixel, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
+        for (place, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
             let observed = self.observed.get(x, y);
             // without an estimated silhouette nothing counts as missed
             let estimated = self.estimated.map_or(observed, |mask| mask.get(x, y));
@@ -100,7 +99,7 @@ impl OverlaidView<'_> {
                 (false, false) if self.props.is_some_and(|props| props.get(x, y)) => PROP,
                 (false, false) => GROUND,
             };
-            *pixel = colour(tone).premultiply().to_color_u8();
+            *place = pixel(tone);
         }
         Ok(picture)
     }
@@ -111,18 +110,6 @@ pub(super) fn span(bounds: &PixelBounds) -> f64 {
     let aspect = f64::from(CELL_WIDTH) / f64::from(CELL_HEIGHT);
     let (width, height) = (bounds.right - bounds.left, bounds.bottom - bounds.top);
     1.16 * f64::from(width).max(aspect * f64::from(height))
-}
-
-pub(super) fn colour([red, green, blue]: [u8; 3]) -> Color {
-    Color::from_rgba8(red, green, blue, 255)
-}
-
-pub(super) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
-    Pixmap::new(width, height).ok_or(ReportError::Size { width, height })
-}
-
-pub(super) fn png(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
-    picture.encode_png().map_err(|error| ReportError::Png(error.to_string()))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
 const COLUMNS: [&str; 7] =
     ["humaneva_mm", "lost_limb", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss", "coverage"];
-const COLOURS: [Colour; 7] =
+pub(super) const COLOURS: [Colour; 7] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber, Colour::Ink];
 
 /// The input of a comparison page. All methods tracked the same clip with the same seeds.
@@ -134,19 +134,27 @@ pub(super) fn error_of(method: &ComparedMethod) -> f64 {
     method.summary.metrics.get("humaneva_mm").map_or(f64::INFINITY, |error| error.mean)
 }
 
+/// Mean error and the ends of its interval, mm.
+pub(super) fn error_with_ends(method: &ComparedMethod) -> Option<(f64, [f64; 2])> {
+    let error = method.summary.metrics.get("humaneva_mm")?;
+    Some((error.mean, error.ci95.map_or([error.mean; 2], |ends| [ends.low, ends.high])))
+}
+
 /// A row a method, with its error and interval to one scale.
 fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
-    let error = |method: &ComparedMethod| {
-        let error = method.summary.metrics.get("humaneva_mm")?;
-        Some((error.mean, error.ci95.map_or([error.mean; 2], |ends| [ends.low, ends.high])))
-    };
-    let greatest =
-        methods.iter().filter_map(|m| error(m)).map(|(mean, [_, high])| high.min(2.0 * mean)).fold(1e-9, f64::max);
+    let greatest = methods
+        .iter()
+        .filter_map(|m| error_with_ends(m))
+        .map(|(mean, [_, high])| high.min(2.0 * mean))
+        .fold(1e-9, f64::max);
     let band = |(mean, [low, high]): (f64, [f64; 2])| {
         let part = |value: f64| (1000.0 * (value / greatest).clamp(0.0, 1.0)).round() / 10.0;
         Band { error: part(mean), low: part(low), width: (part(high) - part(low)).max(0.4) }
     };
-    methods.iter().map(|method| MethodRow { band: error(method).map(band), ..MethodRow::new(method) }).collect()
+    methods
+        .iter()
+        .map(|method| MethodRow { band: error_with_ends(method).map(band), ..MethodRow::new(method) })
+        .collect()
 }
 
 /// In words: which of the trackers is best, and whether it is surely better than the next. What knows the truth is a
@@ -209,26 +217,33 @@ pub(super) fn error_bars(methods: &[ComparedMethod]) -> BarPlot {
     }
 }
 
+/// The median of the seeds' values, within a band from the least to the greatest if there are several seeds.
+pub(super) fn median_line<E: AsRef<[Option<f64>]>>(
+    name: &str,
+    stroke: Stroke,
+    seeds: &[E],
+    place: impl Fn(usize) -> f64,
+) -> Line {
+    let mut line = Line::new(name, stroke, Vec::new());
+    for index in 0..seeds.iter().map(|seed| seed.as_ref().len()).max().unwrap_or(0) {
+        let values = seeds.iter().filter_map(|seed| seed.as_ref().get(index).copied().flatten());
+        let mut present: Vec<f64> = values.collect();
+        present.sort_by(f64::total_cmp);
+        line.points.push((place(index), quantile(&present, 0.5)));
+        line.band.push((place(index), present.first().zip(present.last()).map(|(low, high)| [*low, *high])));
+    }
+    if seeds.len() < 2 {
+        line.band.clear();
+    }
+    line
+}
+
 /// The error of every method over the frames (as in `[GPDM graph]`, Fig. 6): the median over seeds.
 pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
     let line = |(index, method): (usize, &ComparedMethod)| {
-        let frames = method.errors.iter().map(Vec::len).max().unwrap_or(0);
-        let median = |frame: usize| {
-            let mut present: Vec<f64> =
-                method.errors.iter().filter_map(|seed| seed.get(frame).copied().flatten()).collect();
-            present.sort_by(f64::total_cmp);
-            quantile(&present, 0.5)
-        };
-        let points = (0..frames).map(|frame| (frame as f64, median(frame))).collect();
-        let ends = |frame: usize| {
-            let present = || method.errors.iter().filter_map(|seed| seed.get(frame).copied().flatten());
-            let low = present().min_by(f64::total_cmp)?;
-            Some([low, present().max_by(f64::total_cmp)?])
-        };
-        let band = if method.errors.len() > 1 { (0..frames).map(|f| (f as f64, ends(f))).collect() } else { vec![] };
         let colour = COLOURS[index % COLOURS.len()];
         let stroke = if index < COLOURS.len() { Stroke::solid(colour) } else { Stroke::dashed(colour) };
-        Line { band, ..Line::new(&method.name.replace('_', " "), stroke, points) }
+        median_line(&method.name.replace('_', " "), stroke, &method.errors, |frame| frame as f64)
     };
     let in_words = |method: &ComparedMethod| format!("{} {:.0} mm", method.name.replace('_', " "), error_of(method));
     LinePlot {

@@ -48,7 +48,7 @@ impl ContactChart {
     /// All plots below each other in one picture.
     ///
     /// # Errors
-    /// [`ReportError`] when plotters fails.
+    /// [`ReportError`].
     pub fn svg(&self) -> Result<String, ReportError> {
         let (mut inside, mut top) = (String::new(), 0);
         for (Svg(plot), height) in self.plots()? {

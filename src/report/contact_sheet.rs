@@ -4,13 +4,11 @@ use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
 use crate::raster::PixelBounds;
 
-use super::cell::{CELL_HEIGHT, CELL_WIDTH, OverlaidView, colour, new_picture, png, span};
-use super::lettering::{draw_text, text_width};
+use super::cell::{CELL_HEIGHT, CELL_WIDTH, OverlaidView, span};
+use super::drawing::{INK, draw_text_to, encoded, fitting, new_sheet};
+use super::lettering::draw_text;
 use super::{ReportError, Sheet, SheetFrame};
 
-/// Paper of the sheet.
-const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-const WORDS: [u8; 3] = [0xe6, 0xec, 0xf2];
 const GAP: u32 = 8;
 const HEAD: u32 = 44;
 const LETTER_HEIGHT: f32 = 18.0;
@@ -32,8 +30,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     let columns = cells(sheet)?;
     let (across, down) = (sheet.frames.len() as u32, sheet.rig.cameras.len() as u32);
     let width = GAP + across * (CELL_WIDTH + GAP);
-    let mut picture = new_picture(width, HEAD + down * (CELL_HEIGHT + GAP))?;
-    picture.fill(colour(PAPER));
+    let mut picture = new_sheet(width, HEAD + down * (CELL_HEIGHT + GAP))?;
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
         let head = format!(
             "seed {}, set frame {}, {:.2} s{}",
@@ -42,20 +39,26 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
             seconds(sheet, frame),
             error_in_words(frame)
         );
-        draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], fitting_height(&head), WORDS);
+        draw_text(
+            &mut picture,
+            &head,
+            [left as f32 + 4.0, 13.0],
+            fitting(&head, LETTER_HEIGHT, CELL_WIDTH as f32 - 8.0),
+            INK,
+        );
         for ((cell, camera), top) in
             column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))
         {
             let paint = PixmapPaint::default();
             picture.draw_pixmap(left as i32, top as i32, cell.picture.as_ref(), &paint, Transform::identity(), None);
             let (x, y) = (left as f32 + 10.0, top as f32 + 10.0);
-            draw_text(&mut picture, &camera.name, [x, y], LETTER_HEIGHT, WORDS);
+            draw_text(&mut picture, &camera.name, [x, y], LETTER_HEIGHT, INK);
             let overlap = cell.overlap.map_or("IoU -".into(), |overlap| format!("IoU {overlap:.2}"));
-            let right = left as f32 + CELL_WIDTH as f32 - 10.0 - text_width(&overlap, LETTER_HEIGHT);
-            draw_text(&mut picture, &overlap, [right, y], LETTER_HEIGHT, WORDS);
+            let right = left as f32 + CELL_WIDTH as f32 - 10.0;
+            draw_text_to(&mut picture, &overlap, [right, y], LETTER_HEIGHT, INK);
         }
     }
-    png(&picture)
+    encoded(&picture)
 }
 
 /// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
@@ -111,12 +114,6 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<Overlaid
     Ok(masks.map(view).collect())
 }
 
-/// Height of a heading's letters that keeps it above its own column.
-fn fitting_height(head: &str) -> f32 {
-    let room = CELL_WIDTH as f32 - 8.0;
-    LETTER_HEIGHT * (room / text_width(head, LETTER_HEIGHT).max(room))
-}
-
 /// Time of the frame.
 pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
     frame.frame as f64 / sheet.frames_per_second
@@ -140,16 +137,6 @@ impl SheetFrame {
 mod tests {
     use super::*;
     use crate::report::fixture::walking_sheet;
-
-    #[test]
-    fn a_long_heading_stays_above_its_column() {
-        for head in
-            ["frame 7", "seed 4, set frame 299, 4.98 s, 114 mm", "seed 12, set frame 123456, 2057.60 s, 1234 mm"]
-        {
-            assert!(text_width(head, fitting_height(head)) <= CELL_WIDTH as f32 - 7.9, "{head}");
-        }
-        assert_eq!(fitting_height("frame 7"), LETTER_HEIGHT);
-    }
 
     #[test]
     fn the_sheet_has_a_row_a_camera_and_a_column_a_frame() {

@@ -1,21 +1,50 @@
-//! What pictures in one PNG are drawn with: colours, boxes, lines, wrapped text, and our mark.
+//! What pictures are drawn with: colours, boxes, lines, wrapped text, plots, and PNG with our mark.
 
 use png::{BitDepth, ColorType, Encoder};
-use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform};
+use tiny_skia::{
+    Color, FillRule, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, StrokeDash, Transform,
+};
 
-use super::lettering::{draw_text, text_width};
+use super::lettering::{CAPITAL_OF_FONT_SIZE, draw_text, text_width};
+use super::plots::{Colour, Drawing, Shape, Side};
 use super::{GENERATOR, ReportError};
 
 pub(super) const WIDTH: u32 = 1200;
 pub(super) const MARGIN: f32 = 28.0;
 pub(super) const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
 pub(super) const CARD: [u8; 3] = [0x17, 0x20, 0x29];
-pub(super) const INK: [u8; 3] = [0xe8, 0xed, 0xf2];
-pub(super) const FAINT: [u8; 3] = [0x9f, 0xad, 0xbb];
-pub(super) const LINE: [u8; 3] = [0x5a, 0xb4, 0xf0];
-pub(super) const FLOOR: [u8; 3] = [0x8d, 0x9b, 0xa9];
-/// Lines of the grid.
-pub(super) const GRID: [u8; 3] = [0x2b, 0x36, 0x41];
+pub(super) const INK: [u8; 3] = Colour::Ink.on_dark();
+pub(super) const FAINT: [u8; 3] = Colour::Faint.on_dark();
+pub(super) const LINE: [u8; 3] = Colour::Blue.on_dark();
+pub(super) const FLOOR: [u8; 3] = Colour::Grey.on_dark();
+/// Lines of the grid, and the ground of bars.
+pub(super) const GRID: [u8; 3] = Colour::Grid.on_dark();
+/// Bars of the left side, limits, and silhouettes of the model alone.
+pub(super) const BLUE: [u8; 3] = [0x4f, 0x7f, 0xe0];
+/// Bars of the right side, and what is used of limits.
+pub(super) const ORANGE: [u8; 3] = [0xe0, 0x8a, 0x3c];
+/// Silhouettes.
+pub(super) const FIGURE: [u8; 3] = [0xa9, 0xb8, 0xc6];
+
+pub(super) fn colour([red, green, blue]: [u8; 3]) -> Color {
+    Color::from_rgba8(red, green, blue, 255)
+}
+
+/// A pixel of an opaque colour.
+pub(super) fn pixel(tone: [u8; 3]) -> PremultipliedColorU8 {
+    colour(tone).premultiply().to_color_u8()
+}
+
+pub(super) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
+    Pixmap::new(width, height).ok_or(ReportError::Size { width, height })
+}
+
+/// A picture of [`PAPER`].
+pub(super) fn new_sheet(width: u32, height: u32) -> Result<Pixmap, ReportError> {
+    let mut picture = new_picture(width, height)?;
+    picture.fill(colour(PAPER));
+    Ok(picture)
+}
 
 /// Lines of at most `room` pixels.
 pub(super) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
@@ -37,7 +66,17 @@ pub(super) fn fitting(text: &str, height: f32, room: f32) -> f32 {
     height * room / text_width(text, height).max(room)
 }
 
-fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
+/// The head of a picture [`WIDTH`] wide: its title, what it is about, and lines of so high letters.
+pub(super) fn draw_head(picture: &mut Pixmap, title: &str, about: &str, lines: &[String], height: f32) {
+    let room = WIDTH as f32 - 2.0 * MARGIN;
+    draw_text(picture, title, [MARGIN, 26.0], fitting(title, 30.0, room), INK);
+    draw_text(picture, about, [MARGIN, 70.0], fitting(about, 14.0, room), FAINT);
+    for (line, index) in lines.iter().zip(0_u8..) {
+        draw_text(picture, line, [MARGIN, 100.0 + 28.0 * f32::from(index)], height, INK);
+    }
+}
+
+pub(super) fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
     paint.set_color(Color::from_rgba8(red, green, blue, alpha));
     paint
@@ -65,27 +104,12 @@ pub(super) fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3],
     }
 }
 
-pub(super) fn fill_outline(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], alpha: u8) {
+fn fill_outline(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], alpha: u8) {
     let mut path = path(points);
     path.close();
     if let Some(path) = path.finish() {
         picture.fill_path(&path, &paint(colour, alpha), FillRule::Winding, Transform::identity(), None);
     }
-}
-
-/// With the mark by which this program recognises its own files.
-pub(super) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
-    let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, picture.width(), picture.height());
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned()).map_err(failed)?;
-    let rgb: Vec<u8> = picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&rgb).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
 }
 
 /// A filled circle.
@@ -103,4 +127,78 @@ pub(super) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32;
 /// Text about a centre.
 pub(super) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [x - 0.5 * text_width(text, height), top], height, colour);
+}
+
+impl Drawing {
+    /// Draws all onto a part of a dark picture, so many pixels a CSS pixel.
+    pub(super) fn draw_on(&self, picture: &mut Pixmap, [left, top]: [f32; 2], scale: f32) {
+        let place = |[x, y]: [f64; 2]| [left + scale * x as f32, top + scale * y as f32];
+        let all = |points: &[[f64; 2]]| points.iter().copied().map(place).collect::<Vec<_>>();
+        for shape in &self.shapes {
+            match shape {
+                Shape::Line { points, stroke: how, width } => {
+                    stroke(picture, &all(points), how.colour.on_dark(), scale * *width as f32, how.dashed);
+                }
+                Shape::Area { corners, colour, opacity } => {
+                    fill_outline(picture, &all(corners), colour.on_dark(), (255.0 * opacity) as u8);
+                }
+                Shape::Rectangle { corner, size, colour } => {
+                    let ([x, y], [width, height]) = (place(*corner), size.map(|length| scale * length as f32));
+                    fill(picture, [x, y, width, height], colour.on_dark(), 255);
+                }
+                Shape::Dot { centre, radius, colour } => {
+                    dot(picture, place(*centre), scale * *radius as f32, colour.on_dark());
+                }
+                Shape::Text { words, at, pixels, colour, side } => {
+                    let height = CAPITAL_OF_FONT_SIZE * scale * *pixels as f32;
+                    let [x, y] = place(*at);
+                    let draw = match side {
+                        Side::Start => draw_text,
+                        Side::Middle => draw_text_about,
+                        Side::End => draw_text_to,
+                    };
+                    draw(picture, words, [x, y - 0.5 * height], height, colour.on_dark());
+                }
+            }
+        }
+    }
+}
+
+/// Red, green and blue of every pixel.
+pub(super) fn rgb(picture: &Pixmap) -> Vec<u8> {
+    picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
+}
+
+/// As PNG, with the mark by which this program recognises its own files.
+pub(super) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
+    to_png([picture.width(), picture.height()], ColorType::Rgb, &rgb(picture))
+}
+
+/// Pixels as PNG with our mark.
+pub(super) fn to_png([width, height]: [u32; 2], colours: ColorType, pixels: &[u8]) -> Result<Vec<u8>, ReportError> {
+    let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(colours);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned()).map_err(failed)?;
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_text_is_wrapped_between_words_and_a_long_line_is_made_smaller() {
+        let lines =
+            wrapped("Good: the mean marker error is 12 mm. Limited by: nothing at all that can be told", 17.0, 400.0);
+        assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, 17.0) <= 400.0), "{lines:?}");
+        assert_eq!(wrapped("", 17.0, 400.0), Vec::<String>::new());
+        let head = "seed 12, set frame 123456, 2057.60 s, 1234 mm";
+        assert!(text_width(head, fitting(head, 18.0, 352.0)) <= 352.1 && fitting("frame 7", 18.0, 352.0) == 18.0);
+    }
 }

@@ -3,27 +3,51 @@
 use serde::Serialize;
 
 use crate::body::LANDMARKS;
-use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean, quantile};
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, mean};
 use crate::motion_model::ModelOccupancy;
 use crate::tracker::LayerRecord;
 
+use super::comparison::median_line;
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
 
 /// A plot at several widths; the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
+pub(super) struct ResponsiveSvg {
+    /// For the whole width of a page; not of all plots.
+    pub(super) broad: Option<String>,
+    /// For half of it.
+    pub(super) wide: String,
+    /// For a phone.
+    pub(super) narrow: String,
+}
+
+impl ResponsiveSvg {
+    /// Drawn for each width, the broad one if so asked.
+    fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+        let text = |width| draw(width).map(|Svg(text)| text);
+        let broad = if is_broad { Some(text(BROAD)?) } else { None };
+        Ok(Self { broad, wide: text(WIDE)?, narrow: text(NARROW)? })
+    }
+
+    /// Of lines, so high for each width.
+    pub(super) fn of_lines(plot: &LinePlot, is_broad: bool, heights: [u32; 3]) -> Result<Self, ReportError> {
+        let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
+        let broad = if is_broad { Some(draw(BROAD, heights[0])?) } else { None };
+        Ok(Self { broad, wide: draw(WIDE, heights[1])?, narrow: draw(NARROW, heights[2])? })
+    }
+}
+
+/// A plot with its explanation.
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// Fragment of the address.
     pub(super) id: &'static str,
     title: &'static str,
     how_to_read: String,
-    /// For the whole width of a page; plots over frames only.
-    broad: Option<String>,
-    /// For half of it.
-    wide: String,
-    /// For a phone.
-    narrow: String,
+    #[serde(flatten)]
+    plot: ResponsiveSvg,
     /// Whether it is about how the search went: such figures are folded away.
     pub(super) about_search: bool,
     /// Whether its horizontal axis is the frames.
@@ -33,7 +57,7 @@ pub(super) struct Figure {
 impl Figure {
     /// The plot for half a page.
     pub(super) fn for_paper(&self) -> Svg {
-        Svg(self.wide.clone())
+        Svg(self.plot.wide.clone())
     }
 
     /// What it shows and how to read it.
@@ -81,15 +105,11 @@ fn lines(
     if plot.lines.iter().all(|line| line.points.iter().all(|(_, value)| value.is_none())) {
         return Ok(None);
     }
-    let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
-    let broad = (span == Span::Whole).then(|| draw(BROAD, 330)).transpose()?;
     Ok(Some(Figure {
         id,
         title,
         how_to_read,
-        broad,
-        wide: draw(WIDE, 300)?,
-        narrow: draw(NARROW, 270)?,
+        plot: ResponsiveSvg::of_lines(plot, span == Span::Whole, [330, 300, 270])?,
         about_search: ABOUT_SEARCH.contains(&id),
         over_frames: id != "pck",
     }))
@@ -98,20 +118,10 @@ fn lines(
 fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     let errors: Vec<&[Option<f64>]> =
         input.runs.iter().map(|run| per_frame(run.run.evaluation, "humaneva_mm")).collect();
-    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
-    for frame in 0..errors.iter().map(|run| run.len()).max().unwrap_or(0) {
-        let mut present: Vec<f64> = errors.iter().filter_map(|run| run.get(frame).copied().flatten()).collect();
-        present.sort_by(f64::total_cmp);
-        let ends = present.first().zip(present.last()).map(|(low, high)| [*low, *high]);
-        tracker.points.push((frame as f64, quantile(&present, 0.5)));
-        tracker.band.push((frame as f64, ends));
-    }
     let several = input.runs.len() > 1;
-    if several {
-        tracker.name = format!("tracker, median and range of {} seeds", input.runs.len());
-    } else {
-        tracker.band.clear();
-    }
+    let name =
+        if several { format!("tracker, median and range of {} seeds", input.runs.len()) } else { "tracker".to_owned() };
+    let tracker = median_line(&name, Stroke::solid(Colour::Blue), &errors, |frame| frame as f64);
     let greatest = errors.iter().copied().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
     let frozen = input.frozen.map(|frozen| per_frame(frozen, "humaneva_mm"));
     let frozen_greatest = frozen.into_iter().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
@@ -182,14 +192,11 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         "Bars: frames in which the foot stands on the ground, determined from each body's geometry by the same rule.{}",
         seed_note(run)
     );
-    let draw = |width| plot.svg(width).map(|Svg(text)| text);
     Ok(Some(Figure {
         id: "stances",
         title: "Stances of each foot",
         how_to_read,
-        broad: Some(draw(BROAD)?),
-        wide: draw(WIDE)?,
-        narrow: draw(NARROW)?,
+        plot: ResponsiveSvg::new(true, |width| plot.svg(width))?,
         about_search: false,
         over_frames: true,
     }))
@@ -234,7 +241,6 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         groups,
         finding: joint_finding(input),
     };
-    let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
     let mut how = format!("Shorter is better.{}{}", worst_in_words(input), sides_in_words(input));
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
@@ -246,9 +252,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         id: "joints",
         title: "Error per joint",
         how_to_read: how,
-        broad: None,
-        wide,
-        narrow,
+        plot: ResponsiveSvg::new(false, |width| plot.svg(width))?,
         about_search: false,
         over_frames: false,
     }))
@@ -310,15 +314,10 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         evaluation.pck_curve.iter().map(|point| (point.threshold_mm, Some(100.0 * point.fraction))).collect()
     };
     let curves: Vec<_> = input.runs.iter().map(|run| curve(run.run.evaluation)).collect();
-    let thresholds = curves.first().map_or(0, Vec::len);
-    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
-    for index in 0..thresholds {
-        let mut present: Vec<f64> = curves.iter().filter_map(|c| c.get(index)?.1).collect();
-        present.sort_by(f64::total_cmp);
-        let x = curves[0][index].0;
-        tracker.points.push((x, quantile(&present, 0.5)));
-        tracker.band.push((x, present.first().zip(present.last()).map(|(low, high)| [*low, *high])));
-    }
+    let shares: Vec<Vec<Option<f64>>> =
+        curves.iter().map(|curve| curve.iter().map(|(_, share)| *share).collect()).collect();
+    let threshold = |index: usize| curves[0].get(index).map_or(0.0, |(threshold, _)| *threshold);
+    let tracker = median_line("tracker", Stroke::solid(Colour::Blue), &shares, threshold);
     let mut all = vec![tracker];
     let frozen = input.frozen.map(curve);
     all.extend(frozen.map(|points| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), points)));

@@ -1,12 +1,12 @@
 //! Limits that grade a run as good, usable, poor or lost.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::ReportInput;
 use crate::evaluation::{Direction, Unit, find_metric};
 
 /// The grade of a run; the worst last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
     /// The body is followed, limbs and all.
@@ -32,12 +32,12 @@ impl Grade {
 }
 
 /// One metric of a run with its limits.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criterion {
     /// [`crate::evaluation::Metric::name`], `floors` for the comparison with a tracker that never moves.
-    pub metric: &'static str,
+    pub metric: String,
     /// Name for people.
-    pub title: &'static str,
+    pub title: String,
     /// The run's value; for `floors` the number of metrics that are worse.
     pub value: f64,
     /// The resulting grade.
@@ -49,7 +49,7 @@ pub struct Criterion {
     /// The limits in words.
     pub limits_in_words: [String; 3],
     /// The reason for these limits.
-    pub why: &'static str,
+    pub why: String,
 }
 
 /// A metric and the limits of good, usable and poor.
@@ -161,14 +161,14 @@ fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
         _ => (limits.title, ""),
     };
     Some(Criterion {
-        metric: name,
-        title,
+        metric: name.to_owned(),
+        title: title.to_owned(),
         value,
         grade,
         limits: limits.limits,
         finding: format!("{}{which}", limits.finding.replace("{}", &words(value))),
         limits_in_words: limits.limits.map(limit),
-        why: limits.why,
+        why: limits.why.to_owned(),
     })
 }
 
@@ -190,18 +190,20 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     };
     let titles: Vec<&str> = worse.iter().filter_map(|name| find_metric(name)).map(|metric| metric.title).collect();
     Some(Criterion {
-        metric: "floors",
-        title: "Position and pose metrics no better than never moving",
+        metric: "floors".to_owned(),
+        title: "Position and pose metrics no better than never moving".to_owned(),
         value: worse.len() as f64,
         grade,
         limits: [Some(0.0), Some((FLOORS.len() - 1) as f64), None],
-        finding: match titles.is_empty() {
-            true => "all better than a tracker that never moves".to_owned(),
-            false => format!("no better than a tracker that never moves in: {}", titles.join(", ")),
+        finding: if titles.is_empty() {
+            "all better than a tracker that never moves".to_owned()
+        } else {
+            format!("no better than a tracker that never moves in: {}", titles.join(", "))
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
         why: "a tracker that ignores all images and keeps its start pose reaches this floor; compared are errors of \
-            position and pose, and the overlap",
+            position and pose, and the overlap"
+            .to_owned(),
     })
 }
 

@@ -34,3 +34,9 @@ fn style() -> String {
     let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());
     format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{rules}\n{STYLE}")
 }
+
+/// JSON whose text cannot end a script.
+pub(super) fn in_page(data: &impl Serialize) -> Result<String, ReportError> {
+    let text = serde_json::to_string(data).map_err(|error| ReportError::Plot(error.to_string()))?;
+    Ok(text.replace('<', "\\u003c"))
+}

@@ -39,8 +39,28 @@ pub struct ReportInput<'a> {
     pub hint: Option<&'a str>,
 }
 
+impl<'a> ReportInput<'a> {
+    /// Runs with nothing else told of them.
+    pub fn of_runs(title: &'a str, tracker: &'a str, runs: &'a [ReportRun<'a>], summary: &'a Summary) -> Self {
+        Self {
+            title,
+            tracker,
+            matched: false,
+            facts: &[],
+            runs,
+            summary,
+            own_likelihood: false,
+            frozen: None,
+            sheet: None,
+            playbacks: &[],
+            this_run: &[],
+            hint: None,
+        }
+    }
+}
+
 /// Some facts that belong together.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FactGroup {
     /// Heading.
     pub title: String,

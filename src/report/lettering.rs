@@ -9,6 +9,9 @@ use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Str
 static FONT: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(include_bytes!("font/OpenSans-Regular.ttf")).ok());
 
+/// Height of a capital in font sizes.
+pub(super) const CAPITAL_OF_FONT_SIZE: f32 = CAPITAL / 2048.0;
+
 /// Height of a capital in units of the font.
 const CAPITAL: f32 = 1462.0;
 

@@ -6,7 +6,7 @@ use tiny_skia::Pixmap;
 
 use super::ReportError;
 use super::base64;
-use super::cell::png;
+use super::drawing::{encoded, new_picture, pixel};
 
 /// Distances between all pairs of some training frames.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,7 +48,7 @@ pub(super) fn draw(
     starts: &[usize],
 ) -> Result<String, ReportError> {
     let greatest = distances.values.iter().copied().fold(0.0_f32, f32::max);
-    let picture = base64::encode(&png(&painted(distances, greatest)?)?);
+    let picture = base64::encode(&encoded(&painted(distances, greatest)?)?);
     let shown = (distances.frames * distances.step).max(1) as f64;
     let at = |frame: usize| EDGE * (frame as f64 + 0.5) / shown;
     let (width, height) = (LEFT + EDGE + RIGHT, TOP + EDGE + BOTTOM);
@@ -128,10 +128,9 @@ fn write_to(svg: &mut String, text: std::fmt::Arguments<'_>) -> Result<(), Repor
 
 fn painted(distances: &FrameDistances, greatest: f32) -> Result<Pixmap, ReportError> {
     let edge = distances.frames as u32;
-    let mut picture = Pixmap::new(edge, edge).ok_or(ReportError::Size { width: edge, height: edge })?;
-    for (pixel, value) in picture.data_mut().chunks_exact_mut(4).zip(&distances.values) {
-        let [red, green, blue] = colour(value / greatest.max(f32::MIN_POSITIVE));
-        pixel.copy_from_slice(&[red, green, blue, 255]);
+    let mut picture = new_picture(edge, edge)?;
+    for (place, value) in picture.pixels_mut().iter_mut().zip(&distances.values) {
+        *place = pixel(colour(value / greatest.max(f32::MIN_POSITIVE)));
     }
     Ok(picture)
 }

@@ -1,16 +1,9 @@
 //! The plots of a motion model's page.
 
 use super::ReportError;
+use super::figures::ResponsiveSvg;
 use super::model_input::{LatentPath, ModelPageInput, OneModel};
 use super::plots::{Colour, Line, LinePlot, Path, PathPanel, PathPlot, Size, Stroke, Svg};
-
-/// A drawing for each width of a page.
-#[derive(Clone, Debug, serde::Serialize)]
-pub(super) struct ResponsiveSvg {
-    pub(super) broad: String,
-    pub(super) wide: String,
-    pub(super) narrow: String,
-}
 
 /// Colours of models in turn; red is the prediction's.
 const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Ink];
@@ -47,8 +40,7 @@ pub(super) fn latents(index: usize, model: &OneModel) -> Result<ResponsiveSvg, R
     };
     let count = plot.panels.len() as u32;
     let draw = |width, height, columns: u32| plot.svg(Size { width, height }, columns as usize).map(|Svg(text)| text);
-    let wide = draw(560, 330, count)?;
-    Ok(ResponsiveSvg { broad: wide.clone(), wide, narrow: draw(350, 40 + 270 * count, 1)? })
+    Ok(ResponsiveSvg { broad: None, wide: draw(560, 330, count)?, narrow: draw(350, 40 + 270 * count, 1)? })
 }
 
 /// Distance between recording and simulation, frame by frame (`[GPDM graph]`, Figs. 3 and 5b).
@@ -77,6 +69,5 @@ pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<ResponsiveSvg, Report
         y_from: Some(0.0),
         ..LinePlot::default()
     };
-    let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
-    Ok(ResponsiveSvg { broad: draw(1160, 330)?, wide: draw(560, 300)?, narrow: draw(350, 280)? })
+    ResponsiveSvg::of_lines(&plot, true, [330, 300, 280])
 }

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::figures::ResponsiveSvg;
 use super::html::render_page;
 use super::model_distances::{all_shown, draw};
-use super::model_figures::{self, ResponsiveSvg};
+use super::model_figures;
 use super::model_input::{ModelPageInput, OneModel};
 use super::{FactGroup, ReportError};
 

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
-use tiny_skia::{Pixmap, Rect, Transform};
+use tiny_skia::Pixmap;
 
 use super::ReportError;
-use super::cell::{colour, new_picture, png};
+use super::drawing::{BLUE, FIGURE, GRID, INK, ORANGE, encoded, fill, new_sheet, pixel};
 use super::lettering::draw_text;
 use crate::body::{Humanoid, Motion, SilhouettePainter};
 use crate::camera::{Camera, FieldOfView};
@@ -22,14 +22,9 @@ const LEFT: u32 = 64;
 const BAR: u32 = 14;
 const LETTERS: f32 = 11.0;
 
-const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-const GROUND: [u8; 3] = [0x2a, 0x36, 0x42];
-const WORDS: [u8; 3] = [0xe6, 0xec, 0xf2];
-const LEFT_FOOT: [u8; 3] = [0x4f, 0x7f, 0xe0];
-const RIGHT_FOOT: [u8; 3] = [0xe0, 0x8a, 0x3c];
 const SEAM: [u8; 3] = [0xd0, 0x4f, 0x6e];
 /// Takes alternate between these.
-const TAKES: [[u8; 3]; 2] = [[0xa9, 0xb8, 0xc6], [0x86, 0xc4, 0x9a]];
+const TAKES: [[u8; 3]; 2] = [FIGURE, [0x86, 0xc4, 0x9a]];
 
 /// The camera looks at this height from this distance, metres.
 const LOOK_AT_HEIGHT: f64 = 0.9;
@@ -63,15 +58,14 @@ impl MotionStrip<'_> {
         let rows = shown.div_ceil(ACROSS) as u32;
         let width = LEFT + ACROSS as u32 * CELL[0] + MARGIN;
         let timeline = 3 * (BAR + 6) + 24;
-        let mut picture = new_picture(width, 36 + rows * (CELL[1] + 18) + timeline + MARGIN)?;
-        picture.fill(colour(PAPER));
+        let mut picture = new_sheet(width, 36 + rows * (CELL[1] + 18) + timeline + MARGIN)?;
         let title = format!(
             "{}: {frames} frames at {} Hz, {:.2} s",
             self.title,
             self.motion.frames_per_second,
             self.motion.duration_s()
         );
-        draw_text(&mut picture, &title, [MARGIN as f32, 12.0], LETTERS, WORDS);
+        draw_text(&mut picture, &title, [MARGIN as f32, 12.0], LETTERS, INK);
         for index in 0..shown {
             let frame = index * (frames - 1) / (shown - 1).max(1);
             let left = LEFT + (index % ACROSS) as u32 * CELL[0];
@@ -79,7 +73,7 @@ impl MotionStrip<'_> {
             self.silhouette(&mut picture, frame, [left, top])?;
         }
         self.timeline(&mut picture, 36 + rows * (CELL[1] + 18) + 6, width - LEFT - MARGIN);
-        png(&picture)
+        encoded(&picture)
     }
 
     fn silhouette(&self, picture: &mut Pixmap, frame: usize, [left, top]: [u32; 2]) -> Result<(), ReportError> {
@@ -93,35 +87,36 @@ impl MotionStrip<'_> {
         let camera = Camera::look_at("side", target + aside, target, Vector3::z(), view, CELL[0], CELL[1])
             .map_err(|error| ReportError::Plot(error.to_string()))?;
         let mask = SilhouettePainter::new(&camera).silhouette(self.body, &self.body.link_frames(pose));
-        let tone = match self.seams.iter().any(|seam| seam.contains(&frame)) {
-            true => SEAM,
-            false => TAKES[self.seams.iter().filter(|seam| seam.end <= frame).count() % TAKES.len()],
+        let tone = if self.seams.iter().any(|seam| seam.contains(&frame)) {
+            SEAM
+        } else {
+            TAKES[self.seams.iter().filter(|seam| seam.end <= frame).count() % TAKES.len()]
         };
-        let tone = colour(tone).premultiply().to_color_u8();
         let width = picture.width();
         let pixels = picture.pixels_mut();
         for y in 0..CELL[1] {
             for x in (0..CELL[0]).filter(|&x| mask.get(x, y)) {
-                if let Some(pixel) = pixels.get_mut(((top + y) * width + left + x) as usize) {
-                    *pixel = tone;
+                if let Some(place) = pixels.get_mut(((top + y) * width + left + x) as usize) {
+                    *place = pixel(tone);
                 }
             }
         }
         let head = format!("{frame}");
-        draw_text(picture, &head, [left as f32 + 0.4 * CELL[0] as f32, (top + CELL[1]) as f32 + 2.0], 9.0, WORDS);
+        draw_text(picture, &head, [left as f32 + 0.4 * CELL[0] as f32, (top + CELL[1]) as f32 + 2.0], 9.0, INK);
         Ok(())
     }
 
     fn timeline(&self, picture: &mut Pixmap, top: u32, length: u32) {
         let frames = self.motion.poses.len().max(1) as f32;
         let across = |frame: usize| LEFT as f32 + frame as f32 / frames * length as f32;
-        let rows = [("left", LEFT_FOOT, &self.stances[0]), ("right", RIGHT_FOOT, &self.stances[1])];
+        let rows = [("left", BLUE, &self.stances[0]), ("right", ORANGE, &self.stances[1])];
         for (row, (name, tone, spans)) in (0..).zip(rows.into_iter().chain([("seams", SEAM, &self.seams)])) {
             let y = (top + row * (BAR + 6)) as f32;
-            draw_text(picture, name, [MARGIN as f32, y + 2.0], 9.0, WORDS);
-            fill(picture, [LEFT as f32, y, length as f32, BAR as f32], GROUND);
+            draw_text(picture, name, [MARGIN as f32, y + 2.0], 9.0, INK);
+            fill(picture, [LEFT as f32, y, length as f32, BAR as f32], GRID, 255);
             for span in spans {
-                fill(picture, [across(span.start), y, across(span.end) - across(span.start), BAR as f32], tone);
+                let long = (across(span.end) - across(span.start)).max(1.0);
+                fill(picture, [across(span.start), y, long, BAR as f32], tone, 255);
             }
         }
         let (y, seconds) = ((top + 3 * (BAR + 6)) as f32, self.motion.duration_s());
@@ -130,20 +125,12 @@ impl MotionStrip<'_> {
         let mut time = 0.0;
         while time <= seconds {
             let x = across((time * self.motion.frames_per_second) as usize);
-            fill(picture, [x, y - 4.0, 1.0, 4.0], WORDS);
-            draw_text(picture, &format!("{time:.1}"), [x, y + 2.0], 8.0, WORDS);
+            fill(picture, [x, y - 4.0, 1.0, 4.0], INK, 255);
+            draw_text(picture, &format!("{time:.1}"), [x, y + 2.0], 8.0, INK);
             time += step;
         }
-        draw_text(picture, "s", [MARGIN as f32, y + 2.0], 8.0, WORDS);
+        draw_text(picture, "s", [MARGIN as f32, y + 2.0], 8.0, INK);
     }
-}
-
-/// Fills a rectangle `[x, y, width, height]`.
-fn fill(picture: &mut Pixmap, [x, y, width, height]: [f32; 4], tone: [u8; 3]) {
-    let Some(rect) = Rect::from_xywh(x, y, width.max(1.0), height) else { return };
-    let mut paint = tiny_skia::Paint::default();
-    paint.set_color(colour(tone));
-    picture.fill_rect(rect, &paint, Transform::identity(), None);
 }
 
 #[cfg(test)]
@@ -176,8 +163,8 @@ mod tests {
         assert_eq!([body_of(0), body_of(7), body_of(12)], [TAKES[0], SEAM, TAKES[1]]);
         let length = ACROSS as u32 * CELL[0];
         let bars = 36 + CELL[1] + 18 + 6 + BAR / 2;
-        assert_eq!([tone(LEFT + length / 4, bars), tone(LEFT + 3 * length / 4, bars)], [LEFT_FOOT, GROUND]);
+        assert_eq!([tone(LEFT + length / 4, bars), tone(LEFT + 3 * length / 4, bars)], [BLUE, GRID]);
         let right = bars + BAR + 6;
-        assert_eq!([tone(LEFT + length / 4, right), tone(LEFT + 3 * length / 4, right)], [GROUND, RIGHT_FOOT]);
+        assert_eq!([tone(LEFT + length / 4, right), tone(LEFT + 3 * length / 4, right)], [GRID, ORANGE]);
     }
 }

@@ -1,10 +1,12 @@
 //! Draws skeletons as a camera sees them onto a picture.
 
 use nalgebra::{Point2, Point3};
-use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
+use tiny_skia::{FillRule, LineCap, LineJoin, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use crate::body::{Humanoid, Landmark, LinkFrames, Markers};
 use crate::camera::Camera;
+
+use super::drawing::paint;
 
 /// A straight piece of a skeleton, end points in the world, metres.
 pub type BoneLine = [Point3<f64>; 2];
@@ -90,11 +92,11 @@ pub fn draw_bones(
     for (width, colour) in [(1.9 * width, EDGE), (width, whose.colour())] {
         let stroke =
             Stroke { width, line_cap: cap, line_join: LineJoin::Round, dash: dash.clone(), ..Stroke::default() };
-        picture.stroke_path(&lines, &paint(colour), &stroke, Transform::identity(), None);
+        picture.stroke_path(&lines, &paint(colour, 255), &stroke, Transform::identity(), None);
     }
     for (size, colour) in [(1.7 * width, EDGE), (1.2 * width, whose.colour())] {
         if let Some(joints) = joints_path(bones, to_picture, whose, size) {
-            picture.fill_path(&joints, &paint(colour), FillRule::Winding, Transform::identity(), None);
+            picture.fill_path(&joints, &paint(colour, 255), FillRule::Winding, Transform::identity(), None);
         }
     }
 }
@@ -109,12 +111,6 @@ impl Whose {
             Self::Estimate => [0xff, 0x3b, 0x4e],
         }
     }
-}
-
-fn paint([red, green, blue]: [u8; 3]) -> Paint<'static> {
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color(Color::from_rgba8(red, green, blue, 255));
-    paint
 }
 
 /// All bones as one path, each in pieces short enough to follow the lens distortion.

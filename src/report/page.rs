@@ -6,12 +6,14 @@ use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit, find_metric};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::displayed::{between, interval_in_words, number, symbol};
+use super::drawing::encoded;
 use super::figures::{Figure, figures, per_frame};
-use super::html::render_page;
+use super::html::{in_page, render_page};
 use super::input::{FactGroup, worst_frames};
 use super::metric_groups::{GROUPS, MetricGroup, aliases};
 use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
 use super::playback::playback_data;
+use super::plots::hex;
 use super::verdict::{Verdict, verdict};
 use super::{Playback, ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
 
@@ -165,7 +167,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
-    let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
+    let worse = |name: &str| verdict.worse_than_frozen.iter().any(|worse| worse == name);
     let worst = worst_rows(input, &runs)?;
     let (search_figures, figures) = figures(input, typical)?.into_iter().partition(|figure| figure.about_search);
     let page = RunPage {
@@ -208,7 +210,7 @@ fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: b
     Some(Headline { value, unit, interval: interval_in_words(metric), meaning, worse })
 }
 
-/// The data of the frames, in JSON whose text cannot end a script.
+/// The data of the frames, as JSON.
 fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
     let Some(sheet) = input.sheet.filter(|_| !input.playbacks.is_empty()) else { return Ok(None) };
     let of_seed = |playback: &Playback| {
@@ -216,8 +218,7 @@ fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
         let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
         playback_data(playback, (sheet.rig, sheet.frames_per_second), Some(errors))
     };
-    let data = serde_json::to_string(&input.playbacks.iter().map(of_seed).collect::<Result<Vec<_>, _>>()?);
-    Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))
+    in_page(&input.playbacks.iter().map(of_seed).collect::<Result<Vec<_>, _>>()?).map(Some)
 }
 
 fn group_on_page(input: &ReportInput<'_>, group: &MetricGroup, worse: &impl Fn(&str) -> bool) -> GroupOnPage {
@@ -308,7 +309,7 @@ fn sheet_cell<'a>(camera: &'a str, frame: &SheetFrame, view: &SheetPicture) -> R
     let findings = findings.chain(frame.error_mm().map(|error| format!(", mean marker error {error:.0} mm")));
     let findings: String = findings.collect();
     let alt = format!("{camera}, seed {}, frame {}: silhouettes and skeletons{findings}", frame.seed, frame.frame);
-    Ok(SheetCell { camera, alt, overlap, png: base64::encode(&cell::png(&view.picture)?) })
+    Ok(SheetCell { camera, alt, overlap, png: base64::encode(&encoded(&view.picture)?) })
 }
 
 fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
@@ -328,7 +329,6 @@ fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<Sheet
             cells: shown,
         });
     }
-    let hex = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
     let colours = SheetColours {
         both: hex(cell::BOTH),
         only_observed: hex(cell::ONLY_OBSERVED),
@@ -392,7 +392,7 @@ mod tests {
                 let own = sheet.worst.iter().find(|f| (f.seed, f.frame) == (row.seed, row.frame)).unwrap();
                 let (camera, view) = worst_cell(sheet, own).unwrap().unwrap();
                 let picture = row.picture.as_ref().unwrap();
-                assert_eq!(picture.png, base64::encode(&cell::png(&view.picture).unwrap()));
+                assert_eq!(picture.png, base64::encode(&encoded(&view.picture).unwrap()));
                 assert_eq!(picture.camera, sheet.rig.cameras[camera].name);
                 assert_eq!(row.error, number(own.error_mm().unwrap(), Unit::Millimetre), "picture and error agree");
             }

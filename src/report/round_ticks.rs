@@ -2,11 +2,17 @@
 
 /// Values that are whole multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, about five,
 /// each with its words: all with the decimals that the step needs. None of a range that is empty or not finite.
-pub(super) fn round_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
+pub(super) fn round_ticks(range: [f64; 2]) -> Vec<(f64, String)> {
+    round_ticks_within(range, 6)
+}
+
+/// As [`round_ticks`], at most so many.
+pub(super) fn round_ticks_within(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
+    let [low, high] = range;
     if !(low.is_finite() && high.is_finite() && high > low) {
         return Vec::new();
     }
-    let rough = ((high - low) / 5.0).max(1e-9);
+    let rough = ((high - low) / f64::from(most.max(2) - 1)).max(1e-9);
     let power = libm::floor(libm::log10(rough)) as i32;
     let scale = libm::pow(10.0, f64::from(power));
     // a step with a decimal more than its power has
@@ -15,12 +21,59 @@ pub(super) fn round_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     let fits = |(digits, _): &(f64, i32)| digits * scale >= rough * (1.0 - 1e-9);
     let (digits, more) = steps.into_iter().find(fits).unwrap_or((10.0, -1));
     let decimals = usize::try_from(more - power).unwrap_or(0);
-    let step = digits * scale;
-    let first = libm::ceil(low / step - 1e-9);
-    let within = |value: &f64| *value <= high + 1e-9 * step;
-    let values = (0_u8..12).map(|count| (first + f64::from(count)) * step).take_while(within);
+    let values = multiples(range, digits * scale, most as usize + 1);
     // no negative zero
-    values.map(|value| value + 0.0).map(|value| (value, format!("{value:.decimals$}"))).collect()
+    values.into_iter().map(|value| value + 0.0).map(|value| (value, format!("{value:.decimals$}"))).collect()
+}
+
+/// As [`round_ticks_within`], at whole numbers alone.
+pub(super) fn whole_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
+    let steps = (0..15).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * libm::pow(10.0, f64::from(power))));
+    let fitting = steps.map(|step| multiples(range, step, most as usize + 1));
+    let ticks = fitting.into_iter().find(|ticks| ticks.len() <= most.max(1) as usize).unwrap_or_default();
+    ticks.into_iter().map(|value| (value, format!("{value:.0}"))).collect()
+}
+
+/// Multiples of a step within a range, no more than `most`.
+fn multiples([low, high]: [f64; 2], step: f64, most: usize) -> Vec<f64> {
+    let first = libm::ceil(low / step - 1e-9);
+    let all = (0..most).map(|count| (first + count as f64) * step);
+    all.take_while(|value| *value <= high + 1e-9 * step).collect()
+}
+
+/// At most `most` round values whose exponents of ten lie within a range: powers of ten where three or more are in it,
+/// else 1, 2 and 5 times these, else all digits of them, else multiples of a round step.
+pub(super) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
+    let [low, high] = exponents.map(|exponent| libm::pow(10.0, exponent));
+    let of_digits = |digits: &[f64]| -> Vec<f64> {
+        let powers = libm::floor(exponents[0]) as i32..=libm::ceil(exponents[1]) as i32;
+        let all = powers.flat_map(|power| digits.iter().map(move |digit| digit * libm::pow(10.0, f64::from(power))));
+        all.filter(|value| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(value)).collect()
+    };
+    let mut kinds = vec![of_digits(&[1.0]), of_digits(&[1.0, 2.0, 5.0])];
+    kinds.push(of_digits(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]));
+    let rough = (high - low) / 4.0;
+    let power = libm::pow(10.0, libm::floor(libm::log10(rough.max(f64::MIN_POSITIVE))));
+    let linear = multiples([low, high], if rough / power >= 5.0 { 5.0 * power } else { power }, most + 1);
+    kinds.push(linear.into_iter().filter(|value| *value > 0.0).collect());
+    let enough = |ticks: &&Vec<f64>| ticks.len() >= 3 && ticks.len() <= most;
+    if let Some(ticks) = kinds.iter().find(enough) {
+        return ticks.clone();
+    }
+    let fitting = kinds.iter().filter(|ticks| ticks.len() <= most);
+    match fitting.max_by_key(|ticks| ticks.len()).filter(|ticks| !ticks.is_empty()) {
+        Some(ticks) => ticks.clone(),
+        // more powers of ten than there is room for
+        None => kinds[0].iter().copied().step_by(kinds[0].len().div_ceil(most.max(1)).max(1)).collect(),
+    }
+}
+
+/// The value of an exponent of ten, to three digits.
+pub(super) fn power_of_ten(exponent: f64) -> String {
+    let value = libm::pow(10.0, exponent);
+    let step = libm::pow(10.0, libm::floor(exponent) - 2.0);
+    let rounded = (1000.0 * (value / step).round() * step).round() / 1000.0;
+    format!("{}", rounded + 0.0)
 }
 
 #[cfg(test)]
@@ -56,5 +109,28 @@ mod tests {
             }
         }
         assert!([[1.0, 1.0], [2.0, 1.0], [0.0, f64::NAN]].map(round_ticks).iter().all(Vec::is_empty));
+    }
+
+    fn logarithmic(low: f64, high: f64, most: usize) -> Vec<f64> {
+        log_ticks([low, high].map(libm::log10), most)
+    }
+
+    fn close(found: &[f64], expected: &[f64]) {
+        let same = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6 * b);
+        assert!(same, "{found:?} {expected:?}");
+    }
+
+    /// The ticks of old on a logarithmic axis were 400, 500, 630 and 790.
+    #[test]
+    fn a_logarithmic_axis_has_ticks_at_round_values() {
+        close(&logarithmic(380.0, 820.0, 6), &[400.0, 500.0, 600.0, 700.0, 800.0]);
+        close(&logarithmic(43.0, 1162.0, 6), &[50.0, 100.0, 200.0, 500.0, 1000.0]);
+        close(&logarithmic(3.0, 3e5, 8), &[10.0, 100.0, 1000.0, 1e4, 1e5]);
+        close(&logarithmic(408.0, 436.0, 6), &[410.0, 415.0, 420.0, 425.0, 430.0, 435.0]);
+        assert!(logarithmic(1e-9, 1e9, 5).len() <= 5);
+        assert_eq!(
+            [415.0, 3.2, 1e5, 0.05].map(|value| power_of_ten(libm::log10(value))),
+            ["415", "3.2", "100000", "0.05"]
+        );
     }
 }

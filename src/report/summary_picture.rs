@@ -3,17 +3,18 @@
 use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 
 use super::ReportError;
-use super::cell::{colour, new_picture};
+use super::comparison::median_line;
 use super::displayed::{interval_in_words, number, symbol};
-use super::drawing::{
-    CARD, FAINT, FLOOR, GRID, INK, LINE, MARGIN, PAPER, WIDTH, encoded, fill, fill_outline, fitting, stroke, wrapped,
-};
-use super::lettering::{draw_text, text_width};
-use super::round_ticks::round_ticks;
-use crate::evaluation::{MetricSummary, Summary, quantile};
+use super::drawing::{CARD, FAINT, INK, MARGIN, WIDTH, draw_head, encoded, fill, fitting, new_sheet, wrapped};
+use super::lettering::draw_text;
+use super::plots::{Colour, Line, LinePlot, Size, Stroke};
+use crate::evaluation::{MetricSummary, Summary};
 
 const TILE_HEIGHT: f32 = 96.0;
-const PLOT_HEIGHT: f32 = 250.0;
+const PLOT_HEIGHT: f32 = 270.0;
+
+/// Pixels of a picture for one of a plot on a page.
+pub(super) const PLOT_SCALE: f32 = 1.2;
 
 /// Figures on the picture with their names.
 const TILES: [(&str, &str); 6] = [
@@ -57,15 +58,12 @@ pub fn summary_picture(input: &SummaryPicture<'_>) -> Result<Vec<u8>, ReportErro
     let below_tiles = head + TILE_HEIGHT + 24.0;
     let below_plot = below_tiles + PLOT_HEIGHT + 20.0;
     let height = below_plot + sheet.as_ref().map_or(0.0, |sheet| scale * sheet.height() as f32 + 24.0) + 12.0;
-    let mut picture = new_picture(WIDTH, height.ceil() as u32)?;
-    picture.fill(colour(PAPER));
-    draw_text(&mut picture, input.title, [MARGIN, 26.0], fitting(input.title, 30.0, room), INK);
-    draw_text(&mut picture, input.about, [MARGIN, 70.0], fitting(input.about, 14.0, room), FAINT);
-    for (line, top) in verdict.iter().zip(0_u8..) {
-        draw_text(&mut picture, line, [MARGIN, 100.0 + 28.0 * f32::from(top)], 17.0, INK);
-    }
+    let mut picture = new_sheet(WIDTH, height.ceil() as u32)?;
+    draw_head(&mut picture, input.title, input.about, &verdict, 17.0);
     tiles(&mut picture, input.summary, head, room);
-    plot(&mut picture, input, [MARGIN, below_tiles, room, PLOT_HEIGHT]);
+    fill(&mut picture, [MARGIN, below_tiles, room, PLOT_HEIGHT], CARD, 255);
+    let size = Size { width: ((room - 28.0) / PLOT_SCALE) as u32, height: ((PLOT_HEIGHT - 20.0) / PLOT_SCALE) as u32 };
+    plot(input).drawing(size).draw_on(&mut picture, [MARGIN + 14.0, below_tiles + 10.0], PLOT_SCALE);
     if let Some(sheet) = sheet {
         let paint = PixmapPaint { quality: FilterQuality::Bicubic, ..PixmapPaint::default() };
         let place = Transform::from_row(scale, 0.0, 0.0, scale, MARGIN, below_plot);
@@ -90,47 +88,21 @@ fn tiles(picture: &mut Pixmap, summary: &Summary, top: f32, room: f32) {
 }
 
 /// Median and range of the seeds' errors over the frames, and the floor.
-fn plot(picture: &mut Pixmap, input: &SummaryPicture<'_>, [left, top, width, height]: [f32; 4]) {
-    fill(picture, [left, top, width, height], CARD, 255);
-    draw_text(picture, "mean marker error, mm", [left + 14.0, top + 12.0], 12.0, FAINT);
-    let frames = input.errors.iter().map(Vec::len).max().unwrap_or(0);
-    let sorted = |frame: usize| {
-        let mut present: Vec<f64> = input.errors.iter().filter_map(|seed| seed.get(frame).copied().flatten()).collect();
-        present.sort_by(f64::total_cmp);
-        present
-    };
-    let all: Vec<(usize, Vec<f64>)> = (0..frames).map(|f| (f, sorted(f))).filter(|(_, v)| !v.is_empty()).collect();
-    let greatest = all.iter().filter_map(|(_, values)| values.last()).fold(10.0_f64, |a, b| a.max(*b));
+fn plot(input: &SummaryPicture<'_>) -> LinePlot {
+    let tracker = median_line("tracker", Stroke::solid(Colour::Blue), input.errors, |frame| frame as f64);
+    let greatest = input.errors.iter().flatten().flatten().fold(10.0_f64, |a, b| a.max(*b));
     let floor = input.frozen_mm.filter(|floor| *floor < 1.6 * greatest);
-    let above = 1.08 * greatest.max(floor.unwrap_or(0.0));
-    let area = [left + 56.0, top + 38.0, width - 76.0, height - 76.0];
-    let x = |frame: usize| area[0] + area[2] * frame as f32 / frames.saturating_sub(1).max(1) as f32;
-    let y = |value: f64| area[1] + area[3] * (1.0 - (value / above) as f32);
-    for (value, words) in round_ticks([0.0, above]) {
-        stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
-        let place = [area[0] - 8.0 - text_width(&words, 10.0), y(value) - 5.0];
-        draw_text(picture, &words, place, 10.0, FAINT);
+    let level = |floor: f64| tracker.points.iter().map(|(frame, _)| (*frame, Some(floor))).collect();
+    let never_moves =
+        floor.map(|floor| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), level(floor)));
+    LinePlot {
+        x_label: "set frame, from 0".to_owned(),
+        y_label: "mean marker error, mm".to_owned(),
+        y_from: Some(0.0),
+        y_to: Some(1.08 * greatest.max(floor.unwrap_or(0.0))),
+        lines: never_moves.into_iter().chain([tracker]).collect(),
+        ..LinePlot::default()
     }
-    for tick in 0_u8..=4 {
-        let frame = usize::from(tick) * frames.saturating_sub(1) / 4;
-        let words = format!("frame {frame}");
-        let place = [
-            (x(frame) - 0.5 * text_width(&words, 10.0)).min(left + width - 8.0 - text_width(&words, 10.0)),
-            top + height - 24.0,
-        ];
-        draw_text(picture, &words, place, 10.0, FAINT);
-    }
-    if input.errors.len() > 1 {
-        let upper = all.iter().filter_map(|(frame, values)| Some([x(*frame), y(*values.last()?)]));
-        let lower = all.iter().rev().filter_map(|(frame, values)| Some([x(*frame), y(*values.first()?)]));
-        fill_outline(picture, &upper.chain(lower).collect::<Vec<_>>(), LINE, 70);
-    }
-    if let Some(floor) = floor {
-        stroke(picture, &[[area[0], y(floor)], [area[0] + area[2], y(floor)]], FLOOR, 1.6, true);
-        draw_text(picture, "never moves", [area[0] + 8.0, y(floor) - 16.0], 10.0, FLOOR);
-    }
-    let median: Vec<[f32; 2]> = all.iter().filter_map(|(f, v)| Some([x(*f), y(quantile(v, 0.5)?)])).collect();
-    stroke(picture, &median, LINE, 2.4, false);
 }
 
 #[cfg(test)]
@@ -165,7 +137,7 @@ mod tests {
         assert!(String::from_utf8_lossy(&bytes[..200]).contains("Software\0skiagraph "));
         let picture = Pixmap::decode_png(&bytes).unwrap();
         assert!(picture.width() == WIDTH && picture.height() > 700, "{}", picture.height());
-        let blue = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == LINE).count();
+        let blue = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == Colour::Blue.on_dark()).count();
         assert!(blue > 500, "the line is drawn: {blue}");
         let refused = told(&Story::default(), |input| {
             let shown = SummaryPicture {
@@ -180,13 +152,5 @@ mod tests {
             summary_picture(&shown).map(drop)
         });
         assert!(refused.is_err());
-    }
-
-    #[test]
-    fn long_text_is_wrapped_between_words() {
-        let lines =
-            wrapped("Good: the mean marker error is 12 mm. Limited by: nothing at all that can be told", 17.0, 400.0);
-        assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, 17.0) <= 400.0), "{lines:?}");
-        assert_eq!(wrapped("", 17.0, 400.0), Vec::<String>::new());
     }
 }

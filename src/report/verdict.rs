@@ -1,13 +1,13 @@
 //! The run in one sentence, its grade with limits, and the likely cause of its error.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::ReportInput;
 use super::grading::{Criterion, Grade, criteria, percent};
 use crate::evaluation::METRICS;
 
 /// The verdict on a run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The worst grade of all criteria.
     pub grade: Grade,
@@ -18,9 +18,9 @@ pub struct Verdict {
     pub criteria: Vec<Criterion>,
     /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of those that
     /// measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
-    pub worse_than_frozen: Vec<&'static str>,
+    pub worse_than_frozen: Vec<String>,
     /// Whether the images prefer the estimate or the true pose; absent if energies are unknown.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<String>,
 }
 
@@ -80,12 +80,12 @@ fn held_back_by(grade: Grade, criteria: &[Criterion]) -> String {
     if grade == Grade::Good { String::new() } else { format!(" Limited by: {}.", worst.join("; ")) }
 }
 
-fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<&'static str> {
+fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
     let Some(frozen) = input.frozen else { return vec![] };
     let is_worse = |name: &str| Some((input.summary.metrics.get(name)?.mean, frozen.metrics.get(name)?.mean));
     let compared = METRICS.iter().filter(|metric| metric.has_frozen_floor());
     let worse = compared.filter(|m| is_worse(m.name).is_some_and(|(value, floor)| m.is_worse(value, floor)));
-    worse.map(|metric| metric.name).collect()
+    worse.map(|metric| metric.name.to_owned()).collect()
 }
 
 /// Whether the images fit truth or estimate better, from the sign of the energy gap in each frame.
@@ -210,10 +210,13 @@ mod tests {
             verdict.criteria.iter().find(|criterion| criterion.metric.starts_with("silhouette")).unwrap().clone()
         };
         let observed = overlap(&told(&Story::default(), verdict));
-        assert_eq!((observed.metric, observed.title), ("silhouette_iou", "Overlap of the silhouettes"));
+        assert_eq!(
+            (observed.metric.as_str(), observed.title.as_str()),
+            ("silhouette_iou", "Overlap of the silhouettes")
+        );
         let told = told(&Story { exact_overlap: Some(0.5), ..Story::default() }, verdict);
         let exact = overlap(&told);
-        assert_eq!((exact.metric, exact.value, exact.grade), ("silhouette_iou_exact", 0.5, Grade::Poor));
+        assert_eq!((exact.metric.as_str(), exact.value, exact.grade), ("silhouette_iou_exact", 0.5, Grade::Poor));
         assert!(told.line.contains("50 %, measured on the exact silhouettes, because those observed are corrupted"));
     }
 
@@ -231,10 +234,13 @@ mod tests {
     #[test]
     fn what_is_worse_than_never_moving_is_named_and_the_floor_itself_is_not() {
         let of_good = told(&Story::default(), verdict).worse_than_frozen;
-        assert!(!of_good.contains(&"humaneva_mm"), "{of_good:?}");
-        assert!(!of_good.contains(&"jitter_m_per_s3"), "what stands still does not shake: no floor: {of_good:?}");
+        assert!(!of_good.iter().any(|name| name == "humaneva_mm"), "{of_good:?}");
+        assert!(
+            !of_good.iter().any(|name| name == "jitter_m_per_s3"),
+            "what stands still does not shake: no floor: {of_good:?}"
+        );
         let of_bad = told(&Story { beside_m: 9.0, ..Story::default() }, verdict);
-        assert!(of_bad.worse_than_frozen.contains(&"humaneva_mm") && of_bad.grade == Grade::Lost);
+        assert!(of_bad.worse_than_frozen.iter().any(|name| name == "humaneva_mm") && of_bad.grade == Grade::Lost);
         assert!(told(&Story { frozen: false, ..Story::default() }, verdict).worse_than_frozen.is_empty());
     }
 

@@ -42,12 +42,4 @@ mod tests {
         sequence.view_boundaries = Some(&views);
         assert_eq!(evaluate(&sequence).unwrap().metrics["boundary_f"].per_frame, [None, Some(0.75), None]);
     }
-
-    #[test]
-    fn empty_outlines_agree_with_nothing() {
-        let (empty, block) = (Mask::new(20, 20), Mask::from_fn(20, 20, |x, y| x > 5 && x < 12 && y > 5 && y < 12));
-        let [empty, block] = [&empty, &block].map(SilhouetteOutline::new);
-        assert_eq!((empty.agreement(&empty), empty.agreement(&block)), (None, Some(0.0)));
-        assert_eq!(block.agreement(&block), Some(1.0));
-    }
 }

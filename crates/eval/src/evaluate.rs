@@ -185,14 +185,6 @@ mod tests {
     }
 
     #[test]
-    fn coverage_falls_with_every_marker_that_the_estimate_hides() {
-        let truth = vec![standing(); 3];
-        let mut estimate = truth.clone();
-        estimate[1][..3].fill(None);
-        assert!((evaluate_markers(&truth, &estimate).coverage - 27.0 / 30.0).abs() < 1e-12);
-    }
-
-    #[test]
     fn an_evaluation_survives_json() {
         let truth = vec![standing(); 80];
         let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.1, 0.2, 0.3))).collect();

@@ -65,16 +65,14 @@ mod mpjpe;
 mod orientation;
 mod pck;
 mod pck_3dpw;
+mod penetration;
 mod per_frame;
 mod procrustes;
-mod prop_penetration;
 mod protocol;
 mod registry;
 mod reprojection;
-mod scaled_mpjpe;
 mod seed_run;
 mod segmentation;
-mod self_penetration;
 mod sequence;
 mod silhouette;
 mod statistics;
@@ -90,7 +88,8 @@ pub use breakdown_summary::BreakdownSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
     LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,
-    RunComparison, SideFacts, compare_runs, difference, holm, lost_tracks, seeds_in_words, should_pair, shown_once,
+    RunComparison, SideFacts, changed_settings, compare_runs, difference, holm, lost_tracks, seeds_in_words,
+    should_pair, shown_once,
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{

@@ -116,11 +116,6 @@ mod tests {
     }
 
     #[test]
-    fn fourteen_of_fifteen_markers_are_within_150_mm() {
-        assert!((ramp().metrics["pck150"].mean - 14.0 / 15.0).abs() < 1e-12);
-    }
-
-    #[test]
     fn the_area_is_the_mean_of_the_curve() {
         let evaluation = ramp();
         let fractions: Vec<f64> = evaluation.pck_curve.iter().map(|point| point.fraction).collect();
@@ -135,13 +130,5 @@ mod tests {
         let by_hand: usize = (0..=30).map(|step: usize| (step / 2 + 1).min(14)).sum();
         let area = ramp().metrics["auc150"].mean;
         assert!((area - by_hand as f64 / (15.0 * 31.0)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_marker_that_the_estimate_leaves_out_is_wrong() {
-        let truth = vec![standing(); 3];
-        let mut estimate = truth.clone();
-        estimate.iter_mut().for_each(|frame| frame[3] = None);
-        assert!((evaluate_markers(&truth, &estimate).metrics["pck150"].mean - 14.0 / 15.0).abs() < 1e-12);
     }
 }

@@ -4,7 +4,7 @@ use super::metric::Metric;
 use super::{
     balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
     ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation,
-    pck, pck_3dpw, procrustes, prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
+    pck, pck_3dpw, penetration, procrustes, reprojection, silhouette, track_loss,
 };
 
 /// Metrics that short tables show.
@@ -33,7 +33,7 @@ pub const METRICS: &[Metric] = &[
     humaneva_official::RELATIVE,
     mpjpe::ABSOLUTE,
     mpjpe::ROOT_RELATIVE,
-    scaled_mpjpe::NORMALISED,
+    mpjpe::NORMALISED,
     procrustes::ALIGNED,
     global_mpjpe::FIRST_FRAMES,
     global_mpjpe::WHOLE,
@@ -77,10 +77,10 @@ pub const METRICS: &[Metric] = &[
     ground_gap::TRUE_PENETRATION,
     ground_gap::FLOAT,
     ground_gap::TRUE_FLOAT,
-    prop_penetration::DEPTH,
-    prop_penetration::TRUE_DEPTH,
-    self_penetration::DEPTH,
-    self_penetration::TRUE_DEPTH,
+    penetration::PROP_DEPTH,
+    penetration::TRUE_PROP_DEPTH,
+    penetration::SELF_DEPTH,
+    penetration::TRUE_SELF_DEPTH,
     balance::UNBALANCED,
     balance::TRUE_UNBALANCED,
     balance::RESIDUAL,

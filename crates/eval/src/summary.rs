@@ -43,7 +43,7 @@ pub struct Summary {
     /// Mean error by groups of markers: phase of gait, speed, cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownSummary>,
-    /// Errors by camera.
+    /// Errors by camera: means over clips of each clip's mean over seeds.
     #[serde(default)]
     pub per_camera: Vec<PerCameraError>,
 }

@@ -37,7 +37,7 @@ struct BodyRecord {
     name: String,
     links: Vec<LinkRecord>,
     joints: Vec<JointRecord>,
-    degrees_of_freedom: Vec<DegreeRecord>,
+    degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// HumanEva's virtual markers by name.
     markers: BTreeMap<String, MarkerRecord>,
     notes: Vec<String>,
@@ -102,29 +102,10 @@ struct JointRecord {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum KindRecord {
     Fixed,
-    Revolute { axis: [f64; 3], drive: DriveRecord },
-    Prismatic { axis: [f64; 3], drive: DriveRecord },
+    Revolute { axis: [f64; 3], drive: Drive },
+    Prismatic { axis: [f64; 3], drive: Drive },
     Spherical { first: usize },
     Floating { first: usize },
-}
-
-/// `multiplier * angles[degree_of_freedom] + offset`.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DriveRecord {
-    degree_of_freedom: usize,
-    multiplier: f64,
-    offset: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DegreeRecord {
-    name: String,
-    lower: Option<f64>,
-    upper: Option<f64>,
-    max_velocity: Option<f64>,
-    max_effort: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -190,7 +171,7 @@ impl BodyRecord {
             name: body.name.clone(),
             links: body.links.iter().map(LinkRecord::new).collect(),
             joints: body.joints.iter().map(JointRecord::new).collect(),
-            degrees_of_freedom: body.degrees_of_freedom.iter().map(DegreeRecord::new).collect(),
+            degrees_of_freedom: body.degrees_of_freedom.clone(),
             markers: markers.collect(),
             notes: body.notes.clone(),
             skin: body.skin.as_ref().map(|skin| SkinRecord::new(skin)),
@@ -221,6 +202,7 @@ impl BodyRecord {
             }
             markers[slot] = Some(LinkPoint { link: marker.link, point_in_link: marker.point.into() });
         }
+        self.degrees_of_freedom.iter().try_for_each(check_limits)?;
         let links = self.links.len();
         let skin = self.skin.map(|skin| skin.skin(links).map_err(|e| format!("skin: {e}"))).transpose()?;
         Ok(Humanoid {
@@ -228,11 +210,7 @@ impl BodyRecord {
             name: self.name,
             links: self.links.into_iter().map(LinkRecord::link).collect::<Result<_, _>>()?,
             joints,
-            degrees_of_freedom: self
-                .degrees_of_freedom
-                .into_iter()
-                .map(DegreeRecord::degree)
-                .collect::<Result<_, _>>()?,
+            degrees_of_freedom: self.degrees_of_freedom,
             markers,
             notes: self.notes,
         })
@@ -342,10 +320,10 @@ impl JointRecord {
         let kind = match &joint.kind {
             JointKind::Fixed => KindRecord::Fixed,
             JointKind::Revolute { axis, drive } => {
-                KindRecord::Revolute { axis: axis.into_inner().into(), drive: DriveRecord::new(drive) }
+                KindRecord::Revolute { axis: axis.into_inner().into(), drive: *drive }
             }
             JointKind::Prismatic { axis, drive } => {
-                KindRecord::Prismatic { axis: axis.into_inner().into(), drive: DriveRecord::new(drive) }
+                KindRecord::Prismatic { axis: axis.into_inner().into(), drive: *drive }
             }
             JointKind::Spherical { first } => KindRecord::Spherical { first: *first },
             JointKind::Floating { first } => KindRecord::Floating { first: *first },
@@ -366,10 +344,10 @@ impl JointRecord {
         let (kind, last) = match self.kind {
             KindRecord::Fixed => (JointKind::Fixed, None),
             KindRecord::Revolute { axis, drive } => {
-                (JointKind::Revolute { axis: unit(axis)?, drive: drive.drive() }, Some(drive.degree_of_freedom))
+                (JointKind::Revolute { axis: unit(axis)?, drive }, Some(drive.degree_of_freedom))
             }
             KindRecord::Prismatic { axis, drive } => {
-                (JointKind::Prismatic { axis: unit(axis)?, drive: drive.drive() }, Some(drive.degree_of_freedom))
+                (JointKind::Prismatic { axis: unit(axis)?, drive }, Some(drive.degree_of_freedom))
             }
             KindRecord::Spherical { first } => (JointKind::Spherical { first }, Some(first.saturating_add(2))),
             KindRecord::Floating { first } => (JointKind::Floating { first }, Some(first.saturating_add(5))),
@@ -390,41 +368,13 @@ fn unit(axis: [f64; 3]) -> Result<Unit<Vector3<f64>>, String> {
     }
 }
 
-impl DriveRecord {
-    fn new(drive: &Drive) -> Self {
-        Self { degree_of_freedom: drive.degree_of_freedom, multiplier: drive.multiplier, offset: drive.offset }
+/// The limits of a degree of freedom in their order.
+fn check_limits(degree: &DegreeOfFreedom) -> Result<(), String> {
+    let DegreeOfFreedom { name, lower, upper, .. } = degree;
+    if lower > upper {
+        return Err(format!("degree of freedom {:?}: lower limit {lower} above upper {upper}", excerpt(name)));
     }
-
-    fn drive(&self) -> Drive {
-        Drive { degree_of_freedom: self.degree_of_freedom, multiplier: self.multiplier, offset: self.offset }
-    }
-}
-
-impl DegreeRecord {
-    fn new(degree: &DegreeOfFreedom) -> Self {
-        let finite = |value: f64| value.is_finite().then_some(value);
-        Self {
-            name: degree.name.clone(),
-            lower: finite(degree.lower),
-            upper: finite(degree.upper),
-            max_velocity: finite(degree.max_velocity),
-            max_effort: finite(degree.max_effort),
-        }
-    }
-
-    fn degree(self) -> Result<DegreeOfFreedom, String> {
-        let lower = self.lower.unwrap_or(f64::NEG_INFINITY);
-        let upper = self.upper.unwrap_or(f64::INFINITY);
-        if lower > upper {
-            return Err(format!(
-                "degree of freedom {:?}: lower limit {lower} above upper {upper}",
-                excerpt(&self.name)
-            ));
-        }
-        let max_velocity = self.max_velocity.unwrap_or(f64::INFINITY);
-        let max_effort = self.max_effort.unwrap_or(f64::INFINITY);
-        Ok(DegreeOfFreedom { name: self.name, lower, upper, max_velocity, max_effort })
-    }
+    Ok(())
 }
 
 #[cfg(test)]

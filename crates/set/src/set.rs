@@ -145,10 +145,10 @@ impl TruthSet {
 pub(super) fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
     let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
     let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-    let props = match files.has(props_file::PATH) {
-        true => props_file::from_json(&files.read(props_file::PATH)?)?,
-        false => Vec::new(),
-    };
+    let mut props = Vec::new();
+    if files.has(props_file::PATH) {
+        props = props_file::from_json(&files.read(props_file::PATH)?)?;
+    }
     let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
     truth.distractors = distractors_file::read(files)?;
     Ok((truth, refitted))

@@ -106,7 +106,7 @@ impl ProgramOptions {
         }
     }
 
-    fn are_default(&self) -> bool {
+    pub(in crate::experiment) fn are_default(&self) -> bool {
         *self == Self::default()
     }
 

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::{ClipSummary, RobotSummary, SkinSummary, place_for};
+use super::facts::grouped;
+use super::{ClipSummary, RobotSummary, SkinSummary, picture_kind, place_for};
 use crate::body::{Humanoid, Motion, Pose};
 use crate::experiment::partial_file::PartialFile;
 use crate::experiment::{Destination, ExperimentError};
-use crate::report::{BodySheet, FactGroup};
+use crate::report::BodySheet;
 use crate::retarget::Retargeted;
 
 /// Where a picture goes, and whether as a page.
@@ -21,15 +22,7 @@ pub(super) struct Place {
 /// [`ExperimentError`] for another kind of file, and where it would replace what is not ours.
 pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<Place>, ExperimentError> {
     let Some(to) = to else { return Ok(None) };
-    let extension = to.path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let is_page = match extension.as_deref() {
-        Some("png") => false,
-        Some("html") => true,
-        _ => {
-            let detail = format!("expected the name of a .png or .html file, found {}", to.path.display());
-            return Err(ExperimentError::Argument { argument: "--out", detail });
-        }
-    };
+    let is_page = picture_kind(to.path, &["png", "html"], "a .png or .html file")? == "html";
     Ok(Some(Place { file: place_for(to, [Some(read)])?, is_page }))
 }
 
@@ -42,59 +35,32 @@ pub(super) fn put<'a>(place: Option<Place>, sheet: impl FnOnce() -> BodySheet<'a
 }
 
 pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    let facts = vec![
-        ("links".to_owned(), format!("{}, {} with geometry", summary.links[1], summary.links[0])),
-        ("drawn".to_owned(), summary.drawn.in_words()),
-        ("joints".to_owned(), format!("{}, {} movable", summary.joints[1], summary.joints[0])),
-        ("joint angles".to_owned(), summary.degrees_of_freedom.len().to_string()),
-        ("mass".to_owned(), format!("{:.2} kg", summary.mass_kg)),
-        ("height".to_owned(), format!("{:.2} m from the lowest to the highest joint", summary.height_m)),
-    ];
     BodySheet {
         title: summary.name.clone(),
         body,
         poses: BodySheet::four_poses(body),
         motion: None,
-        facts: grouped("Robot", facts, &summary.notes),
+        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
     }
 }
 
 pub(super) fn of_skin<'a>(summary: &SkinSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    let facts = vec![
-        ("vertices".to_owned(), summary.vertices.to_string()),
-        ("triangles".to_owned(), summary.triangles.to_string()),
-        ("height".to_owned(), format!("{:.3} m as modelled", summary.height_m)),
-        ("weights".to_owned(), summary.weights.clone()),
-        ("shown on".to_owned(), summary.body.clone()),
-    ];
     BodySheet {
         title: summary.name.clone(),
         body,
         poses: BodySheet::four_poses(body),
         motion: None,
-        facts: grouped("Skin", facts, &summary.notes),
+        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
     }
 }
 
 pub(super) fn of_clip<'a>(summary: &ClipSummary, performed: &'a Retargeted) -> BodySheet<'a> {
-    let facts = vec![
-        (
-            "frames".to_owned(),
-            format!("{} at {} Hz, {:.2} s", summary.frames, summary.frames_per_second, summary.duration_s),
-        ),
-        ("path".to_owned(), format!("{:.2} m along the ground", summary.path_m)),
-    ];
-    let fit = summary.fit.iter().flat_map(|fit| {
-        let mean = format!("{:.1} mm from the recorded landmarks on average, on `actor`", fit.mean_mm);
-        [("fit".to_owned(), mean), ("limits".to_owned(), fit.limits_in_words())]
-    });
-    let facts = facts.into_iter().chain(fit).collect();
     BodySheet {
         title: summary.name.clone(),
         body: &performed.humanoid,
         poses: spread(&performed.motion),
         motion: Some(&performed.motion),
-        facts: grouped("Recording", facts, &summary.notes),
+        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
     }
 }
 
@@ -104,9 +70,4 @@ fn spread(motion: &Motion) -> Vec<(String, Pose)> {
     let shown = motion.poses.len().clamp(1, 8);
     let frame = |index: usize| index * last / (shown - 1).max(1);
     (0..shown).filter_map(|i| Some((format!("frame {}", frame(i)), motion.poses.get(frame(i))?.clone()))).collect()
-}
-
-fn grouped(title: &str, facts: Vec<(String, String)>, notes: &[String]) -> Vec<FactGroup> {
-    let notes = notes.iter().enumerate().map(|(index, note)| (format!("note {}", index + 1), note.clone())).collect();
-    vec![FactGroup { title: title.to_owned(), facts }, FactGroup { title: "Notes".to_owned(), facts: notes }]
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::super::{Destination, ExperimentError, clip_file};
-use super::{INSPECT_SCHEMA, place_for};
+use super::{INSPECT_SCHEMA, picture_kind, place_for};
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{Humanoid, Motion, shipped};
 use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
@@ -133,9 +133,12 @@ pub fn inspect_contacts(
     metres_per_unit: Option<f64>,
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
-    let kind = picture.map(|to| PictureKind::new(to.path).map(|kind| (to, kind))).transpose()?;
     // report an unwritable output before the work
-    let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
+    let place_of = |to: Destination<'_>| {
+        let kind = picture_kind(to.path, &["svg", "html"], "an .svg or .html file")?;
+        Ok::<_, ExperimentError>((place_for(to, [Some(name)])?, kind))
+    };
+    let place = picture.map(place_of).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::from_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
@@ -143,34 +146,12 @@ pub fn inspect_contacts(
         notes,
         ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
     };
-    if let Some((place, kind)) = kind {
+    if let Some((place, kind)) = place {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
-        let text = match kind {
-            PictureKind::Svg => chart.svg()?,
-            PictureKind::Page => chart.page()?,
-        };
+        let text = if kind == "html" { chart.page()? } else { chart.svg()? };
         place.put(text.as_bytes())?;
     }
     Ok(summary)
-}
-
-#[derive(Clone, Copy)]
-enum PictureKind {
-    Svg,
-    Page,
-}
-
-impl PictureKind {
-    fn new(path: &Path) -> Result<Self, ExperimentError> {
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("svg") => Ok(Self::Svg),
-            Some("html") => Ok(Self::Page),
-            _ => {
-                let detail = format!("expected the name of an .svg or .html file, found {}", path.display());
-                Err(ExperimentError::Argument { argument: "--out", detail })
-            }
-        }
-    }
 }
 
 /// The body that moves, its motion, and what a user should know of it.

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::super::{Destination, ExperimentError, PreparedScene, inputs::Inputs};
-use super::INSPECT_SCHEMA;
+use super::{INSPECT_SCHEMA, picture_kind};
 use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
 use crate::editing::Seam;
@@ -152,10 +152,7 @@ fn place_of(
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
 ) -> Result<PartialFile, ExperimentError> {
-    if to.path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
-        let detail = format!("expected the name of a .png file, found {}", to.path.display());
-        return Err(ExperimentError::Argument { argument: "--out", detail });
-    }
+    picture_kind(to.path, &["png"], "a .png file")?;
     Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
     PartialFile::begin(to.path, to.force)
 }

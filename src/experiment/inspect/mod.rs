@@ -4,6 +4,7 @@ mod body_picture;
 mod clip;
 mod contacts;
 mod edited;
+mod facts;
 mod layer_pictures;
 mod model;
 mod model_page;
@@ -26,8 +27,9 @@ use crate::scenario::SolidsSource;
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
+pub use facts::Facts;
 pub use model::{Against, GraphModelFacts, MeanAndMost, ModelSummary};
-pub use robot::{DegreeSummary, RobotSummary};
+pub use robot::RobotSummary;
 use set::SetSides;
 pub use set::{CameraSummary, SetSummary};
 pub use skin::{SkinSummary, is_skin_file};
@@ -159,13 +161,18 @@ fn place_for<'a>(
     PartialFile::begin(to.path, to.force)
 }
 
+/// Which of these kinds of file a picture is to be, by its name; `expected` are they in words.
+fn picture_kind(to: &Path, kinds: &[&'static str], expected: &str) -> Result<&'static str, ExperimentError> {
+    let found = kinds.iter().find(|kind| to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind)));
+    found.copied().ok_or_else(|| ExperimentError::Argument {
+        argument: "--out",
+        detail: format!("expected the name of {expected}, found {}", to.display()),
+    })
+}
+
 /// Where the page of a set goes: beside it, never into it.
 fn page_place(to: Destination<'_>, set: &Path) -> Result<PartialFile, ExperimentError> {
-    let is_page = to.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"));
-    if !is_page {
-        let detail = format!("expected the name of an .html file for a set, found {}", to.path.display());
-        return Err(ExperimentError::Argument { argument: "--out", detail });
-    }
+    picture_kind(to.path, &["html"], "an .html file for a set")?;
     place_for(to, [Some(set)])
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::{DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
+use crate::body::{DegreeOfFreedom, DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
 use crate::input::AllowedFolders;
 use crate::scenario::SolidsSource;
 
@@ -27,7 +27,7 @@ pub struct RobotSummary {
     /// Joints that move over all joints.
     pub joints: [usize; 2],
     /// The numbers that a pose holds beside the root.
-    pub degrees_of_freedom: Vec<DegreeSummary>,
+    pub degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// Mass of all links.
     pub mass_kg: f64,
     /// Height of the box around all links' origins in the zero pose, stood upright; solids are not counted.
@@ -36,21 +36,6 @@ pub struct RobotSummary {
     pub missing_markers: Vec<&'static str>,
     /// What a user should know: limits that were assumed, joints that are locked.
     pub notes: Vec<String>,
-}
-
-/// One number of a pose.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DegreeSummary {
-    /// Its name.
-    pub name: String,
-    /// Lowest value, radians or metres; `None` where unlimited.
-    pub lower: Option<f64>,
-    /// Highest value; `None` where unlimited.
-    pub upper: Option<f64>,
-    /// Greatest speed, rad/s or m/s; `None` where the file does not say.
-    pub max_velocity: Option<f64>,
-    /// Greatest effort, N m or N; `None` where the file does not say.
-    pub max_effort: Option<f64>,
 }
 
 /// A robot that ships, or one from a file.
@@ -70,7 +55,6 @@ pub(super) fn read(
 
 impl RobotSummary {
     pub(super) fn new(from: &str, body: &Humanoid) -> Self {
-        let finite = |value: f64| value.is_finite().then_some(value);
         let heights = || body.link_frames(&body.standing_pose()).0.into_iter().map(|f| f.translation.vector.z);
         let markers = LANDMARKS.iter().zip(&body.markers).filter(|(_, place)| place.is_none());
         Self {
@@ -81,17 +65,7 @@ impl RobotSummary {
             links: [body.links.iter().filter(|link| !link.solids.is_empty()).count(), body.links.len()],
             drawn: DrawnShares::new(body),
             joints: [body.joints.iter().filter(|j| j.kind != JointKind::Fixed).count(), body.joints.len()],
-            degrees_of_freedom: body
-                .degrees_of_freedom
-                .iter()
-                .map(|dof| DegreeSummary {
-                    name: dof.name.clone(),
-                    lower: finite(dof.lower),
-                    upper: finite(dof.upper),
-                    max_velocity: finite(dof.max_velocity),
-                    max_effort: finite(dof.max_effort),
-                })
-                .collect(),
+            degrees_of_freedom: body.degrees_of_freedom.clone(),
             mass_kg: body.total_mass(),
             height_m: heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min),
             missing_markers: markers.map(|(landmark, _)| landmark.name()).collect(),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
+use super::facts::grouped;
 use super::layer_pictures::{self, ColourRanges};
 use super::set::{SetSides, SetSummary};
 use crate::benchmark_set::{BlindSet, LayerFiles, LayerValues, TruthSet};
@@ -11,12 +12,10 @@ use crate::body::LANDMARKS;
 use crate::camera::CameraRig;
 use crate::experiment::ExperimentError;
 use crate::experiment::measuring::Painters;
+use crate::experiment::playback::plan_of;
 use crate::parallel;
-use crate::raster::Mask;
-use crate::report::{FactGroup, LayerPicture, PackedView, Playback, PlaybackPlan, SetLayers, SetMap, SetPage};
+use crate::report::{LayerPicture, PackedView, Playback, SetLayers, SetMap, SetPage};
 
-/// Frames that the plan is made from.
-const SAMPLES: usize = 6;
 /// What all pictures of layers may take, bytes of PNG.
 const LAYER_BUDGET: usize = 6_000_000;
 /// Frames whose layers are looked at for their size and ranges.
@@ -29,7 +28,8 @@ const LAYER_SAMPLES: usize = 3;
 pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> Result<String, ExperimentError> {
     let SetSides { blind, truth } = sides;
     let truth = truth.as_ref();
-    let plan = plan(blind)?;
+    let cameras = blind.rig.cameras.len();
+    let plan = plan_of(blind.frame_count, cameras, |frame| Ok((blind.observation(frame)?.silhouettes, None)))?;
     let kept: Vec<usize> = plan.kept().collect();
     let pack = |index: usize| -> Result<Vec<PackedView>, ExperimentError> {
         let observed = blind.observation(kept[index])?;
@@ -68,20 +68,9 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         map: &map,
         layers: layers.as_ref(),
         films: &films,
-        facts: &facts(summary),
+        facts: &grouped(summary.heading(), summary.facts(), &[]),
     };
     Ok(page.html()?)
-}
-
-fn plan(blind: &BlindSet) -> Result<PlaybackPlan, ExperimentError> {
-    let frames = blind.frame_count;
-    let frame = |index: usize| index * (frames - 1) / (SAMPLES - 1);
-    let mut masks: Vec<Mask> = Vec::new();
-    for index in 0..SAMPLES.min(frames) {
-        masks.extend(blind.observation(frame(index))?.silhouettes);
-    }
-    let pairs: Vec<(&Mask, Option<&Mask>)> = masks.iter().map(|mask| (mask, None)).collect();
-    Ok(PlaybackPlan::new(frames, blind.rig.cameras.len(), &pairs))
 }
 
 /// The cameras of a frame, where any moves: the true ones where they are known.
@@ -138,32 +127,4 @@ fn pills(summary: &SetSummary) -> Vec<String> {
     .into_iter()
     .chain(matched)
     .collect()
-}
-
-fn facts(summary: &SetSummary) -> Vec<FactGroup> {
-    let mut scene = Vec::new();
-    let mut put = |name: &str, value: Option<String>| scene.extend(value.map(|value| (name.to_owned(), value)));
-    put("motion", summary.motion.clone());
-    put("actor", summary.actor.clone());
-    put("tracker's body", Some(summary.tracker_body.clone()));
-    put("difference", summary.mismatch.clone().filter(|words| !words.is_empty()));
-    put("fit of the recording", summary.retargeting.as_ref().map(|fit| fit.in_words()));
-    put("props", Some(summary.props.join(", ")).filter(|names| !names.is_empty()));
-    let contact = summary.contact.iter().flat_map(|contact| contact.in_words());
-    scene.extend(contact.map(|(name, value)| (format!("contact: {name}"), value)));
-    let training = match summary.training_frames {
-        0 => summary.learned_from.join("; "),
-        frames => format!("{frames} frames: {}", summary.learned_from.join("; ")),
-    };
-    let files = summary.fault.as_ref().map_or("all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
-    let layers = if summary.layers.is_empty() { "none".to_owned() } else { summary.layers.join(", ") };
-    let set = [
-        ("observations", summary.observation.clone()),
-        ("training", training),
-        ("channels of layers", layers),
-        ("set hash", summary.set_hash.clone()),
-        ("files", files),
-    ];
-    let set = set.map(|(name, value)| (name.to_owned(), value)).to_vec();
-    vec![FactGroup { title: "Scene".to_owned(), facts: scene }, FactGroup { title: "Set".to_owned(), facts: set }]
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::PosesDeclared;
 use crate::evaluation::AxisOrder;
@@ -20,7 +20,7 @@ pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
 ];
 
 /// How another program's file of poses was read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadAs {
     /// The file's name.
     pub file: String,
@@ -50,8 +50,12 @@ pub struct ReadAs {
     /// The file's name of every marker that it gives.
     #[serde(skip)]
     pub(in crate::experiment) columns: BTreeMap<String, String>,
-    #[serde(skip)]
+    #[serde(skip, default = "axes_of_the_set")]
     pub(in crate::experiment) order: AxisOrder,
+}
+
+fn axes_of_the_set() -> AxisOrder {
+    AxisOrder::SAME
 }
 
 /// What a format says of units and axes where the user says nothing.

@@ -8,6 +8,7 @@ use crate::body::Markers;
 use crate::camera::{Camera, CameraRig};
 use crate::evaluation::{mean, quantile};
 use crate::report::overlay::{MARKER_BONES, Whose};
+use crate::report::plots::hex;
 use crate::report::{ReportError, base64, cell};
 
 /// Places in images are kept in quarters of a pixel.
@@ -89,7 +90,6 @@ pub(in crate::report) fn playback_data(
     };
     let all: Vec<u8> = playback.views.iter().flatten().flat_map(|view| view.bytes.iter().copied()).collect();
     let props: Vec<u8> = playback.props.iter().flat_map(|mask| playback.plan.pack(mask, None).bytes).collect();
-    let hex = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
     Ok(PlaybackData {
         seed: playback.seed,
         scored: errors.is_some(),

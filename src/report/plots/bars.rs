@@ -1,10 +1,7 @@
 //! Horizontal bars in groups, with intervals.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::axis::PlotAxis;
-use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
+use super::axes::{Axes, Axis, PlotHead, described};
+use super::shapes::{Drawing, Side};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -46,25 +43,25 @@ pub struct Bar {
 /// How far, in lengths of the longest bar, an interval may stretch the plot.
 const FURTHEST: f64 = 2.0;
 /// Lengths in CSS pixels.
-const BAR: i32 = 11;
-const BETWEEN_GROUPS: i32 = 11;
-const ABOVE: i32 = 6;
-const BELOW: i32 = 44;
-const NAME_WIDTH: i32 = 84;
+const BAR: f64 = 11.0;
+const BETWEEN_GROUPS: f64 = 11.0;
+const ABOVE: f64 = 6.0;
+const BELOW: f64 = 44.0;
+const NAME_WIDTH: f64 = 84.0;
 /// Of an average letter of a name.
 const LETTER: f64 = 6.6;
 
 impl BarPlot {
     /// The height that holds all bars comfortably, CSS pixels.
     pub fn height(&self, width: u32) -> u32 {
-        let groups: i32 = self.groups.iter().map(|g| g.bars.len() as i32 * BAR + BETWEEN_GROUPS).sum();
-        (self.head(width).height + ABOVE + groups + BELOW).max(120) as u32
+        let groups: f64 = self.groups.iter().map(BarGroup::height).sum();
+        (self.head(width).height + ABOVE + groups + BELOW).max(120.0) as u32
     }
 
     /// Room for the longest name, at most two fifths of the width.
-    fn name_width(&self, width: u32) -> i32 {
+    fn name_width(&self, width: u32) -> f64 {
         let longest = self.groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
-        ((LETTER * longest as f64) as i32 + 14).clamp(NAME_WIDTH, (width as i32 * 2 / 5).max(NAME_WIDTH))
+        (LETTER * longest as f64 + 14.0).clamp(NAME_WIDTH, (0.4 * f64::from(width)).max(NAME_WIDTH))
     }
 
     fn head(&self, width: u32) -> PlotHead<'_> {
@@ -75,42 +72,29 @@ impl BarPlot {
     /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.
     ///
     /// # Errors
-    /// [`ReportError`] for a width outside 160 to 10 000, or when plotters fails.
+    /// [`ReportError`] for a width outside 160 to 10 000.
     pub fn svg(&self, width: u32) -> Result<Svg, ReportError> {
-        let head = self.head(width);
-        let height = self.height(width);
-        let label = self.title.as_ref().unwrap_or(&self.value_label);
-        let label = &if self.finding.is_empty() { label.clone() } else { format!("{label}: {}", self.finding) };
-        let names = self.name_width(width);
-        draw_svg(Size { width, height }, label, |canvas| {
-            head.draw(canvas)?;
-            let mut top = head.height + ABOVE;
-            // Vertical positions are CSS pixels, so that bars have the same height in every plot.
-            let mut chart = ChartBuilder::on(canvas)
-                .margin_top(top * FINE)
-                .margin_left(names * FINE)
-                .margin_right(44 * FINE)
-                .x_label_area_size(BELOW * FINE)
-                .build_cartesian_2d(
-                    PlotAxis::round([0.0, self.greatest()]),
-                    PlotAxis::round([f64::from(height as i32 - BELOW), f64::from(top)]),
-                )
-                .map_err(failed)?;
-            let mut mesh = chart.configure_mesh();
-            style_mesh(&mut mesh, &self.value_label, (width / 100) as usize);
-            mesh.disable_y_mesh().disable_y_axis().draw().map_err(failed)?;
-            let name_style = text_style(12.5, Colour::Ink, HPos::Right, VPos::Center);
-            for group in &self.groups {
-                let bars_top = top + BETWEEN_GROUPS / 2;
-                let middle = bars_top + group.bars.len() as i32 * BAR / 2;
-                canvas.draw_text(&group.name, &name_style, ((names - 8) * FINE, middle * FINE)).map_err(failed)?;
-                for (bar, bar_top) in group.bars.iter().zip((bars_top..).step_by(BAR as usize)) {
-                    bar.draw(canvas, &mut chart, f64::from(bar_top), self.greatest())?;
-                }
-                top += group.bars.len() as i32 * BAR + BETWEEN_GROUPS;
+        let (head, height) = (self.head(width), self.height(width));
+        let (left, mut top) = (self.name_width(width), head.height + ABOVE);
+        let across = [left, f64::from(width) - 44.0];
+        let axes = Axes {
+            x: Axis::round([0.0, self.greatest()], across, width / 100),
+            y: Axis::of_pixels([f64::from(height) - BELOW, top]),
+        };
+        let mut drawing = Drawing::default();
+        head.draw(&mut drawing);
+        axes.draw_x(&mut drawing, &self.value_label, true);
+        for group in &self.groups {
+            let bars_top = top + 0.5 * BETWEEN_GROUPS;
+            let middle = bars_top + 0.5 * BAR * group.bars.len() as f64;
+            drawing.text(&group.name, [left - 8.0, middle], 12.5, Colour::Ink, Side::End);
+            for (index, bar) in group.bars.iter().enumerate() {
+                bar.draw(&mut drawing, &axes.x, bars_top + BAR * index as f64, self.greatest());
             }
-            Ok(())
-        })
+            top += group.height();
+        }
+        let name = self.title.as_ref().unwrap_or(&self.value_label);
+        drawing.svg(Size { width, height }, &described(name.clone(), &self.finding))
     }
 
     /// The value at the right edge: an interval that goes further than twice the longest bar is cut off there.
@@ -129,20 +113,25 @@ impl BarPlot {
     }
 }
 
+impl BarGroup {
+    fn height(&self) -> f64 {
+        self.bars.len() as f64 * BAR + BETWEEN_GROUPS
+    }
+}
+
 impl Bar {
-    fn draw(&self, canvas: &Canvas<'_>, chart: &mut Chart<'_, '_>, top: f64, edge: f64) -> Result<(), ReportError> {
-        let corners = [(0.0, top + 0.5), (self.value, top + f64::from(BAR) - 0.5)];
-        chart.draw_series([Rectangle::new(corners, self.colour.rgb().filled())]).map_err(failed)?;
-        let middle = top + 0.5 * f64::from(BAR);
+    fn draw(&self, drawing: &mut Drawing, axis: &Axis, top: f64, edge: f64) {
+        drawing.rectangle([[axis.place(0.0), top + 0.5], [axis.place(self.value), top + BAR - 0.5]], self.colour);
+        let middle = top + 0.5 * BAR;
         let mut end = self.value;
         if let Some([low, high]) = self.interval {
             let high = high.min(edge);
-            Stroke::solid(Colour::Ink).draw(chart, vec![(low.max(0.0), middle), (high, middle)], 1.5)?;
+            let line = [low.max(0.0), high].map(|value| [axis.place(value), middle]);
+            drawing.line(line.into(), Stroke::solid(Colour::Ink), 1.5);
             end = end.max(high);
         }
-        let (x, y) = chart.backend_coord(&(end, middle));
-        let style = text_style(11.0, Colour::Faint, HPos::Left, VPos::Center);
-        canvas.draw_text(&format!("{:.0}", self.value), &style, (x + 6 * FINE, y)).map_err(failed)
+        let beside = [axis.place(end) + 6.0, middle];
+        drawing.text(&format!("{:.0}", self.value), beside, 11.0, Colour::Faint, Side::Start);
     }
 }
 
@@ -168,7 +157,7 @@ mod tests {
         let Svg(svg) = plot().svg(600).unwrap();
         let widths: Vec<f64> = svg
             .lines()
-            .filter(|line| line.starts_with("<rect") && line.contains("fill=\"#"))
+            .filter(|line| line.starts_with("<rect"))
             .filter_map(|line| line.split(" width=\"").nth(1)?.split('"').next()?.parse().ok())
             .collect();
         assert_eq!(widths.len(), 4);
@@ -188,7 +177,7 @@ mod tests {
     fn the_height_grows_with_the_groups() {
         let mut taller = plot();
         taller.groups.extend(plot().groups);
-        assert_eq!(taller.height(600) - plot().height(600), 2 * (2 * BAR + BETWEEN_GROUPS) as u32);
+        assert_eq!(taller.height(600) - plot().height(600), 2 * (2.0 * BAR + BETWEEN_GROUPS) as u32);
         assert!(BarPlot::default().svg(300).is_ok());
     }
 }

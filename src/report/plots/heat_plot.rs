@@ -1,9 +1,6 @@
 //! A heat map.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::style::{FINE, draw_svg, failed, text_style};
+use super::shapes::{Drawing, Side};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
@@ -30,49 +27,44 @@ pub struct HeatCell {
 }
 
 /// Lengths in CSS pixels.
-const COLUMN: i32 = 74;
-const ROW: i32 = 32;
-const ABOVE: i32 = 48;
+const COLUMN: f64 = 74.0;
+const ROW: f64 = 32.0;
+const ABOVE: f64 = 48.0;
 const LETTER: f64 = 7.0;
 
 impl HeatPlot {
     /// Draws the map as large as its cells need.
     ///
     /// # Errors
-    /// [`ReportError`] for more cells than 10 000 pixels hold, or when plotters fails.
+    /// [`ReportError`] for more cells than 10 000 pixels hold.
     pub fn svg(&self) -> Result<Svg, ReportError> {
         let names = self.rows.iter().map(|(name, _)| name).chain([&self.down]);
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        let left = (LETTER * longest as f64) as i32 + 16;
-        let across_width = (LETTER * self.across.chars().count() as f64) as i32;
-        let width = left + (COLUMN * self.columns.len() as i32).max(across_width) + 4;
-        let height = ABOVE + ROW * self.rows.len() as i32 + 4;
-        let size = Size { width: width.max(160) as u32, height: height.max(120) as u32 };
-        draw_svg(size, &format!("{} by {}", self.down, self.across), |canvas| {
-            let text = |words: &str, [x, y]: [i32; 2], colour, side| {
-                let style = text_style(12.5, colour, side, VPos::Center);
-                canvas.draw_text(words, &style, (x * FINE, y * FINE)).map_err(failed)
-            };
-            text(&self.across, [left, 12], Colour::Faint, HPos::Left)?;
-            text(&self.down, [left - 10, 34], Colour::Faint, HPos::Right)?;
-            let place = |column: usize| left + COLUMN * column as i32;
-            for (column, name) in self.columns.iter().enumerate() {
-                text(name, [place(column) + COLUMN / 2, 34], Colour::Faint, HPos::Center)?;
+        let left = LETTER * longest as f64 + 16.0;
+        let across_width = LETTER * self.across.chars().count() as f64;
+        let width = left + (COLUMN * self.columns.len() as f64).max(across_width) + 4.0;
+        let height = ABOVE + ROW * self.rows.len() as f64 + 4.0;
+        let mut drawing = Drawing::default();
+        let mut text = |words: &str, at: [f64; 2], colour, side| drawing.text(words, at, 12.5, colour, side);
+        text(&self.across, [left, 12.0], Colour::Faint, Side::Start);
+        text(&self.down, [left - 10.0, 34.0], Colour::Faint, Side::End);
+        let place = |column: usize| left + COLUMN * column as f64;
+        for (column, name) in self.columns.iter().enumerate() {
+            text(name, [place(column) + 0.5 * COLUMN, 34.0], Colour::Faint, Side::Middle);
+        }
+        for (row, (name, cells)) in self.rows.iter().enumerate() {
+            let top = ABOVE + ROW * row as f64;
+            drawing.text(name, [left - 10.0, top + 0.5 * ROW], 12.5, Colour::Ink, Side::End);
+            for (column, cell) in cells.iter().enumerate() {
+                let Some(HeatCell { text, ground }) = cell else { continue };
+                let (from, to) = ([place(column), top], [place(column) + COLUMN - 2.0, top + ROW - 2.0]);
+                drawing.rectangle([from, to], Colour::Fixed(*ground));
+                let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
+                drawing.text(text, middle, 12.5, Colour::Ink, Side::Middle);
             }
-            for (row, (name, cells)) in self.rows.iter().enumerate() {
-                let top = ABOVE + ROW * row as i32;
-                text(name, [left - 10, top + ROW / 2], Colour::Ink, HPos::Right)?;
-                for (column, cell) in cells.iter().enumerate() {
-                    let Some(HeatCell { text: words, ground: [red, green, blue] }) = cell else { continue };
-                    let from = (place(column) * FINE, top * FINE);
-                    let to = ((place(column) + COLUMN - 2) * FINE, (top + ROW - 2) * FINE);
-                    let ground = RGBColor(*red, *green, *blue).filled();
-                    canvas.draw(&Rectangle::new([from, to], ground)).map_err(failed)?;
-                    text(words, [place(column) + COLUMN / 2 - 1, top + ROW / 2], Colour::Ink, HPos::Center)?;
-                }
-            }
-            Ok(())
-        })
+        }
+        let size = Size { width: width.max(160.0) as u32, height: height.max(120.0) as u32 };
+        drawing.svg(size, &format!("{} by {}", self.down, self.across))
     }
 }
 

@@ -1,11 +1,7 @@
 //! Lines over a common axis, each with a band if it has one.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::axis::{PlotAxis, power_of_ten};
-use super::short_number::short;
-use super::style::{AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, style_mesh, text_style};
+use super::axes::{Axes, Axis, PlotHead, described, ends};
+use super::shapes::{Drawing, Side};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -60,18 +56,15 @@ impl Line {
         Self { name: self.name.clone(), stroke: self.stroke, points, band }
     }
 
-    fn draw(&self, chart: &mut Chart<'_, '_>, y: [f64; 2]) -> Result<(), ReportError> {
-        let wash = self.stroke.colour.rgb().mix(0.22).filled();
+    fn draw(&self, drawing: &mut Drawing, axes: &Axes, [least, greatest]: [f64; 2]) {
         for run in present_runs(&self.band) {
-            let upper = run.iter().map(|(x, [_, high])| (*x, high.clamp(y[0], y[1])));
-            let lower = run.iter().rev().map(|(x, [low, _])| (*x, low.clamp(y[0], y[1])));
-            let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
-            chart.draw_series([Polygon::new(outline, wash)]).map_err(failed)?;
+            let upper = run.iter().map(|(x, [_, high])| axes.at([*x, high.clamp(least, greatest)]));
+            let lower = run.iter().rev().map(|(x, [low, _])| axes.at([*x, low.clamp(least, greatest)]));
+            drawing.area(upper.chain(lower).collect(), self.stroke.colour, 0.22);
         }
-        for run in present_runs(&self.points).into_iter().flat_map(|run| clip(&run, y[1])) {
-            self.stroke.draw(chart, run, 2.0)?;
+        for run in present_runs(&self.points).into_iter().flat_map(|run| clip(&run, greatest)) {
+            drawing.line(run.into_iter().map(|(x, y)| axes.at([x, y])).collect(), self.stroke, 2.0);
         }
-        Ok(())
     }
 
     fn values(&self) -> impl Iterator<Item = f64> {
@@ -85,43 +78,45 @@ impl Line {
 }
 
 impl LinePlot {
-    /// Draws the plot.
+    /// As SVG.
     ///
     /// # Errors
-    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
+    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
     pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
-        if self.logarithmic {
-            let log = |limit: Option<f64>| limit.filter(|limit| *limit > 0.0).map(libm::log10);
-            let lines = self.lines.iter().map(Line::logarithm).collect();
-            let plot = Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() };
-            return plot.draw(size, &|exponent| power_of_ten(*exponent));
-        }
-        self.draw(size, &|value| short(*value))
+        let name = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
+        self.drawing(size).svg(size, &described(name, &self.finding))
     }
 
-    fn draw(&self, size: Size, y_tick: &dyn Fn(&f64) -> String) -> Result<Svg, ReportError> {
+    /// The shapes of the plot.
+    pub(in crate::report) fn drawing(&self, size: Size) -> Drawing {
+        if !self.logarithmic {
+            return self.drawn(size);
+        }
+        let log = |limit: Option<f64>| limit.filter(|limit| *limit > 0.0).map(libm::log10);
+        let lines = self.lines.iter().map(Line::logarithm).collect();
+        Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() }.drawn(size)
+    }
+
+    fn drawn(&self, Size { width, height }: Size) -> Drawing {
         let named = self.lines.iter().filter(|line| !line.name.is_empty());
         let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
-        let head = PlotHead::new(self.title.as_deref(), entries, size.width);
-        let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
-        let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
-        draw_svg_over_frames(size, &label, |canvas| {
-            let [x, y] = self.ranges();
-            let x_axis = PlotAxis::from_values(x, self.lines.iter().flat_map(Line::positions));
-            let y_axis = if self.logarithmic { PlotAxis::logarithmic(y) } else { PlotAxis::round(y) };
-            let mut chart = head.draw_above_axes(canvas, &self.y_label, [x_axis, y_axis])?;
-            let mut mesh = chart.configure_mesh();
-            style_mesh(&mut mesh, &self.x_label, (size.width / 70) as usize);
-            mesh.disable_x_mesh()
-                .y_labels((size.height / 45) as usize)
-                .y_label_formatter(y_tick)
-                .draw()
-                .map_err(failed)?;
-            self.lines.iter().try_for_each(|line| line.draw(&mut chart, y))?;
-            let visible = self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at));
-            visible.into_iter().try_for_each(|(at, name)| draw_mark(canvas, &mut chart, [x, y], *at, name))?;
-            Ok(Some(AxisPlace::of(&chart, x, y)))
-        })
+        let head = PlotHead::new(self.title.as_deref(), entries, width);
+        let [across, up] = head.plot_below(width, height);
+        let [x, y] = self.ranges();
+        let ticks = (height / 45).max(2);
+        let axes = Axes {
+            x: Axis::along(self.lines.iter().flat_map(Line::positions), x, across, width / 70),
+            y: if self.logarithmic { Axis::logarithmic(y, up, ticks) } else { Axis::round(y, up, ticks) },
+        };
+        let mut drawing = Drawing { axis: Some(axes.for_script()), ..Drawing::default() };
+        head.draw_with_label(&mut drawing, &self.y_label);
+        axes.draw_y(&mut drawing);
+        axes.draw_x(&mut drawing, &self.x_label, false);
+        self.lines.iter().for_each(|line| line.draw(&mut drawing, &axes, y));
+        for (at, name) in self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at)) {
+            draw_mark(&mut drawing, axes.x.place(*at), [across, up], name);
+        }
+        drawing
     }
 
     /// Horizontal and vertical range; never empty.
@@ -134,28 +129,17 @@ impl LinePlot {
     }
 }
 
-/// A vertical line at `at` with its name beside it, on the side with more room.
-fn draw_mark(
-    canvas: &Canvas<'_>,
-    chart: &mut Chart<'_, '_>,
-    [x, y]: [[f64; 2]; 2],
-    at: f64,
-    name: &str,
-) -> Result<(), ReportError> {
-    Stroke::dashed(Colour::Faint).draw(chart, vec![(at, y[0]), (at, y[1])], 1.0)?;
-    let (left, top) = chart.backend_coord(&(at, y[1]));
-    let near_right_end = (at - x[0]) > 0.7 * (x[1] - x[0]);
-    let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
-    let style = text_style(12.0, Colour::Faint, side, VPos::Top);
-    canvas.draw_text(name, &style, (left + offset * FINE, top + 2 * FINE)).map_err(failed)
+/// A vertical line at `x` with its name beside it, on the side with more room.
+fn draw_mark(drawing: &mut Drawing, x: f64, [[left, right], [bottom, top]]: [[f64; 2]; 2], name: &str) {
+    drawing.line(vec![[x, bottom], [x, top]], Stroke::dashed(Colour::Faint), 1.0);
+    let near_right_end = x - left > 0.7 * (right - left);
+    let (side, offset) = if near_right_end { (Side::End, -5.0) } else { (Side::Start, 5.0) };
+    drawing.text(name, [x + offset, top + 8.0], 12.0, Colour::Faint, side);
 }
 
 /// Least and greatest; a range of one around a single value, `[0, 1]` for none.
 fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let range = values
-        .filter(|v| v.is_finite())
-        .fold(None, |range: Option<[f64; 2]>, v| Some(range.map_or([v, v], |[low, high]| [low.min(v), high.max(v)])));
-    match range {
+    match ends(values) {
         Some([low, high]) if high > low => [low, high],
         Some([low, _]) => [low, low + 1.0],
         None => [0.0, 1.0],
@@ -208,7 +192,7 @@ mod tests {
         assert_eq!(line.logarithm().points, [(0.0, Some(0.0)), (1.0, Some(1.0)), (2.0, Some(2.0)), (3.0, None)]);
         let plot = LinePlot { lines: vec![line], logarithmic: true, ..LinePlot::default() };
         let Svg(svg) = plot.svg(Size { width: 400, height: 300 }).unwrap();
-        assert!(svg.contains(">\n10\n<") && svg.contains(">\n100\n<"));
+        assert!(svg.contains(">10<") && svg.contains(">100<"));
     }
 
     #[test]
@@ -232,12 +216,9 @@ mod tests {
         };
         let Svg(svg) = plot.svg(Size { width: 700, height: 300 }).unwrap();
         assert!(svg.contains("error &lt;mm&gt;") && svg.contains("aria-label=\"Error &amp; time\""));
-        assert_eq!(
-            svg.matches("<polyline fill=\"none\" opacity=\"1\" stroke=\"#0068B0\" stroke-width=\"16\"").count(),
-            1
-        );
-        assert!(svg.matches("stroke=\"#D11F3C\" stroke-width=\"16\"").count() > 20, "a line of dashes");
-        assert!(css_rules().contains("svg [stroke=\"#0068B0\"]{stroke:var(--plot-blue)}"));
+        assert_eq!(svg.matches("<polyline fill=\"none\" stroke=\"#0068b0\" stroke-width=\"2\" points").count(), 1);
+        assert_eq!(svg.matches("stroke=\"#d11f3c\" stroke-width=\"2\" stroke-dasharray").count(), 1, "a dashed line");
+        assert!(css_rules().contains("svg [stroke=\"#0068b0\"]{stroke:var(--plot-blue)}"));
         assert!(svg.contains("<polygon ") && svg.contains("worst"));
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
     }

@@ -1,27 +1,31 @@
-//! Plots as SVG: lines with bands, bars, and paths through a plane.
+//! Plots: lines with bands, bars, points, and paths through a plane.
 //!
-//! A plot is drawn in the colours of light paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so
-//! that the plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
-//! ([`Svg::standalone`]).
+//! A plot is a list of shapes, from which SVG or a part of a picture is made. SVG is in the colours of light
+//! paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so that the plot follows the page's light or
+//! dark theme ([`css_variables`]); a plot in its own file contains both ([`Svg::standalone`]).
 
-mod axis;
+mod axes;
 mod bars;
+mod colour;
 mod heat_plot;
 mod lines;
 mod paths;
 mod scatter;
-mod short_number;
+mod shapes;
 mod spans;
-mod style;
 
-pub(super) use axis::log_ticks;
 pub use bars::{Bar, BarGroup, BarPlot};
+pub(super) use colour::hex;
+pub use colour::{Colour, Stroke, css_rules, css_variables};
 pub use heat_plot::{HeatCell, HeatPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
 pub use scatter::{ScatterGroup, ScatterPlot, ScatterPoint};
+pub use shapes::Svg;
+pub(super) use shapes::{Drawing, Shape, Side};
 pub use spans::{SpanPlot, SpanRow};
-pub use style::{Colour, Stroke, Svg, css_rules, css_variables};
+
+pub(super) use super::round_ticks::log_ticks;
 
 /// Size of a plot in CSS pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

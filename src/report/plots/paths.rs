@@ -1,12 +1,8 @@
 //! Paths through a plane, both axes to one scale, in panels beside each other or one above the other.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::axis::PlotAxis;
-use super::short_number::short;
-use super::style::{FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
-use super::{Size, Stroke, Svg};
+use super::axes::{Axes, Axis, PlotHead, ends};
+use super::shapes::{Drawing, Side};
+use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
 /// Panels that share a legend.
@@ -44,57 +40,46 @@ impl PathPlot {
     /// Draws the panels in `columns` columns.
     ///
     /// # Errors
-    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
+    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
     pub fn svg(&self, size: Size, columns: usize) -> Result<Svg, ReportError> {
         let entries = self.legend.iter().map(|(name, stroke)| (name.as_str(), *stroke)).collect();
         let head = PlotHead::new(None, entries, size.width);
-        draw_svg(size, &self.label, |canvas| {
-            head.draw(canvas)?;
-            let (_, below) = canvas.split_vertically((head.height + 2) * FINE);
-            let rows = self.panels.len().div_ceil(columns.max(1)).max(1);
-            let areas = below.split_evenly((rows, columns.max(1)));
-            areas.iter().zip(&self.panels).try_for_each(|(area, panel)| panel.draw(area))
-        })
+        let mut drawing = Drawing::default();
+        head.draw(&mut drawing);
+        let columns = columns.max(1);
+        let rows = self.panels.len().div_ceil(columns).max(1);
+        let above = head.height + 2.0;
+        let panel = [f64::from(size.width) / columns as f64, (f64::from(size.height) - above) / rows as f64];
+        for (index, shown) in self.panels.iter().enumerate() {
+            let corner = [panel[0] * (index % columns) as f64, above + panel[1] * (index / columns) as f64];
+            shown.draw(&mut drawing, corner, panel);
+        }
+        drawing.svg(size, &self.label)
     }
 }
 
 impl PathPanel {
-    fn draw(&self, area: &super::style::Canvas<'_>) -> Result<(), ReportError> {
-        const MARGINS: [i32; 4] = [22, 12, 38, 46];
-        let [top, right, bottom, left] = MARGINS.map(|pixels| pixels * FINE);
-        let unit = text_style(12.0, super::Colour::Faint, HPos::Left, VPos::Top);
-        area.draw_text(&self.y_label, &unit, (0, 2 * FINE)).map_err(failed)?;
-        let (width, height) = area.dim_in_pixel();
-        let free = [width as i32 - left - right, height as i32 - top - bottom].map(|pixels| f64::from(pixels.max(1)));
-        let [x, y] = self.ranges(free);
-        let mut chart = ChartBuilder::on(area)
-            .margin_top(top)
-            .margin_right(right)
-            .x_label_area_size(bottom)
-            .y_label_area_size(left)
-            .build_cartesian_2d(PlotAxis::round(x), PlotAxis::round(y))
-            .map_err(failed)?;
-        let mut mesh = chart.configure_mesh();
-        style_mesh(&mut mesh, &self.x_label, 5);
-        mesh.y_labels(5).y_label_formatter(&|value| short(*value)).draw().map_err(failed)?;
+    fn draw(&self, drawing: &mut Drawing, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
+        drawing.text(&self.y_label, [left, top + 8.0], 12.0, Colour::Faint, Side::Start);
+        let across = [left + 46.0, (left + width - 12.0).max(left + 47.0)];
+        let up = [(top + height - 38.0).max(top + 23.0), top + 22.0];
+        let [x, y] = self.ranges([across[1] - across[0], up[0] - up[1]]);
+        let axes = Axes { x: Axis::round(x, across, 5), y: Axis::round(y, up, 5) };
+        axes.draw_y(drawing);
+        axes.draw_x(drawing, &self.x_label, true);
         for path in &self.paths {
-            let finite: Vec<(f64, f64)> =
-                path.points.iter().filter(|p| p.iter().all(|v| v.is_finite())).map(|[x, y]| (*x, *y)).collect();
-            let Some(first) = finite.first().copied() else { continue };
-            path.stroke.draw(&mut chart, finite, 1.8)?;
-            let dot = path.stroke.colour.rgb().filled();
-            chart.draw_series([Circle::new(first, 4 * FINE, dot)]).map_err(failed)?;
+            let points: Vec<[f64; 2]> = path.finite().map(|point| axes.at(*point)).collect();
+            let Some(first) = points.first().copied() else { continue };
+            drawing.line(points, path.stroke, 1.8);
+            drawing.dot(first, 4.0, path.stroke.colour);
         }
-        Ok(())
     }
 
     /// Ranges about the middle of all points that show a unit equally long on both axes.
     fn ranges(&self, pixels: [f64; 2]) -> [[f64; 2]; 2] {
-        let points = || self.paths.iter().flat_map(|path| &path.points).filter(|p| p.iter().all(|v| v.is_finite()));
-        let ends = |axis: usize| {
-            points().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[axis]), high.max(p[axis])])
-        };
-        let ends = if points().next().is_some() { [ends(0), ends(1)] } else { [[0.0, 1.0]; 2] };
+        let along =
+            |axis: usize| ends(self.paths.iter().flat_map(Path::finite).map(|point| point[axis])).unwrap_or([0.0, 1.0]);
+        let ends = [along(0), along(1)];
         let per_pixel = |axis: usize| 1.1 * (ends[axis][1] - ends[axis][0]) / pixels[axis];
         let scale = per_pixel(0).max(per_pixel(1)).max(1e-12);
         [0, 1].map(|axis| {
@@ -104,9 +89,14 @@ impl PathPanel {
     }
 }
 
+impl Path {
+    fn finite(&self) -> impl Iterator<Item = &[f64; 2]> {
+        self.points.iter().filter(|point| point.iter().all(|value| value.is_finite()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::Colour;
     use super::*;
 
     fn panel(points: Vec<[f64; 2]>) -> PathPanel {

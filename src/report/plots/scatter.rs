@@ -1,10 +1,7 @@
 //! Points with vertical intervals over a logarithmic axis, and a front through some of them.
 
-use plotters::prelude::*;
-
-use super::axis::{PlotAxis, power_of_ten};
-use super::short_number::short;
-use super::style::{Canvas, FINE, PlotHead, draw_svg, failed, style_mesh};
+use super::axes::{Axes, Axis, PlotHead, ends};
+use super::shapes::Drawing;
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -47,47 +44,37 @@ pub struct ScatterPoint {
 const FURTHEST: f64 = 2.0;
 
 impl ScatterPlot {
-    /// Draws the plot.
+    /// As SVG.
     ///
     /// # Errors
-    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
+    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
     pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
+        self.drawing(size).svg(size, &format!("{} over {}", self.y_label, self.x_label))
+    }
+
+    /// The shapes of the plot.
+    pub(in crate::report) fn drawing(&self, Size { width, height }: Size) -> Drawing {
         let mut entries: Vec<(&str, Stroke)> =
             self.groups.iter().map(|group| (group.name.as_str(), Stroke::solid(group.colour))).collect();
         if !self.front.is_empty() {
             entries.push(("Pareto front", Stroke::dashed(Colour::Ink)));
         }
-        let head = PlotHead::new(None, entries, size.width);
-        draw_svg(size, &format!("{} over {}", self.y_label, self.x_label), |canvas| {
-            let [x, y] = self.ranges();
-            let axes = [PlotAxis::logarithmic(x), PlotAxis::round(y)];
-            let mut chart = head.draw_above_axes(canvas, &self.y_label, axes)?;
-            let mut mesh = chart.configure_mesh();
-            style_mesh(&mut mesh, &format!("{} (logarithmic)", self.x_label), (size.width / 70) as usize);
-            mesh.x_label_formatter(&|exponent| power_of_ten(*exponent))
-                .y_labels((size.height / 45) as usize)
-                .y_label_formatter(&|value| short(*value))
-                .draw()
-                .map_err(failed)?;
-            Stroke::dashed(Colour::Ink).draw(&mut chart, steps(&self.front), 1.2)?;
-            for group in &self.groups {
-                let line = Stroke::solid(group.colour).shape(1.0);
-                for point in group.drawn() {
-                    let at = libm::log10(point.x);
-                    if let Some(ends) = point.interval {
-                        let bar = ends.map(|end| (at, end.clamp(y[0], y[1])));
-                        chart.draw_series(LineSeries::new(bar, line)).map_err(failed)?;
-                        if ends[1] > y[1] {
-                            let place = chart.backend_coord(&(at, y[1]));
-                            draw_arrow(canvas, place, group.colour)?;
-                        }
-                    }
-                    let dot = group.colour.rgb().filled();
-                    chart.draw_series([Circle::new((at, point.y), 4 * FINE, dot)]).map_err(failed)?;
-                }
+        let head = PlotHead::new(None, entries, width);
+        let [across, up] = head.plot_below(width, height);
+        let [x, y] = self.ranges();
+        let axes = Axes { x: Axis::logarithmic(x, across, width / 70), y: Axis::round(y, up, (height / 45).max(2)) };
+        let mut drawing = Drawing::default();
+        head.draw_with_label(&mut drawing, &self.y_label);
+        axes.draw_y(&mut drawing);
+        axes.draw_x(&mut drawing, &format!("{} (logarithmic)", self.x_label), true);
+        let front = steps(&self.front).into_iter().map(|(x, y)| axes.at([x, y])).collect();
+        drawing.line(front, Stroke::dashed(Colour::Ink), 1.2);
+        for group in &self.groups {
+            for point in group.drawn() {
+                point.draw(&mut drawing, &axes, y, group.colour);
             }
-            Ok(())
-        })
+        }
+        drawing
     }
 
     /// Whether an interval continues above the plot.
@@ -100,13 +87,8 @@ impl ScatterPlot {
     /// goes further than twice the greatest value.
     pub(in crate::report) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
-        let ends = |of: &dyn Fn(&ScatterPoint) -> f64| {
-            points().map(|p| of(&p)).fold(None, |ends: Option<[f64; 2]>, value| {
-                Some(ends.map_or([value, value], |[low, high]| [low.min(value), high.max(value)]))
-            })
-        };
-        let [left, right] = ends(&|p| libm::log10(p.x)).unwrap_or([0.0, 1.0]);
-        let [least, most] = ends(&|p| p.y).unwrap_or([0.0, 1.0]);
+        let [left, right] = ends(points().map(|p| libm::log10(p.x))).unwrap_or([0.0, 1.0]);
+        let [least, most] = ends(points().map(|p| p.y)).unwrap_or([0.0, 1.0]);
         let margin = 0.05 * (right - left).max(0.2);
         let highest = points().filter_map(|p| p.interval).map(|[_, high]| high).filter(|high| high.is_finite());
         let most = highest.fold(most, f64::max).min((FURTHEST * most).max(most));
@@ -136,11 +118,20 @@ fn steps(front: &[[f64; 2]]) -> Vec<(f64, f64)> {
     path
 }
 
-/// A head at the top of an interval that continues above the plot.
-fn draw_arrow(canvas: &Canvas<'_>, (x, y): (i32, i32), colour: Colour) -> Result<(), ReportError> {
-    let [width, height] = [4 * FINE, 7 * FINE];
-    let head = vec![(x, y), (x - width, y + height), (x + width, y + height)];
-    canvas.draw(&Polygon::new(head, colour.rgb().filled())).map_err(failed)
+impl ScatterPoint {
+    /// With an arrow at the top of an interval that continues above the plot.
+    fn draw(&self, drawing: &mut Drawing, axes: &Axes, [least, most]: [f64; 2], colour: Colour) {
+        let x = libm::log10(self.x);
+        if let Some(ends) = self.interval {
+            let line = ends.map(|end| axes.at([x, end.clamp(least, most)]));
+            drawing.line(line.into(), Stroke::solid(colour), 1.0);
+            if ends[1] > most {
+                let [x, y] = axes.at([x, most]);
+                drawing.area(vec![[x, y], [x - 4.0, y + 7.0], [x + 4.0, y + 7.0]], colour, 1.0);
+            }
+        }
+        drawing.dot(axes.at([x, self.y]), 4.0, colour);
+    }
 }
 
 #[cfg(test)]
@@ -169,7 +160,7 @@ mod tests {
     #[test]
     fn the_logarithmic_axis_says_so_and_its_ticks_are_round() {
         let Svg(svg) = plot([[3.0, 8.0], [1.0, 3.0]]).svg(Size { width: 600, height: 300 }).unwrap();
-        for words in ["evaluations (logarithmic)", ">\n200\n<", ">\n500\n<", ">\n1000\n<"] {
+        for words in ["evaluations (logarithmic)", ">200<", ">500<", ">1000<"] {
             assert!(svg.contains(words), "{words}");
         }
     }

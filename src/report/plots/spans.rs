@@ -1,10 +1,7 @@
 //! Bars along a common axis, row by row: when something lasted.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::axis::PlotAxis;
-use super::style::{AxisPlace, FINE, draw_svg_over_frames, failed, style_mesh, text_style};
+use super::axes::{Axes, Axis, described};
+use super::shapes::{Drawing, Side};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
@@ -33,54 +30,42 @@ pub struct SpanRow {
 }
 
 /// Lengths in CSS pixels.
-const ROW: i32 = 24;
-const BAR: i32 = 14;
-const ABOVE: i32 = 6;
-const BELOW: i32 = 44;
-const NAME_WIDTH: i32 = 130;
+const ROW: f64 = 24.0;
+const BAR: f64 = 14.0;
+const ABOVE: f64 = 6.0;
+const BELOW: f64 = 44.0;
+const NAME_WIDTH: f64 = 130.0;
 
 impl SpanPlot {
     /// The height that holds all rows, CSS pixels.
     pub fn height(&self) -> u32 {
-        (ABOVE + self.rows.len() as i32 * ROW + BELOW).max(120) as u32
+        (ABOVE + self.rows.len() as f64 * ROW + BELOW).max(120.0) as u32
     }
 
     /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.
     ///
     /// # Errors
-    /// [`ReportError`] for a width outside 160 to 10 000, or when plotters fails.
+    /// [`ReportError`] for a width outside 160 to 10 000.
     pub fn svg(&self, width: u32) -> Result<Svg, ReportError> {
         let height = self.height();
-        let label = format!("{} over {}", self.names(), self.x_label);
-        let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
         let [from, to] = self.x_range;
-        let x_range = if to > from { from..to } else { from..from + 1.0 };
-        let ends = [x_range.start, x_range.end];
-        draw_svg_over_frames(Size { width, height }, &label, |canvas| {
-            let mut chart = ChartBuilder::on(canvas)
-                .margin_top(ABOVE * FINE)
-                .margin_left(NAME_WIDTH * FINE)
-                .margin_right(14 * FINE)
-                .x_label_area_size(BELOW * FINE)
-                .build_cartesian_2d(
-                    PlotAxis::round(ends),
-                    PlotAxis::round([f64::from(height as i32 - BELOW), f64::from(ABOVE)]),
-                )
-                .map_err(failed)?;
-            let mut mesh = chart.configure_mesh();
-            style_mesh(&mut mesh, &self.x_label, (width / 70) as usize);
-            mesh.disable_y_mesh().disable_y_axis().draw().map_err(failed)?;
-            let names = text_style(12.5, Colour::Ink, HPos::Right, VPos::Center);
-            for (row, middle) in self.rows.iter().zip((ABOVE + ROW / 2..).step_by(ROW as usize)) {
-                canvas.draw_text(&row.name, &names, ((NAME_WIDTH - 8) * FINE, middle * FINE)).map_err(failed)?;
-                let (top, bottom) = (f64::from(middle - BAR / 2), f64::from(middle + BAR / 2));
-                let bars = row.spans.iter().map(|[begin, end]| {
-                    Rectangle::new([(begin.max(from), top), (end.min(to), bottom)], row.colour.rgb().filled())
-                });
-                chart.draw_series(bars).map_err(failed)?;
+        let ends = if to > from { [from, to] } else { [from, from + 1.0] };
+        let axes = Axes {
+            x: Axis::round(ends, [NAME_WIDTH, f64::from(width) - 14.0], width / 70),
+            y: Axis::of_pixels([f64::from(height) - BELOW, ABOVE]),
+        };
+        let mut drawing = Drawing { axis: Some(axes.for_script()), ..Drawing::default() };
+        axes.draw_x(&mut drawing, &self.x_label, true);
+        for (index, row) in self.rows.iter().enumerate() {
+            let middle = ABOVE + ROW * (index as f64 + 0.5);
+            drawing.text(&row.name, [NAME_WIDTH - 8.0, middle], 12.5, Colour::Ink, Side::End);
+            for [begin, end] in &row.spans {
+                let [left, right] = [begin.max(from), end.min(to)].map(|value| axes.x.place(value));
+                drawing.rectangle([[left, middle - 0.5 * BAR], [right, middle + 0.5 * BAR]], row.colour);
             }
-            Ok(Some(AxisPlace::of(&chart, ends, [f64::from(height as i32 - BELOW), f64::from(ABOVE)])))
-        })
+        }
+        let name = format!("{} over {}", self.names(), self.x_label);
+        drawing.svg(Size { width, height }, &described(name, &self.finding))
     }
 
     fn names(&self) -> String {
@@ -105,7 +90,7 @@ mod tests {
         let Svg(svg) = plot.svg(600).unwrap();
         let widths: Vec<f64> = svg
             .lines()
-            .filter(|line| line.starts_with("<rect") && line.contains("fill=\"#"))
+            .filter(|line| line.starts_with("<rect"))
             .filter_map(|line| line.split(" width=\"").nth(1)?.split('"').next()?.parse().ok())
             .collect();
         assert_eq!(widths.len(), 3, "{svg}");

@@ -1,8 +1,9 @@
 //! Truth images as pictures that the page shows over the silhouettes.
 
-use png::{BitDepth, ColorType, Encoder};
+use png::ColorType;
 use serde::Serialize;
 
+use crate::report::drawing::to_png;
 use crate::report::{PlaybackPlan, ReportError, base64};
 
 /// Truth images of some of a page's kept frames.
@@ -67,15 +68,7 @@ impl LayerPicture {
     /// # Errors
     /// [`ReportError::Png`] where the colours do not fit the size.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
-        let broken = |error: png::EncodingError| ReportError::Png(error.to_string());
-        let mut bytes = Vec::new();
-        let mut encoder = Encoder::new(&mut bytes, self.size[0], self.size[1]);
-        encoder.set_color(ColorType::Rgba);
-        encoder.set_depth(BitDepth::Eight);
-        let mut writer = encoder.write_header().map_err(broken)?;
-        writer.write_image_data(&self.rgba).map_err(broken)?;
-        writer.finish().map_err(broken)?;
-        Ok(bytes)
+        to_png(self.size, ColorType::Rgba, &self.rgba)
     }
 
     fn data(&self) -> Result<PictureData, ReportError> {

@@ -5,9 +5,10 @@ mod map;
 
 use serde::Serialize;
 
-use super::html::render_page;
+use super::html::{in_page, render_page};
 use super::overlay::Whose;
 use super::playback::playback_data;
+use super::plots::hex;
 use super::{FactGroup, Playback, ReportError, cell};
 use crate::camera::{Camera, CameraRig};
 
@@ -90,7 +91,6 @@ impl SetPage<'_> {
     /// # Errors
     /// [`ReportError`] where the kept frames do not fit the cameras or a picture cannot be encoded.
     pub fn html(&self) -> Result<String, ReportError> {
-        let hex = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
         let has_truth = self.playback.truth.iter().flatten().any(Option::is_some);
         let moves = !self.playback.moved.is_empty();
         let plan = &self.playback.plan;
@@ -135,12 +135,6 @@ impl SetPage<'_> {
         let data = layers.data(&self.playback.plan)?;
         Ok(LayersOnPage { names: &layers.names, sampling, pictures: in_page(&data)? })
     }
-}
-
-/// JSON whose text cannot end a script.
-fn in_page(data: &impl Serialize) -> Result<String, ReportError> {
-    let text = serde_json::to_string(data).map_err(|error| ReportError::Plot(error.to_string()))?;
-    Ok(text.replace('<', "\\u003c"))
 }
 
 fn camera_row<'a>(camera: &'a Camera, films: &'a str) -> SetCameraRow<'a> {

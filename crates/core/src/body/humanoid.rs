@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{LANDMARKS, LinkPoint, Skin, Solid};
 
@@ -94,7 +95,8 @@ pub enum JointKind {
 }
 
 /// The value of one joint axis: `multiplier * joint_angles[degree_of_freedom] + offset` (URDF's `mimic`; 1 and 0 else).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Drive {
     /// Index into [`super::Pose::joint_angles`].
     pub degree_of_freedom: usize,
@@ -104,19 +106,36 @@ pub struct Drive {
     pub offset: f64,
 }
 
-/// One number of a pose.
-#[derive(Clone, Debug, PartialEq)]
+/// One number of a pose. In files, what is unlimited is null.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct DegreeOfFreedom {
     /// The joint's name, with `.x` `.y` `.z` (and `.rx` ...) appended where a joint has several.
     pub name: String,
     /// Lowest value, radians or metres; `-inf` where unlimited.
+    #[serde(serialize_with = "if_limited", deserialize_with = "or_least")]
     pub lower: f64,
     /// Highest value; `>= lower`.
+    #[serde(serialize_with = "if_limited", deserialize_with = "or_greatest")]
     pub upper: f64,
     /// Greatest speed, rad/s or m/s; `inf` if the file does not define it.
+    #[serde(serialize_with = "if_limited", deserialize_with = "or_greatest")]
     pub max_velocity: f64,
     /// Greatest effort, N m or N; `inf` if the file does not define it.
+    #[serde(serialize_with = "if_limited", deserialize_with = "or_greatest")]
     pub max_effort: f64,
+}
+
+fn if_limited<S: Serializer>(limit: &f64, to: S) -> Result<S::Ok, S::Error> {
+    limit.is_finite().then_some(*limit).serialize(to)
+}
+
+fn or_least<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NEG_INFINITY))
+}
+
+fn or_greatest<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
 impl Drive {

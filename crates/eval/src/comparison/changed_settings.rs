@@ -10,7 +10,7 @@ const MOST: usize = 12;
 const SHOWN: usize = 60;
 
 /// Keys of the settings that differ, in words: `particles 12 → 2`.
-pub(crate) fn changed_settings(base: Option<&Value>, other: Option<&Value>) -> String {
+pub fn changed_settings(base: Option<&Value>, other: Option<&Value>) -> String {
     let leaves = |settings: Option<&Value>| {
         let mut leaves = BTreeMap::new();
         collect_leaves("", settings, &mut leaves);

@@ -16,7 +16,6 @@ mod changed_settings;
 mod compare;
 mod compared;
 mod difference;
-mod holm;
 mod interval_unit;
 mod judge;
 mod matched_runs;
@@ -24,15 +23,15 @@ mod measured_runs;
 mod rate;
 mod scope;
 
-pub(crate) use changed_settings::changed_settings;
+pub use changed_settings::changed_settings;
 pub(crate) use compare::set_difference;
 pub use compare::{compare_runs, lost_tracks, shown_once};
 pub use compared::{
     AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,
 };
 pub use difference::{ClipValues, Difference, DifferenceRule, difference, should_pair};
-pub use holm::holm;
 pub use interval_unit::IntervalUnit;
+pub use judge::holm;
 pub(crate) use matched_runs::MatchedRuns;
 #[cfg(test)]
 pub(crate) use measured_runs::fixture;

@@ -98,19 +98,8 @@ impl<'a> Sides<'a> {
             }
         };
         let RunsOfCheck { checked, lacking } = self.values(name, budget.clip.as_deref())?;
-        let check = |verdict| Check {
-            metric: name.to_owned(),
-            clip: budget.clip.clone(),
-            kind: CheckKind::Budget,
-            verdict,
-            unit: metric.unit,
-            difference: None,
-            worse_by: None,
-            worse_by_ci95: None,
-            margin: None,
-            more_seeds: None,
-            reason: None,
-        };
+        let check =
+            |verdict| Check { clip: budget.clip.clone(), ..Check::new(name, CheckKind::Budget, metric.unit, verdict) };
         if !lacking.is_empty() {
             // left out it would be a way to pass
             let reason = format!("no value in {}", lacking.join("; "));
@@ -183,19 +172,9 @@ impl<'a> Sides<'a> {
             1 => first.clone(),
             several => format!("{first}, and {} more", several - 1),
         });
-        Check {
-            metric: name.to_owned(),
-            clip: None,
-            kind: CheckKind::Exact,
-            verdict: if changes.is_empty() { GateVerdict::Pass } else { GateVerdict::Fail },
-            unit: find_metric(name).map_or(Unit::Fraction, |metric| metric.unit),
-            difference: None,
-            worse_by: None,
-            worse_by_ci95: None,
-            margin: None,
-            more_seeds: None,
-            reason,
-        }
+        let verdict = if changes.is_empty() { GateVerdict::Pass } else { GateVerdict::Fail };
+        let unit = find_metric(name).map_or(Unit::Fraction, |metric| metric.unit);
+        Check { reason, ..Check::new(name, CheckKind::Exact, unit, verdict) }
     }
 
     /// A guard: errors leave out what has no estimate. Inconclusive only where the mean fell by more than the margin.
@@ -233,18 +212,12 @@ impl<'a> Sides<'a> {
             percent(found.ci95.low),
             percent(found.ci95.high)
         );
+        let verdict = if found.ci95.low > 0.0 { GateVerdict::Fail } else { GateVerdict::Pass };
         self.rules.lost_tracks.then(|| Check {
-            metric: "lost_tracks".to_owned(),
-            clip: None,
-            kind: CheckKind::LostTracks,
-            verdict: if found.ci95.low > 0.0 { GateVerdict::Fail } else { GateVerdict::Pass },
-            unit: Unit::Fraction,
-            difference: None,
             worse_by: Some(found.difference),
             worse_by_ci95: Some(found.ci95),
-            margin: None,
-            more_seeds: None,
             reason: Some(reason),
+            ..Check::new("lost_tracks", CheckKind::LostTracks, Unit::Fraction, verdict)
         })
     }
 }

@@ -81,6 +81,25 @@ pub struct Check {
     pub reason: Option<String>,
 }
 
+impl Check {
+    /// Of all clips together, without numbers.
+    pub(super) fn new(metric: &str, kind: CheckKind, unit: Unit, verdict: GateVerdict) -> Self {
+        Self {
+            metric: metric.to_owned(),
+            clip: None,
+            kind,
+            verdict,
+            unit,
+            difference: None,
+            worse_by: None,
+            worse_by_ci95: None,
+            margin: None,
+            more_seeds: None,
+            reason: None,
+        }
+    }
+}
+
 /// Why a run cannot be held against a baseline.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GateRefusal {

@@ -1,7 +1,7 @@
 //! How an estimate would have to be read otherwise.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::AxisOrder;
 use crate::body::{LANDMARKS, Landmark, Markers};
@@ -24,7 +24,7 @@ pub struct Correction {
 }
 
 /// One kind of change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MisreadingKind {
     /// The axes are others.

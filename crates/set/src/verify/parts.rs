@@ -297,8 +297,8 @@ fn place_of(path: &str) -> Option<(usize, usize)> {
 
 fn read_whole_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
     let (truth, refitted) = read_truth(files, cameras)?;
-    match files.has(start_file::PATH) && !truth.frames.is_empty() {
-        true => Ok((truth, refitted)),
-        false => Err(SetError::malformed(truth_file::PATH, "has no frame")),
+    if files.has(start_file::PATH) && !truth.frames.is_empty() {
+        return Ok((truth, refitted));
     }
+    Err(SetError::malformed(truth_file::PATH, "has no frame"))
 }

@@ -1,0 +1,79 @@
+//! Penetration of parts of a body with each other and with props.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::{ContactMeasures, Sequence};
+
+/// Of the estimate with itself.
+pub(super) const SELF_DEPTH: Metric = Metric {
+    name: "self_penetration_mm",
+    title: "Self-penetration",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
+    protocol: "greatest penetration depth between two links of the tracker's body, without pairs that are adjacent or \
+        touch in the bind pose; mean over frames",
+    measure: |sequence| self_depth(sequence, sequence.contacts?.estimate?),
+};
+
+/// Of the actor with itself.
+pub(super) const TRUE_SELF_DEPTH: Metric = Metric {
+    name: "truth_self_penetration_mm",
+    title: "Self-penetration, ground truth",
+    direction: Direction::Neither,
+    needs: "geometry on the actor's feet",
+    protocol: "as self_penetration_mm, of the actor",
+    measure: |sequence| self_depth(sequence, sequence.contacts?.truth),
+    ..SELF_DEPTH
+};
+
+/// Of the estimate with props.
+pub(super) const PROP_DEPTH: Metric = Metric {
+    name: "prop_penetration_mm",
+    title: "Prop penetration",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on its feet, and a prop in the scene",
+    protocol: "greatest penetration depth of a link of the tracker's body in a prop of the scene, 0 if none; mean over \
+        frames",
+    measure: |sequence| prop_depth(sequence, sequence.contacts?.estimate?),
+};
+
+/// Of the actor with props.
+pub(super) const TRUE_PROP_DEPTH: Metric = Metric {
+    name: "truth_prop_penetration_mm",
+    title: "Prop penetration, ground truth",
+    direction: Direction::Neither,
+    needs: "geometry on the actor's feet, and a prop in the scene",
+    protocol: "as prop_penetration_mm, of the actor",
+    measure: |sequence| prop_depth(sequence, sequence.contacts?.truth),
+    ..PROP_DEPTH
+};
+
+fn self_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
+    Some(mean_depth(sequence, body, body.self_depth_m))
+}
+
+fn prop_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
+    Some(mean_depth(sequence, body, body.prop_depth_m?))
+}
+
+fn mean_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>, depths_m: &[f64]) -> Measurement {
+    let depth = |frame: usize| body.is_known(frame, 0).then(|| 1000.0 * depths_m[frame]);
+    Measurement::PerFrame(sequence.per_scored_frame(depth))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{contacts, measured};
+
+    #[test]
+    fn depths_are_means_over_scored_frames() {
+        let feet = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
+        // the fixture puts both bodies as deep into a prop as into themselves
+        let found = measured(&feet, &feet, [&[90.0, 1.0, 0.0], &[90.0, 12.0, 4.0]]);
+        for what in ["self", "prop"] {
+            assert!((found[&format!("{what}_penetration_mm")].mean - 8.0).abs() < 1e-9);
+            assert!((found[&format!("truth_{what}_penetration_mm")].mean - 0.5).abs() < 1e-9);
+        }
+    }
+}

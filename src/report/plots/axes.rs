@@ -1,0 +1,186 @@
+//! Axes of plots, and the head above them.
+
+use super::shapes::{Drawing, Side};
+use super::{Colour, Stroke};
+use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks_within, whole_ticks};
+
+/// An axis of a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    /// The values at its ends.
+    values: [f64; 2],
+    /// Where these are, CSS pixels.
+    pixels: [f64; 2],
+    /// Values that are named.
+    ticks: Vec<(f64, String)>,
+}
+
+impl Axis {
+    /// With about so many ticks at round numbers.
+    pub(super) fn round(values: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
+        Self { values, pixels, ticks: round_ticks_within(values, most) }
+    }
+
+    /// As [`Self::round`], at whole numbers where all values along it are whole: there is no half camera.
+    pub(super) fn along(mut values: impl Iterator<Item = f64>, range: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
+        if values.all(|value| value.fract() == 0.0) {
+            return Self { values: range, pixels, ticks: whole_ticks(range, most) };
+        }
+        Self::round(range, pixels, most)
+    }
+
+    /// Of exponents of ten, with at most so many ticks at round values.
+    pub(super) fn logarithmic(exponents: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
+        let exponent = log_ticks(exponents, most as usize).into_iter().map(libm::log10);
+        let ticks = exponent.map(|exponent| (exponent, power_of_ten(exponent))).collect();
+        Self { values: exponents, pixels, ticks }
+    }
+
+    /// Without ticks, in pixels.
+    pub(super) fn of_pixels(pixels: [f64; 2]) -> Self {
+        Self { values: pixels, pixels, ticks: Vec::new() }
+    }
+
+    pub(super) fn place(&self, value: f64) -> f64 {
+        let [[from, to], [start, end]] = [self.values, self.pixels];
+        start + (end - start) * (value - from) / (to - from)
+    }
+}
+
+/// Two axes and the plot between them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axes {
+    pub(super) x: Axis,
+    /// From bottom to top.
+    pub(super) y: Axis,
+}
+
+impl Axes {
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.place(x), self.y.place(y)]
+    }
+
+    /// Draws lines across the plot at the ticks of the vertical axis, if it has some, and this axis.
+    pub(super) fn draw_y(&self, drawing: &mut Drawing) {
+        let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
+        for (value, words) in &self.y.ticks {
+            let y = self.y.place(*value);
+            drawing.line(vec![[left, y], [right, y]], Stroke::solid(Colour::Grid), 1.0);
+            drawing.line(vec![[left - 4.0, y], [left, y]], Stroke::solid(Colour::Faint), 1.0);
+            drawing.text(words, [left - 8.0, y], 12.0, Colour::Faint, Side::End);
+        }
+        drawing.line(vec![[left, top], [left, bottom]], Stroke::solid(Colour::Faint), 1.0);
+    }
+
+    /// Draws the horizontal axis with its label, and lines across the plot at its ticks if so asked.
+    pub(super) fn draw_x(&self, drawing: &mut Drawing, label: &str, lines: bool) {
+        let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
+        for (value, words) in &self.x.ticks {
+            let x = self.x.place(*value);
+            if lines {
+                drawing.line(vec![[x, top], [x, bottom]], Stroke::solid(Colour::Grid), 1.0);
+            }
+            drawing.line(vec![[x, bottom], [x, bottom + 4.0]], Stroke::solid(Colour::Faint), 1.0);
+            drawing.text(words, [x, bottom + 12.0], 12.0, Colour::Faint, Side::Middle);
+        }
+        drawing.line(vec![[left, bottom], [right, bottom]], Stroke::solid(Colour::Faint), 1.0);
+        drawing.text(label, [0.5 * (left + right), bottom + 29.0], 12.0, Colour::Faint, Side::Middle);
+    }
+
+    /// What a page's script must know to point at a value of the horizontal axis.
+    pub(super) fn for_script(&self) -> [f64; 6] {
+        let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
+        [left, right, top, bottom, self.x.values[0], self.x.values[1]]
+    }
+}
+
+/// The head of a plot: its title, if any, and a legend that wraps.
+pub(super) struct PlotHead<'a> {
+    title: Option<&'a str>,
+    entries: Vec<(&'a str, Stroke)>,
+    places: Vec<[f64; 2]>,
+    /// Its height, CSS pixels.
+    pub(super) height: f64,
+}
+
+const TITLE_HEIGHT: f64 = 28.0;
+const LEGEND_ROW: f64 = 20.0;
+
+impl<'a> PlotHead<'a> {
+    /// The head of a plot `width` CSS pixels wide.
+    pub(super) fn new(title: Option<&'a str>, entries: Vec<(&'a str, Stroke)>, width: u32) -> Self {
+        let mut at = [0.0, if title.is_some() { TITLE_HEIGHT } else { 0.0 }];
+        let mut places = Vec::new();
+        for (name, _) in &entries {
+            let needed = 34.0 + 6.6 * name.chars().count() as f64;
+            if at[0] > 0.0 && at[0] + needed > f64::from(width) {
+                at = [0.0, at[1] + LEGEND_ROW];
+            }
+            places.push(at);
+            at[0] += needed + 10.0;
+        }
+        let height = at[1] + if entries.is_empty() { 0.0 } else { LEGEND_ROW };
+        Self { title, entries, places, height }
+    }
+
+    pub(super) fn draw(&self, drawing: &mut Drawing) {
+        if let Some(title) = self.title {
+            drawing.text(title, [0.0, 12.0], 16.0, Colour::Ink, Side::Start);
+        }
+        for ((name, stroke), [x, y]) in self.entries.iter().zip(&self.places) {
+            let y = y + 0.5 * LEGEND_ROW;
+            drawing.line(vec![[*x, y], [x + 24.0, y]], *stroke, 3.0);
+            drawing.text(name, [x + 30.0, y], 12.5, Colour::Ink, Side::Start);
+        }
+    }
+
+    /// Draws the head and the label of the vertical axis below it.
+    pub(super) fn draw_with_label(&self, drawing: &mut Drawing, y_label: &str) {
+        self.draw(drawing);
+        drawing.text(y_label, [0.0, self.height + 11.0], 12.0, Colour::Faint, Side::Start);
+    }
+
+    /// Left, right, bottom and top of the plot below a head with such a label.
+    pub(super) fn plot_below(&self, width: u32, height: u32) -> [[f64; 2]; 2] {
+        [[46.0, f64::from(width) - 14.0], [f64::from(height) - 40.0, self.height + 26.0]]
+    }
+}
+
+/// The name of a plot with what it shows, for readers who cannot see it.
+pub(super) fn described(name: String, finding: &str) -> String {
+    if finding.is_empty() { name } else { format!("{name}: {finding}") }
+}
+
+/// Least and greatest of the finite values; `None` without one.
+pub(super) fn ends(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values
+        .filter(|value| value.is_finite())
+        .fold(None, |ends: Option<[f64; 2]>, v| Some(ends.map_or([v, v], |[low, high]| [low.min(v), high.max(v)])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_legend_that_is_too_long_wraps() {
+        let entry = |name| (name, Stroke::solid(Colour::Blue));
+        let head = PlotHead::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
+        assert_eq!(head.places[0], [0.0, 0.0]);
+        assert!(head.places[2][0] == 0.0 && head.places[2][1] > 0.0);
+        assert_eq!(head.height, head.places[2][1] + LEGEND_ROW);
+        assert_eq!(PlotHead::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
+    }
+
+    #[test]
+    fn an_axis_of_whole_numbers_has_whole_ticks() {
+        let ticks = |values: [f64; 2]| -> Vec<f64> {
+            let axis = Axis::along(values.into_iter(), values, [0.0, 1.0], 8);
+            axis.ticks.into_iter().map(|(value, _)| value).collect()
+        };
+        assert_eq!(ticks([1.0, 4.0]), [1.0, 2.0, 3.0, 4.0], "no half cameras");
+        assert_eq!(ticks([2.0, 3.0]), [2.0, 3.0]);
+        assert_eq!(ticks([0.0, 240.0]), [0.0, 50.0, 100.0, 150.0, 200.0]);
+        assert!(ticks([0.5, 4.0]).iter().any(|tick| tick.fract() != 0.0));
+    }
+}
