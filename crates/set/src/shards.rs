@@ -11,11 +11,10 @@ use std::path::Path;
 
 use super::blind::silhouette_path;
 use super::cameras_file::observations_directory;
-use super::file_content::FileContent;
 use super::layer_drawing::layer_paths;
 use super::listing::LAYERS;
 use super::samples::{self, ShardWriter};
-use super::set_writer::SetWriter;
+use super::set_writer::{FileContent, SetWriter};
 use super::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
 use crate::input::HashingWriter;
