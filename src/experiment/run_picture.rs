@@ -6,8 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::error::read_file;
-use super::ownership::check_listed;
-use super::run_reading::{is_unmeasured, unmeasured_in_words};
+use super::run_reading::{check_listed, is_unmeasured, unmeasured_in_words};
 use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::evaluation::Summary;
 use crate::input::limits;

@@ -8,9 +8,9 @@ use serde_json::Value;
 
 use super::error::read_file;
 use super::external::EXTERNAL_FILE;
-use super::ownership::{LISTING, check_listed};
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
+use crate::artefacts::{LISTING, is_unlisted, parent_of};
 use crate::evaluation::{
     IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs,
 };
@@ -298,4 +298,20 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
         Some(twice) => Err(malformed(format!("runs: seed {} is there twice", twice[0]))),
         None => Ok((run.scenario, clip)),
     }
+}
+
+/// Refuses a file that this program did not write, or that was changed since.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`].
+pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
+    if !is_unlisted(path) {
+        return Ok(());
+    }
+    let detail = format!(
+        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written); \
+         measure the run again with skiagraph evaluate SET {}",
+        parent_of(path).display()
+    );
+    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

@@ -4,22 +4,18 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::destination::Destination;
 use super::error::read_file;
 use super::external::{
     ANSWERS_FILE, Conformance, ExternalRecord, ProgramSeed, ProgramSettings, Programmed, dry_run,
     track_seed_with_program,
 };
 use super::hints::told_by_the_start;
-use super::inputs::Inputs;
-use super::partial_directory::PartialDirectory;
+use super::made_by::MadeBy;
 use super::progress::Progress;
-use super::provenance::ResultKind;
-use super::run::write_all;
-use super::same_settings::MadeBy;
 use super::tracking::{Tracked, track};
 use super::unfinished_run::UnfinishedRun;
 use super::{ExperimentError, Models, to_json};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::benchmark_set::{BlindSet, TruthSet, is_public};
 use crate::input::{hex_sha256, limits};
 use crate::scenario::TrackerSettings;
@@ -33,7 +29,7 @@ const LARGEST_PROGRAM: u64 = 64 << 20;
 /// tracker is the oracle.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no run has changed on the disk. [`ExperimentError::ProgressSaved`] and
+/// [`ExperimentError`]; then no run has changed on the disk. [`ArtefactError::ProgressSaved`] and
 /// [`ExperimentError::Unfinished`] where seeds are finished, with which the same call would go on.
 pub fn track_set(
     set: &Path,
@@ -57,11 +53,12 @@ pub fn track_set_calibrating(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
-    Inputs::from_set(set, settings).keep_from(to.path)?;
+    let model_file = settings.kind().model_file().map(PathBuf::from);
+    Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let other = MadeBy::track(&blind, settings, seeds).difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
     let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
@@ -80,9 +77,9 @@ pub fn track_set_calibrating(
             (Tracked::of_seeds(&blind, all)?, Some(unfinished))
         }
     };
-    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write_all(&tracked.files(&blind)?)?;
     directory.finish()?;
-    unfinished.iter().for_each(UnfinishedRun::finish);
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(tracked)
 }
 
@@ -101,7 +98,7 @@ pub fn track_set_with_program(
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
     let other = MadeBy::program(&blind, settings, seeds).difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
     let (all, unfinished) = match seeds {
         [seed] => (vec![track_seed_with_program(&blind, settings, *seed, None, progress)?], None),
         several => {
@@ -139,10 +136,10 @@ pub fn track_set_with_program(
         read_as: None,
     };
     told_by_the_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
-    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write_all(&tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;
-    unfinished.iter().for_each(UnfinishedRun::finish);
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(done.record)
 }
 

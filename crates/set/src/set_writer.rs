@@ -250,7 +250,6 @@ fn lines_of(path: &Path) -> Result<BTreeMap<String, String>, SetError> {
     Ok(text.split_inclusive('\n').filter_map(|line| listed_in(line.strip_suffix('\n')?)).collect())
 }
 
-
 /// What a file holds, before it is bytes.
 pub(super) enum FileContent {
     Bytes(Vec<u8>),

@@ -16,9 +16,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::inputs::Inputs;
-use super::partial_file::PartialFile;
-use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs};
 use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
 use crate::input::{self, AllowedFolders, limits};
 use crate::scenario::SolidsSource;
@@ -154,19 +153,19 @@ pub fn inspect(
 fn place_for<'a>(
     to: Destination<'_>,
     read: impl IntoIterator<Item = Option<&'a Path>>,
-) -> Result<PartialFile, ExperimentError> {
+) -> Result<Artefact, ArtefactError> {
     Inputs::new(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
-    PartialFile::begin(to.path, to.force)
+    Artefact::begin(to, ArtefactKind::File)
 }
 
 /// Where the page of a set goes: beside it, never into it.
-fn page_place(to: Destination<'_>, set: &Path) -> Result<PartialFile, ExperimentError> {
+fn page_place(to: Destination<'_>, set: &Path) -> Result<Artefact, ExperimentError> {
     let is_page = to.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"));
     if !is_page {
         let detail = format!("expected the name of an .html file for a set, found {}", to.path.display());
         return Err(ExperimentError::Argument { argument: "--out", detail });
     }
-    place_for(to, [Some(set)])
+    Ok(place_for(to, [Some(set)])?)
 }
 
 fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
