@@ -198,7 +198,6 @@ pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ArtefactError> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::provenance::LISTING;
     use super::*;
 
     const TRACK: &[u8] = b"{\n  \"schema\": \"skiagraph.track/1\"\n}\n";
@@ -238,18 +237,6 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_folder_takes_the_place_of_ours() {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("a");
-        for text in ["one", "two"] {
-            run_of_ours(&target, text);
-            assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), text);
-        }
-        assert_eq!(names(root.path()), ["a"]);
-        assert_eq!(names(&target), ["report.html", LISTING, "track.json"]);
-    }
-
-    #[test]
     fn what_is_not_ours_is_refused_and_with_force_moved_aside() {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
@@ -262,51 +249,6 @@ mod tests {
             assert_eq!(fs::read_to_string(root.path().join(aside).join(name)).unwrap(), "years of work");
         }
         assert_eq!(names(root.path()), ["a", "a~", "a~2"]);
-    }
-
-    #[test]
-    fn what_another_process_puts_into_a_run_that_is_being_written_does_not_enter_it() {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("a");
-        let partial = begin(&target, false).unwrap();
-        partial.write("track.json", TRACK).unwrap();
-        fs::create_dir_all(partial.folder().join("deep")).unwrap();
-        for name in ["run.json", "deep/run.json"] {
-            fs::write(partial.folder().join(name), "forged").unwrap();
-        }
-        partial.finish().unwrap();
-        assert_eq!(names(&target), ["deep", LISTING, "track.json"]);
-        assert_eq!(names(&target.join("deep")), [""; 0]);
-        assert!(ArtefactKind::Run.is_own(&target));
-    }
-
-    fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), ArtefactError> {
-        put_file(Destination { path, force }, bytes)
-    }
-
-    const ONE: &[u8] = b"{\"schema\": \"skiagraph.one/1\"}";
-    const TWO: &[u8] = b"{\"schema\": \"skiagraph.two/1\"}";
-
-    #[test]
-    fn a_file_of_ours_is_replaced_whole_and_nothing_else_is_left() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("deep/walk.json");
-        put(&path, ONE, false).unwrap();
-        put(&path, TWO, false).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), TWO);
-        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn a_file_of_others_is_refused_and_with_force_moved_aside() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("thesis.html");
-        fs::write(&path, "<html>years of work").unwrap();
-        assert!(matches!(put(&path, ONE, false).unwrap_err(), ArtefactError::Occupied { .. }));
-        put(&path, ONE, true).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), ONE);
-        assert_eq!(fs::read(root.path().join("thesis.html~")).unwrap(), b"<html>years of work");
-        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2);
     }
 
     #[test]
@@ -327,11 +269,12 @@ mod tests {
     #[test]
     fn a_place_that_cannot_be_written_is_named() {
         let root = tempfile::tempdir().unwrap();
+        let put = |path: &Path, force| put_file(Destination { path, force }, b"one");
         fs::write(root.path().join("a"), "").unwrap();
-        let error = put(&root.path().join("a/walk.model"), b"one", false).unwrap_err();
+        let error = put(&root.path().join("a/walk.model"), false).unwrap_err();
         assert!(error.to_string().contains("cannot"), "{error}");
         for force in [false, true] {
-            assert!(matches!(put(root.path(), b"one", force).unwrap_err(), ArtefactError::Occupied { .. }));
+            assert!(matches!(put(root.path(), force).unwrap_err(), ArtefactError::Occupied { .. }));
         }
     }
 }

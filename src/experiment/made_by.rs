@@ -63,6 +63,13 @@ impl MadeBy {
         Self(json!({"command": "skiagraph evaluate", "estimate": estimate, "set hash": set_hash}))
     }
 
+    /// What makes each seed of it: the same without their numbers, and what else it depends on.
+    pub(super) fn of_each_seed(&self, key: &str, value: Value) -> Value {
+        let mut settings = self.0.clone();
+        (settings["seeds"], settings[key]) = (Value::Null, value);
+        settings
+    }
+
     /// What made the result in a folder; `None` where its files do not tell.
     pub(super) fn at(folder: &Path) -> Option<Self> {
         let json = |name: &str| -> Option<Value> {

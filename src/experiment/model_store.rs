@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::progress::Progress;
-use super::{ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
+use super::{ExperimentError, LearnedFrom, LearnedModel, ModelFacts};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{TrainingMotions, body_to_json};
 use crate::body::Humanoid;
@@ -84,15 +84,9 @@ fn facts(settings: &GraphSettings, body: &Humanoid, training: &TrainingMotions) 
     let named =
         |index: usize| training.sources.get(index).cloned().unwrap_or_else(|| format!("training {}", index + 1));
     let motions = training.motions.iter().enumerate();
-    ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
-        whole: true,
-        robot: RobotFacts::from_body(body),
-        frames_per_second: training.motions.first().map_or(0.0, |motion| motion.frames_per_second),
-        learned_from: motions.map(|(index, motion)| LearnedFrom::from_motion(&named(index), motion)).collect(),
-        settings: settings.clone(),
-    }
+    let frames_per_second = training.motions.first().map_or(0.0, |motion| motion.frames_per_second);
+    let learned_from = motions.map(|(index, motion)| LearnedFrom::from_motion(&named(index), motion)).collect();
+    ModelFacts::new(body, frames_per_second, learned_from, settings.clone())
 }
 
 fn read(path: &Path, facts: &ModelFacts) -> Result<GpdmGraph, ExperimentError> {

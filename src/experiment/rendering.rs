@@ -100,8 +100,8 @@ pub struct RenderOptions<'a> {
 /// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. [`ArtefactError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where the same call would go on, [`ArtefactError::OtherUnfinished`] where another
+/// [`ExperimentError`]; then no set has changed on the disk. [`crate::artefacts::ArtefactError::ProgressSaved`] and
+/// [`ExperimentError::Unfinished`] where the same call would go on, [`crate::artefacts::ArtefactError::OtherUnfinished`] where another
 /// was interrupted.
 pub fn render(
     file: &ScenarioFile,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::error::read_file;
 use super::external::{
@@ -29,7 +29,7 @@ const LARGEST_PROGRAM: u64 = 64 << 20;
 /// tracker is the oracle.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no run has changed on the disk. [`ArtefactError::ProgressSaved`] and
+/// [`ExperimentError`]; then no run has changed on the disk. [`crate::artefacts::ArtefactError::ProgressSaved`] and
 /// [`ExperimentError::Unfinished`] where seeds are finished, with which the same call would go on.
 pub fn track_set(
     set: &Path,
@@ -57,15 +57,15 @@ pub fn track_set_calibrating(
     Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
-    let other = MadeBy::track(&blind, settings, seeds).difference_at(to.path);
-    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
+    let made_by = MadeBy::track(&blind, settings, seeds);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
     let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
     let (tracked, unfinished) = match seeds {
         [] | [_] => (one(seeds)?, None),
         several => {
-            let unfinished = UnfinishedRun::begin(to, &settings_of(&blind, settings)?)?;
+            let unfinished = UnfinishedRun::begin(to, &made_by.of_each_seed("model file", model_hash(settings)?))?;
             let all = seed_by_seed(several, &unfinished, progress, |seed, folder| match folder {
                 Some(folder) => Tracked::read(&folder, &blind.start.body),
                 None => {
@@ -97,12 +97,12 @@ pub fn track_set_with_program(
     let settings = &hiding(settings, set)?;
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
-    let other = MadeBy::program(&blind, settings, seeds).difference_at(to.path);
-    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
+    let made_by = MadeBy::program(&blind, settings, seeds);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let (all, unfinished) = match seeds {
         [seed] => (vec![track_seed_with_program(&blind, settings, *seed, None, progress)?], None),
         several => {
-            let unfinished = UnfinishedRun::begin(to, &program_settings_of(&blind, settings))?;
+            let unfinished = UnfinishedRun::begin(to, &made_by.of_each_seed("files", hashes_in(&settings.command)))?;
             let (mut kind, mut before): (Option<String>, Option<String>) = (None, None);
             let all = seed_by_seed(several, &unfinished, progress, |seed, folder| {
                 let done = match folder {
@@ -185,32 +185,21 @@ fn seed_by_seed<T>(
     Ok(all)
 }
 
-/// What makes one tracker the same as another, for seeds of one run.
-fn settings_of(set: &BlindSet, settings: &TrackerSettings) -> Result<Value, ExperimentError> {
-    let model = settings
-        .kind()
-        .model_file()
-        .map(|name| Ok::<_, ExperimentError>(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?)));
-    let made_by = json!({
-        "command": "skiagraph track", "tracker": settings, "--calibrate": set.start.calibrate,
-        "set hash": set.set_hash, "model file": model.transpose()?,
-    });
-    Ok(made_by)
+/// What the model file of a tracker holds.
+fn model_hash(settings: &TrackerSettings) -> Result<Value, ExperimentError> {
+    let Some(name) = settings.kind().model_file() else { return Ok(Value::Null) };
+    Ok(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?).into())
 }
 
-/// What makes one program the same as another: its command, options, and what the files hold that the command names.
-fn program_settings_of(set: &BlindSet, settings: &ProgramSettings) -> Value {
-    let named = settings.command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
+/// What the files hold that a program's command names.
+fn hashes_in(command: &str) -> Value {
+    let named = command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
     let hash = |word: &str| {
         let is_small = std::fs::metadata(word).is_ok_and(|found| found.is_file() && found.len() <= LARGEST_PROGRAM);
         let bytes = is_small.then(|| std::fs::read(word).ok()).flatten()?;
         Some((format!("SHA-256 of {word}"), Value::String(hex_sha256(&bytes))))
     };
-    let files: serde_json::Map<String, Value> = named.filter_map(hash).collect();
-    json!({
-        "command": "skiagraph track --exec", "--exec": settings.command,
-        "options": super::external::ProgramOptions::of(settings), "files": files, "set hash": set.set_hash,
-    })
+    Value::Object(named.filter_map(hash).collect())
 }
 
 fn read_seed(folder: &Path) -> Result<ProgramSeed, ExperimentError> {

@@ -203,17 +203,4 @@ mod tests {
         drop(set);
         assert!(!around.exists());
     }
-
-    #[test]
-    fn a_finished_set_stands_in_its_place_and_nothing_beside_it() {
-        let root = tempfile::tempdir().unwrap();
-        let place = root.path().join("walk");
-        let set = begin(&place, "", false).unwrap();
-        fs::write(set.folder().join("a"), "drawn").unwrap();
-        set.keep();
-        set.finish().unwrap();
-        let names: Vec<_> = fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-        assert_eq!(names, ["walk"]);
-        assert_eq!(fs::read_to_string(place.join("a")).unwrap(), "drawn");
-    }
 }

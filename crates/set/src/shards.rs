@@ -152,17 +152,3 @@ impl Packing<'_> {
         to.add(name, file, size)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn more_shards_than_frames_and_none_are_refused() {
-        assert!(plan(Some(8), 8).is_ok() && plan(None, 1).is_ok_and(|plan| plan.is_none()));
-        for refused in [0, 9] {
-            let error = plan(Some(refused), 8).unwrap_err().to_string();
-            assert!(error.starts_with("--shards: expected 1 to 8 shards"), "{error}");
-        }
-    }
-}
