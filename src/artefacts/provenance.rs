@@ -1,6 +1,7 @@
-//! What this program wrote. Folders have a listing, `skiagraph.sha256`, as `sha256sum` writes and checks it: one is ours
-//! if everything in it is listed and unchanged. A folder inside that has a listing of its own (the run of a method)
-//! answers for itself. Files are ours by a mark in their content. Only what is ours is replaced without --force.
+//! What this program wrote. Folders have a listing, `skiagraph.sha256`, as `sha256sum` writes and checks it: one is
+//! ours if everything in it is listed and unchanged. A folder inside that has a listing of its own (the run of a
+//! method) answers for itself. Files are ours by a mark in their content. Only what is ours is replaced without
+//! --force.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -221,8 +222,9 @@ pub(super) fn sign_written(folder: &Path, written: &Listing) -> Result<(), Artef
     Listing(written.0.iter().filter(|(name, _)| own.contains(name)).cloned().collect()).store(folder)
 }
 
-/// How a file is not as this program wrote it: the folder that it lies in has a listing, and the file is not in it as it
-/// is. Where there is no listing, as in a folder that somebody copied files into, the file is taken for what it is.
+/// Whether this program did not write a file, or it was changed since: the folder that it lies in has a listing, and
+/// the file is not in it as it is. Where there is no listing, as in a folder that somebody copied files into, the file
+/// is taken for what it is.
 pub(crate) fn is_unlisted(path: &Path) -> bool {
     let folder = parent_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();

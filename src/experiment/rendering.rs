@@ -100,9 +100,8 @@ pub struct RenderOptions<'a> {
 /// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. [`crate::artefacts::ArtefactError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where the same call would go on, [`crate::artefacts::ArtefactError::OtherUnfinished`] where another
-/// was interrupted.
+/// [`ExperimentError`]; then no set has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
+/// whose progress is saved where the same call would go on.
 pub fn render(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,

@@ -29,8 +29,8 @@ const LARGEST_PROGRAM: u64 = 64 << 20;
 /// tracker is the oracle.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no run has changed on the disk. [`crate::artefacts::ArtefactError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where seeds are finished, with which the same call would go on.
+/// [`ExperimentError`]; then no run has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
+/// whose progress is saved where seeds are finished, with which the same call would go on.
 pub fn track_set(
     set: &Path,
     settings: &TrackerSettings,

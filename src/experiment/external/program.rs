@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::guard::Guard;
-use super::settings::ProgramSettings;
+use super::record::ProgramSettings;
 use crate::experiment::progress::Progress;
 use crate::input::excerpt;
 
@@ -34,12 +34,9 @@ pub(super) enum Heard {
     TooLong,
     /// Standard output is closed.
     End,
-}
-
-/// Why nothing was heard.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Silence {
-    TimeLimit,
+    /// Nothing in time.
+    TooLate,
+    /// The user wants to stop.
     Interrupted,
 }
 
@@ -119,14 +116,14 @@ impl Program {
     }
 
     /// The next line, waiting until `deadline` for it.
-    pub(super) fn hear(&self, deadline: Instant, progress: &dyn Progress) -> Result<Heard, Silence> {
+    pub(super) fn hear(&self, deadline: Instant, progress: &dyn Progress) -> Heard {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.from_program.recv_timeout(left.min(PULSE)) {
-                Ok(heard) => return Ok(heard),
-                Err(RecvTimeoutError::Disconnected) => return Ok(Heard::End),
-                Err(RecvTimeoutError::Timeout) if progress.interrupted() => return Err(Silence::Interrupted),
-                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(Silence::TimeLimit),
+                Ok(heard) => return heard,
+                Err(RecvTimeoutError::Disconnected) => return Heard::End,
+                Err(RecvTimeoutError::Timeout) if progress.interrupted() => return Heard::Interrupted,
+                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Heard::TooLate,
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }
@@ -286,7 +283,7 @@ mod tests {
         Program::start(&settings, &ProgramPlace { folder: Path::new("/"), removed: None }).unwrap()
     }
 
-    fn hear(program: &Program, milliseconds: u64) -> Result<Heard, Silence> {
+    fn hear(program: &Program, milliseconds: u64) -> Heard {
         program.hear(Instant::now() + Duration::from_millis(milliseconds), &NoProgress)
     }
 
@@ -297,7 +294,7 @@ mod tests {
         let command = format!("(sleep 1; echo > {}) & sleep 60", file.display());
         let begin = Instant::now();
         let program = start(&command);
-        assert_eq!(hear(&program, 200), Err(Silence::TimeLimit));
+        assert_eq!(hear(&program, 200), Heard::TooLate);
         drop(program);
         assert!(begin.elapsed() < Duration::from_secs(1));
         thread::sleep(Duration::from_millis(1300));
@@ -311,7 +308,7 @@ mod tests {
         let file = folder.path().join("alive");
         let command = format!("setsid sh -c 'sleep 1; echo > {}' & echo started; sleep 60", file.display());
         let program = start(&command);
-        assert_eq!(hear(&program, 5000), Ok(Heard::Line("started".to_owned())));
+        assert_eq!(hear(&program, 5000), Heard::Line("started".to_owned()));
         drop(program);
         thread::sleep(Duration::from_millis(1400));
         assert!(!file.exists(), "it was ended in its own session");
@@ -320,7 +317,7 @@ mod tests {
     #[test]
     fn the_last_lines_of_standard_error_are_kept() {
         let mut program = start("for i in $(seq 1 30); do echo line $i >&2; done; exit 7");
-        assert_eq!(hear(&program, 5000), Ok(Heard::End));
+        assert_eq!(hear(&program, 5000), Heard::End);
         assert_eq!(program.finish(), ProgramEnd::ByItself(false, "exit status: 7".to_owned()));
         thread::sleep(Duration::from_millis(100));
         let errors = program.last_errors();

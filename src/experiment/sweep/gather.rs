@@ -39,7 +39,7 @@ pub struct Gathered {
 /// Writes the tables of a sweep into its folder; with `partial` also where cells are missing, which then have no row.
 ///
 /// # Errors
-/// [`ExperimentError::SweepIncomplete`] where cells are missing, [`crate::artefacts::ArtefactError::Output`]; then nothing has changed.
+/// [`ExperimentError::SweepIncomplete`] where cells are missing, or nothing can be written; then nothing has changed.
 pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, ExperimentError> {
     let cells = sweep.cells()?;
     let tables = [RUNS_TABLE, RUNS_LINES, TIMING_TABLE].map(|name| GatheredFile::begin(&sweep.root.join(name)));

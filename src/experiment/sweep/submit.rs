@@ -68,7 +68,7 @@ struct Submitted {
 /// missing and gathers.
 ///
 /// # Errors
-/// [`ExperimentError::Engine`] with Slurm's own words, [`crate::artefacts::ArtefactError::Busy`] while another process submits or
+/// [`ExperimentError::Engine`] with Slurm's own words; [`ExperimentError::Artefact`] while another process submits or
 /// jobs of this sweep are still queued.
 pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
     let cells = sweep.cells()?;

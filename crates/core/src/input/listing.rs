@@ -1,4 +1,4 @@
-//! Listings of files with their SHA-256, as `sha256sum` writes and checks them, and the walk over the files of a folder.
+//! Listings of files with their SHA-256, as `sha256sum` writes and checks them, and the walk over a folder's files.
 
 use std::fs::{self, DirEntry};
 use std::io;
