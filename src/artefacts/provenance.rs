@@ -9,7 +9,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::error::{ArtefactError, output};
-use super::place::{parent_of, write_synced, write_whole};
+use super::place::{parent_of, write_synced};
 use crate::benchmark_set::{holds_only_a_set, verify_hashes};
 use crate::input::{self, files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
 use crate::npz::{Npz, Values};
@@ -146,7 +146,10 @@ impl Listing {
 
     /// Puts the listing into `folder`; what was there stays until it is whole.
     fn store(&self, folder: &Path) -> Result<(), ArtefactError> {
-        write_whole(&folder.join(LISTING), listing_of(self.0.iter().map(|(path, digest)| (path, digest))).as_bytes())
+        let (path, meanwhile) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
+        let text = listing_of(self.0.iter().map(|(path, digest)| (path, digest)));
+        let stored = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &path));
+        stored.map_err(output(&path, "write"))
     }
 
     /// Puts files into the folder of this listing: all of them or none. Each is written beside its place first, and
