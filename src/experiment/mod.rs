@@ -83,6 +83,7 @@ mod run_reading;
 mod same_set;
 mod scenario_copy;
 mod scene_check;
+mod scene_hash;
 mod scene_preparation;
 mod search_file;
 mod seed_advice;

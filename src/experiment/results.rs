@@ -7,7 +7,7 @@ use super::hints::Hint;
 use super::measuring::{Measures, Painters};
 use super::playback::playbacks;
 use super::poses_file::ReadAs;
-use super::same_set::scene_hash;
+use super::scene_hash::scene_hash;
 use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
