@@ -9,7 +9,8 @@
 use std::error::Error;
 use std::path::Path;
 
-use skiagraph::experiment::{Destination, NoProgress, draw, render};
+use skiagraph::artefacts::Destination;
+use skiagraph::experiment::{NoProgress, draw, render};
 use skiagraph::scenario::ScenarioFile;
 
 /// The walk that comes with this program, seen by two small cameras.

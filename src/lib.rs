@@ -24,6 +24,7 @@
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
 //! | [`scenario`], [`experiment`] | scenarios in TOML; render, track, evaluate, report |
+//! | [`artefacts`] | [`artefacts::Destination`]: where results go, and what is replaced |
 //!
 //! # Crates
 //!
@@ -126,6 +127,7 @@
     )
 )]
 
+pub mod artefacts;
 #[doc(hidden)]
 pub mod cli;
 pub mod experiment;

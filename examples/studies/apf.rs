@@ -10,8 +10,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use skiagraph::artefacts::Destination;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, NoProgress, RunRecord, run};
+use skiagraph::experiment::{NoProgress, RunRecord, run};
 use skiagraph::report::plots::{Bar, BarGroup, BarPlot, Colour};
 use skiagraph::scenario::ScenarioFile;
 

@@ -11,8 +11,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use skiagraph::artefacts::Destination;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, MethodRecord, NoProgress, compare};
+use skiagraph::experiment::{MethodRecord, NoProgress, compare};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";

@@ -8,9 +8,10 @@ use std::error::Error;
 use std::path::Path;
 
 use serde::Serialize;
+use skiagraph::artefacts::Destination;
 use skiagraph::body::SilhouettePainter;
 use skiagraph::evaluation::{Interval, ValueRange, intersection_over_union, mean_interval};
-use skiagraph::experiment::{Destination, NoProgress, PreparedScene, run};
+use skiagraph::experiment::{NoProgress, PreparedScene, run};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/walk.toml";

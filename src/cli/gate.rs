@@ -10,10 +10,11 @@ use super::folders::expect_run;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::artefacts::{Destination, keep_others_from_junit, put_file};
 use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
 use crate::experiment::{
-    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric,
-    gate_run, keep_others_from_junit, put_file, read_rules,
+    BASELINES, Baseline, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run,
+    read_rules,
 };
 use crate::report::GateReport;
 

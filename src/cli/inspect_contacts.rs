@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{ContactSummary, Destination, inspect_contacts};
+use crate::artefacts::Destination;
+use crate::experiment::{ContactSummary, inspect_contacts};
 
 /// Prints the ground contact of a motion; `picture` is the chart over time.
 pub(super) fn run(

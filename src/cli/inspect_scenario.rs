@@ -7,7 +7,8 @@ use super::file_access::FileAccess;
 use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{Destination, EditedSummary, ExperimentError, inspect_scenario};
+use crate::artefacts::Destination;
+use crate::experiment::{EditedSummary, ExperimentError, inspect_scenario};
 use crate::scenario::ScenarioFile;
 
 /// A scenario to look at.

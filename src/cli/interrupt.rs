@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crate::experiment::abandon;
+use crate::artefacts::abandon;
 
 /// Time that the work has to stop by itself; it checks before every frame and every file.
 const PATIENCE: Duration = Duration::from_millis(600);

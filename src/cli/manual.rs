@@ -8,7 +8,7 @@ use clap_mangen::Man;
 
 use super::volume::Volume;
 use super::{CommandError, CommandLine, output};
-use crate::experiment::{Destination, MANUAL_MARK, put_file};
+use crate::artefacts::{Destination, MANUAL_MARK, put_file};
 
 /// Print the manual page, or write one page per command
 #[derive(Args, Debug)]

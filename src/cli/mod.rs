@@ -39,6 +39,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
+use crate::artefacts::ArtefactError;
 use crate::experiment::ExperimentError;
 use crate::scenario::ScenarioError;
 
@@ -95,6 +96,9 @@ pub enum CommandError {
     /// The experiment could not be done.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
+    /// A file cannot be written to its place.
+    #[error(transparent)]
+    Artefact(#[from] ArtefactError),
     /// An argument is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
@@ -111,6 +115,7 @@ impl CommandError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Experiment(error) => error.exit_code(),
+            Self::Artefact(error) => error.exit_code(),
             Self::Scenario(_) | Self::Stdout(_) => 2,
             Self::Threads(_) => 75,
         }

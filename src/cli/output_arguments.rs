@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 
-use crate::experiment::Destination;
+use crate::artefacts::Destination;
 
 /// How a command treats existing files.
 #[derive(Args, Clone, Copy, Debug)]

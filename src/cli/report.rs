@@ -9,8 +9,9 @@ use clap::Args;
 use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::artefacts::{Destination, put_file};
 use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
-use crate::experiment::{Destination, ExperimentError, REPORT_FILE, put_file, run_picture, write_figures};
+use crate::experiment::{ExperimentError, REPORT_FILE, run_picture, write_figures};
 use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 
 /// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run

@@ -10,7 +10,8 @@ use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
-use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, compare, run as run_experiment};
+use crate::artefacts::Destination;
+use crate::experiment::{COMPARISON_PAGE, REPORT_FILE, RunPlace, compare, run as run_experiment};
 use crate::scenario::ScenarioFile;
 
 /// Render, track, evaluate and report in one step

@@ -10,7 +10,8 @@ use super::file_access::FileAccess;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{ClipOptions, Destination, ExperimentError, LearnedModel, TrainingInput, train as learn};
+use crate::artefacts::Destination;
+use crate::experiment::{ClipOptions, ExperimentError, LearnedModel, TrainingInput, train as learn};
 use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 use crate::scenario::ScenarioFile;
 

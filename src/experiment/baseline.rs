@@ -9,7 +9,8 @@ use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
 use super::error::read_file;
 use super::run_reading::hints_of_runs;
-use super::{Destination, ExperimentError, put_file, read_runs};
+use super::{ExperimentError, read_runs};
+use crate::artefacts::{Destination, put_file};
 use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 use crate::input::{excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::json_tree;

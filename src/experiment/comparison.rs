@@ -7,17 +7,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::error::output;
-use super::inputs::Inputs;
 use super::learning::Models;
-use super::partial_directory::PartialDirectory;
+use super::made_by::MadeBy;
 use super::progress::Progress;
-use super::provenance::ResultKind;
 use super::rendering::draw;
 use super::run::MethodRun;
-use super::same_settings::MadeBy;
-use super::scenario_copy::{SCENARIO_FILE, scenario_text};
-use super::{Destination, ExperimentError, TrackTiming, to_json};
+use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
+use super::{ExperimentError, TrackTiming, to_json};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, output};
 use crate::evaluation::Summary;
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
 use crate::scenario::{Scenario, ScenarioFile};
@@ -107,9 +104,9 @@ pub fn compare(
     progress: &dyn Progress,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
-    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
+    inputs_of(file, mocap_directory).keep_from(to.path)?;
     let other = MadeBy::run(&scenario_text(scenario)?)?.difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
     let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
     let mut models = Models::new(file, &set.truth.recordings);

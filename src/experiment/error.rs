@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::artefacts::{ArtefactError, NOTHING_WRITTEN, Resumable, is_no_room};
 use crate::benchmark_set::SetError;
 use crate::body::{SkinError, TooFewFrames, UrdfError};
 use crate::contact::ContactError;
@@ -46,6 +47,9 @@ pub enum ExperimentError {
     /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A result cannot be written to its place.
+    #[error(transparent)]
+    Artefact(#[from] ArtefactError),
     /// A set cannot be read or made.
     #[error(transparent)]
     Set(SetError),
@@ -156,46 +160,6 @@ pub enum ExperimentError {
         /// The operating system's error.
         source: io::Error,
     },
-    /// A result cannot be written.
-    #[error("{}: cannot {action}: {source}", plain(path.display()))]
-    Output {
-        /// The file or directory.
-        path: PathBuf,
-        /// The failed action, as in "cannot ...".
-        action: &'static str,
-        /// The operating system's error.
-        source: io::Error,
-    },
-    /// Another skiagraph process writes to the same path.
-    #[error(
-        "{path}: another skiagraph process is writing here; wait until it has finished, or choose another --out",
-        path = path.display()
-    )]
-    Busy {
-        /// The path.
-        path: PathBuf,
-    },
-    /// An output path would overwrite an input.
-    #[error(
-        "{path}: this --out would replace or change {input}, which the command reads; choose another --out",
-        path = path.display(), input = input.display()
-    )]
-    IsInput {
-        /// The path.
-        path: PathBuf,
-        /// The input.
-        input: PathBuf,
-    },
-    /// A file that skiagraph did not write exists at the output path.
-    #[error(
-        "{}: this exists and is not an unchanged skiagraph result; choose another --out, or use --force to rename it to \
-        NAME~",
-        plain(path.display())
-    )]
-    Occupied {
-        /// The path.
-        path: PathBuf,
-    },
     /// A folder of exports exists where one export would go.
     #[error(
         "{}: this folder holds exports of its own ({there}); choose --out {} to put this one beside them, or use --force \
@@ -210,19 +174,6 @@ pub enum ExperimentError {
         there: String,
         /// Where the export has its place among them.
         beside: PathBuf,
-    },
-    /// A result of skiagraph exists at the output path that was made otherwise.
-    #[error(
-        "{}: a result exists here that was made otherwise ({}); choose another --out, or use --force to move it aside, to \
-        NAME~",
-        plain(path.display()),
-        plain(difference)
-    )]
-    OtherResult {
-        /// The path.
-        path: PathBuf,
-        /// The first difference.
-        difference: String,
     },
     /// A folder holds another sweep.
     #[error(
@@ -290,14 +241,8 @@ pub enum ExperimentError {
         source: Box<ExperimentError>,
     },
     /// The user interrupted the command.
-    #[error("interrupted; nothing was written")]
+    #[error("{NOTHING_WRITTEN}")]
     Interrupted,
-    /// The user interrupted work that can be resumed: a training, a sweep, a set that is drawn, seeds that are tracked.
-    #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
-    ProgressSaved {
-        /// The file or directory with the progress.
-        partial: PathBuf,
-    },
     /// A set could not be drawn, or not all seeds tracked, for a reason that may pass.
     #[error("{source}; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     Unfinished {
@@ -306,19 +251,6 @@ pub enum ExperimentError {
         /// The reason.
         source: Box<ExperimentError>,
     },
-    /// Something else was begun at a place.
-    #[error(
-        "{}: another result was begun here and interrupted, which differs ({}); repeat that command to resume it, or \
-        remove it with --force",
-        plain(partial.display()),
-        plain(difference)
-    )]
-    OtherUnfinished {
-        /// The directory with the progress.
-        partial: PathBuf,
-        /// The first difference.
-        difference: String,
-    },
 }
 
 impl ExperimentError {
@@ -326,13 +258,13 @@ impl ExperimentError {
     /// or no room is left to write, 1 where a sweep is not complete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Busy { .. } | Self::Queued { .. } => 75,
+            Self::Artefact(error) => error.exit_code(),
+            Self::Queued { .. } => 75,
             // there may be room later
-            Self::Output { source, .. } if is_no_room(source) => 75,
             Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
             Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
-            Self::Interrupted | Self::ProgressSaved { .. } => 130,
+            Self::Interrupted => 130,
             _ => 2,
         }
     }
@@ -340,6 +272,17 @@ impl ExperimentError {
     /// The same error with the file that it is about, unless it names one itself.
     pub(crate) fn about(self, file: impl Into<PathBuf>) -> Self {
         if self.names_a_file() { self } else { Self::With { file: file.into(), source: Box::new(self) } }
+    }
+
+    /// The same of work whose progress is saved, if it is.
+    pub(super) fn with_progress(self, resumable: &Resumable) -> Self {
+        let partial = resumable.folder().to_owned();
+        match self {
+            _ if !resumable.is_kept() => self,
+            Self::Interrupted => ArtefactError::ProgressSaved { partial }.into(),
+            Self::Artefact(ArtefactError::OtherUnfinished { .. }) => self,
+            other => Self::Unfinished { partial, source: Box::new(other) },
+        }
     }
 
     fn names_a_file(&self) -> bool {
@@ -357,18 +300,14 @@ impl ExperimentError {
             | Self::Evaluation(_)
             | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
-            Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
+            Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
-            Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
-            Self::OtherPlan { .. }
-            | Self::OtherResult { .. }
-            | Self::ExportsThere { .. }
-            | Self::SweepIncomplete { .. } => true,
+            Self::Unreadable { .. } | Self::Argument { .. } => true,
+            Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
             Self::ModelFile(source) => source.names_a_file(),
-            Self::With { .. } | Self::Interrupted | Self::ProgressSaved { .. } => true,
-            Self::Unfinished { .. } | Self::OtherUnfinished { .. } => true,
+            Self::With { .. } | Self::Interrupted | Self::Unfinished { .. } => true,
         }
     }
 }
@@ -386,13 +325,6 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
-}
-
-/// Whether nothing more can be written for now: the disk is full, or a quota or `ulimit -f` is reached.
-fn is_no_room(error: &io::Error) -> bool {
-    // our own limits of files that are read are told without the system's number
-    let is_too_large = error.kind() == io::ErrorKind::FileTooLarge && error.raw_os_error().is_some();
-    is_too_large || matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }
 
 /// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
@@ -415,11 +347,6 @@ fn said(errors: &[String]) -> String {
 /// What is wrong with a scenario, at one of its keys.
 pub(super) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
     ScenarioError::from(file.complaint(key, message)).into()
-}
-
-pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {
-    let path = path.to_owned();
-    move |source| ExperimentError::Output { path, action, source }
 }
 
 pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {

@@ -5,13 +5,8 @@ use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
-use super::destination::Destination;
-use super::error::output;
-use super::inputs::Inputs;
-use super::ownership;
-use super::partial_directory::PartialDirectory;
 use super::progress::{Progress, Stage, advance};
-use super::provenance::{ResultKind, is_own_output};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
@@ -69,7 +64,7 @@ pub fn export_set(
         let beside = place.path.join(to.name());
         return Err(ExperimentError::ExportsThere { path: place.path.to_owned(), there: there.join(", "), beside });
     }
-    let folder = PartialDirectory::begin(place.path, ResultKind::Export, place.force)?;
+    let folder = Artefact::begin(place, ArtefactKind::Export)?;
     let set = set.read()?;
     progress.begin(Stage::Export, set.blind.frame_count);
     match to {
@@ -79,19 +74,19 @@ pub fn export_set(
         }
         ExportTo::Animation => animations(&set, &folder, progress)?,
     }
-    folder.finish()
+    Ok(folder.finish()?)
 }
 
 /// Formats that have a folder of their own in this one, which is no export itself.
 fn exports_in(folder: &Path) -> Vec<&'static str> {
-    if is_own_output(folder, ResultKind::Export) {
+    if ArtefactKind::Export.is_own(folder) {
         return Vec::new();
     }
-    let is_there = |name: &&str| ownership::is_signed(&folder.join(name));
+    let is_there = |name: &&str| is_signed(&folder.join(name));
     ExportTo::names().map(|(name, _)| name).filter(is_there).collect()
 }
 
-fn animations(set: &BenchmarkSet, folder: &PartialDirectory, progress: &dyn Progress) -> Result<(), ExperimentError> {
+fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) -> Result<(), ExperimentError> {
     if set.blind.moments.is_some() {
         let detail = "apng: its pictures are of cameras that stand still and take an image of every frame at its time, and \
                       those of this set do not";

@@ -5,15 +5,13 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::error::read_file;
-use super::inputs::Inputs;
-use super::partial_directory::PartialDirectory;
-use super::provenance::ResultKind;
 use super::run_picture::{stored_columns, stored_methods};
 use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
 use super::search_file::{SearchRecord, search_from_npz};
 use super::sweep::{PLAN_FILE, PlannedSweep, page_input};
 use super::tracking::{POSES_FILE, SEARCH_FILE};
-use super::{COMPARISON_FILE, Destination, ExperimentError, PER_FRAME_FILE, RUN_FILE};
+use super::{COMPARISON_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::body::Markers;
 use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
 use crate::input::limits;
@@ -30,7 +28,7 @@ const CAPTIONS: &str = "README.txt";
 /// [`ExperimentError`]; then nothing has changed on the disk.
 pub fn write_figures(source: &Path, within: Option<f64>, to: Destination<'_>) -> Result<usize, ExperimentError> {
     Inputs::new([source.to_owned()]).keep_from(to.path)?;
-    let folder = PartialDirectory::begin(to.path, ResultKind::Figures, to.force)?;
+    let folder = Artefact::begin(to, ArtefactKind::Figures)?;
     let figures = figures_of(source, within)?;
     let mut captions = String::new();
     for FigureFile { name, caption, svg } in &figures {

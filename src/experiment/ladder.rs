@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::ExperimentError;
-use super::error::output;
 use super::key_source::{KeySource, fresh_key, has_secrets, note, without_key};
-use super::place::write_synced;
 use super::scenario_copy::scenario_text;
 use super::unfinished_set::{UnfinishedSet, settings_of};
+use crate::artefacts::{ArtefactError, output, write_whole};
 use crate::benchmark_set::BlindSet;
 use crate::input::{self, hex_sha256, limits};
 use crate::rng::ObservationKey;
@@ -93,28 +92,26 @@ impl LadderProgress {
     /// A set is made.
     ///
     /// # Errors
-    /// [`ExperimentError::Output`] if that cannot be written; [`ExperimentError::Occupied`] where something else is.
+    /// [`ArtefactError::Output`] if that cannot be written; [`ArtefactError::Occupied`] where something else is.
     pub fn add(&mut self, file: &ScenarioFile, shards: Option<usize>, set_hash: &str) -> Result<(), ExperimentError> {
         let made = MadeSet { settings_sha256: digest(file, shards)?, set_hash: set_hash.to_owned() };
         let is_own_output =
             || input::read_to_string(&self.path, limits::SETTINGS).is_ok_and(|text| text.contains(SCHEMA));
         if self.path.symlink_metadata().is_ok() && !is_own_output() {
-            return Err(ExperimentError::Occupied { path: self.path.clone() });
+            return Err(ArtefactError::Occupied { path: self.path.clone() }.into());
         }
         self.record.made.push(made);
         let malformed =
             |e: toml::ser::Error| ExperimentError::Malformed { path: self.path.clone(), detail: e.to_string() };
         let text = toml::to_string(&self.record).map_err(malformed)?;
-        let meanwhile = self.path.with_extension("partial.writing");
-        let written = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &self.path));
-        written.map_err(output(&self.path, "write"))
+        Ok(write_whole(&self.path, text.as_bytes())?)
     }
 
     /// The ladder is complete.
     ///
     /// # Errors
-    /// [`ExperimentError::Output`] if the file cannot be removed.
-    pub fn finish(self) -> Result<(), ExperimentError> {
+    /// [`ArtefactError::Output`] if the file cannot be removed.
+    pub fn finish(self) -> Result<(), ArtefactError> {
         if self.record.made.is_empty() {
             return Ok(());
         }
@@ -123,5 +120,7 @@ impl LadderProgress {
 }
 
 fn digest(file: &ScenarioFile, shards: Option<usize>) -> Result<String, ExperimentError> {
-    Ok(hex_sha256(settings_of(&scenario_text(&without_key(file))?, shards)?.to_string().as_bytes()))
+    let settings = toml::to_string(&settings_of(&scenario_text(&without_key(file))?, shards)?);
+    let malformed = |e: toml::ser::Error| ExperimentError::Malformed { path: "settings".into(), detail: e.to_string() };
+    Ok(hex_sha256(settings.map_err(malformed)?.as_bytes()))
 }

@@ -6,9 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::partial_file::PartialFile;
 use super::progress::Progress;
 use super::{ExperimentError, LearnedFrom, LearnedModel, ModelFacts};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{TrainingMotions, body_to_json};
 use crate::body::Humanoid;
 use crate::input::hex_sha256;
@@ -53,10 +53,10 @@ impl ModelStore {
             if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
-            match PartialFile::begin(&path, false) {
+            match Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::File) {
                 // another process learns it
-                Err(ExperimentError::Busy { .. }) => std::thread::sleep(PATIENCE),
-                Err(error) => return Err(error),
+                Err(ArtefactError::Busy { .. }) => std::thread::sleep(PATIENCE),
+                Err(error) => return Err(error.into()),
                 // another process has just written it
                 Ok(_) if path.exists() => {}
                 Ok(place) => {

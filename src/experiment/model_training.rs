@@ -7,15 +7,11 @@ use std::path::{Path, PathBuf};
 
 use super::clip_file::ClipFolders;
 use super::error::{read_file, scenario_error};
-use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
-use super::partial_file::{PartialFile, beside};
 use super::robots::robot_named;
-use super::same_settings::difference;
-use super::{
-    Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, PreparedScene, Progress, Stage, clip_file,
-    unfinished,
-};
+use super::scenario_copy::inputs_of;
+use super::{ExperimentError, LearnedFrom, LearnedModel, ModelFacts, PreparedScene, Progress, Stage, clip_file};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs, Unfinished, difference, sibling};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
 use crate::input::{AllowedFolders, hex_sha256, limits};
@@ -82,7 +78,7 @@ impl TrainingInput {
         let motions = staged.start.training.motions().to_vec();
         let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
-        let files = Inputs::from_scenario(file, mocap_directory).into_paths();
+        let files = inputs_of(file, mocap_directory).into_paths();
         Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
     }
 
@@ -201,20 +197,20 @@ impl LearnedFrom {
 ///
 /// # Errors
 /// [`ExperimentError`] where the motions cannot be learned or the file cannot be written;
-/// [`ExperimentError::ProgressSaved`] where `watch` wanted no more.
+/// [`ArtefactError::ProgressSaved`] where `watch` wanted no more.
 pub fn train(
     input: &TrainingInput,
     settings: &GraphSettings,
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<Trained, ExperimentError> {
-    let partial = beside(to.path, ".partial");
+    let partial = sibling(to.path, "", ".partial");
     let inputs = Inputs::new(input.files.iter().cloned());
     inputs.keep_from(to.path)?;
     inputs.keep_from(&partial)?;
     let facts = facts(input, settings);
-    let place = PartialFile::begin_unless(to, other_model(to.path, &facts))?;
-    let keeping = PartialFile::begin(&partial, to.force)?;
+    let place = Artefact::begin_unless(to, ArtefactKind::File, other_model(to.path, &facts))?;
+    let keeping = Artefact::begin(Destination { path: &partial, ..to }, ArtefactKind::File)?;
     let mut learner =
         GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
     let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
@@ -223,31 +219,26 @@ pub fn train(
         graph: graph.clone(),
         fingerprints: input.fingerprints.clone(),
     };
-    if let Some(kept) = kept(&partial, &facts, to.force, progress)? {
+    let begun = if let Some(kept) = kept(&partial, &facts, to.force, progress)? {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
         progress.note(&format!("resuming with {kept} saved in {}", partial.display()));
-        unfinished::keep(Some(&partial));
+        Unfinished::resume(&partial)
     } else {
         // report an unwritable output before the work
         keeping.put(&state(learner.graph(), false).to_bytes()?)?;
-        unfinished::begin(&partial);
-    }
+        Unfinished::begin(&partial)
+    };
     let keep = |graph: &GpdmGraph| {
         keeping.put(&state(graph, false).to_bytes()?)?;
-        unfinished::end(&partial);
-        unfinished::keep(Some(&partial));
+        begun.keep();
         Ok(())
     };
     progress.begin(Stage::Learn, input.frames());
     (0..learner.frames_done()).for_each(|_| progress.advance());
     if let Err(error) = grow_all(&mut learner, progress, keep) {
         let nothing = learner.graph().segments.is_empty();
-        if nothing {
-            std::fs::remove_file(&partial).ok();
-            unfinished::end(&partial);
-        }
         return Err(match error {
             Stopped::Learning(GraphError::Model { source: GpdmError::Interrupted, .. }) if nothing => {
                 ExperimentError::Interrupted
@@ -258,8 +249,7 @@ pub fn train(
     }
     let model = state(&learner.finish(), true);
     place.put(&model.to_bytes()?)?;
-    unfinished::keep(None);
-    std::fs::remove_file(&partial).ok();
+    begun.discard();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
     if model.graph.candidates.is_empty() && settings.kind() == ModelKind::GpdmGraph {
@@ -306,7 +296,7 @@ fn difference_of(there: &ModelFacts, here: &ModelFacts) -> Option<String> {
 /// is damaged.
 ///
 /// # Errors
-/// [`ExperimentError::OtherUnfinished`] where it is another training's, unless `force` is given.
+/// [`ArtefactError::OtherUnfinished`] where it is another training's, unless `force` is given.
 fn kept(
     partial: &Path,
     facts: &ModelFacts,
@@ -325,7 +315,7 @@ fn kept(
         _ if kept.graph.segments.is_empty() => Ok(None),
         None => Ok(Some(kept)),
         Some(_) if force => Ok(None),
-        Some(difference) => Err(ExperimentError::OtherUnfinished { partial: partial.to_owned(), difference }),
+        Some(difference) => Err(ArtefactError::OtherUnfinished { partial: partial.to_owned(), difference }.into()),
     }
 }
 
@@ -334,7 +324,7 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
     let of = |motion: usize| PathBuf::from(input.learned_from.get(motion).map_or("training", |from| &from.clip));
     match error {
         GraphError::Model { source: GpdmError::Interrupted, .. } => {
-            ExperimentError::ProgressSaved { partial: partial.to_owned() }
+            ArtefactError::ProgressSaved { partial: partial.to_owned() }.into()
         }
         GraphError::Model { range, source } => ExperimentError::Malformed {
             path: of(range.motion),

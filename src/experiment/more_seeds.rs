@@ -4,16 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::read_file;
-use super::partial_directory::PartialDirectory;
 use super::progress::Progress;
-use super::provenance::ResultKind;
 use super::rendering::draw;
-use super::run::{measure, write_all};
+use super::run::measure;
 use super::run_reading::{MORE_SEEDS, run_folders};
 use super::scenario_copy::SCENARIO_FILE;
 use super::seed_advice::by_hand;
 use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
 use super::{Baseline, ExperimentError, Models, read_runs};
+use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::BenchmarkSet;
 use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
 use crate::input::{self, limits};
@@ -122,14 +121,14 @@ fn add_to(
     let [first, last] = [seeds.first(), seeds.last()].map(|seed| seed.copied().unwrap_or_default());
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
     let record = recorded(folder, seeds)?;
-    let directory = PartialDirectory::begin(&place, ResultKind::Run, false)?;
+    let directory = Artefact::begin(Destination { path: &place, force: false }, ArtefactKind::Run)?;
     let (set, mut models) = set_of(folder, clip, from, progress)?;
     let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, progress)?;
-    write_all(&directory, &tracked.files(&set.blind)?)?;
+    directory.write_all(&tracked.files(&set.blind)?)?;
     // as elsewhere: the files on disk are measured
     let tracked = Tracked::read(directory.folder(), &set.blind.start.body)?;
     let results = measure(&set, &tracked, progress)?;
-    write_all(&directory, &results.files)?;
+    directory.write_all(&results.files)?;
     directory.finish()?;
     Ok(place)
 }

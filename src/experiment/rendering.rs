@@ -4,18 +4,15 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::ExperimentError;
-use super::destination::Destination;
-use super::inputs::Inputs;
 use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::observer;
-use super::partial_directory::PartialDirectory;
 use super::progress::{Progress, Stage};
-use super::provenance::ResultKind;
 use super::same_set::{is_public_side_of, kept, set_difference};
-use super::scenario_copy::scenario_text;
+use super::scenario_copy::{inputs_of, scenario_text};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::scene_preparation::PreparedScene;
 use super::unfinished_set::{UnfinishedSet, settings_of};
+use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
 use crate::observation::{Observation, ObservationFacts};
 use crate::rng::ObservationKey;
@@ -104,9 +101,8 @@ pub struct RenderOptions<'a> {
 /// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. [`ExperimentError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where the same call would go on, [`ExperimentError::OtherUnfinished`] where another
-/// was interrupted.
+/// [`ExperimentError`]; then no set has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
+/// whose progress is saved where the same call would go on.
 pub fn render(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -131,7 +127,7 @@ pub fn render_with(
     if let Some(path) = [Some(to.path), options.whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
         return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
-    let inputs = Inputs::from_scenario(file, mocap_directory);
+    let inputs = inputs_of(file, mocap_directory);
     inputs.keep_from(to.path)?;
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
     let stated = options.key.stated(file);
@@ -147,13 +143,13 @@ pub fn render_with(
     let public_key = (!is_secret).then_some(ObservationKey::PUBLIC);
     let mut unfinished = UnfinishedSet::begin(complete, &settings, stated.or(public_key))?;
     let file = &with_key(file, unfinished.key());
-    let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;
+    let public = options.whole.map(|_| Artefact::begin(to, ArtefactKind::Set)).transpose()?;
     let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, progress);
     let mut notes = notes.map_err(|e| unfinished.told(e))?;
     if stated.is_none() && !unfinished.key().is_public() {
         notes.push(note(complete.path));
     }
-    let difference = set_difference(complete.path, &unfinished.folder(), stated.or(public_key));
+    let difference = set_difference(complete.path, unfinished.folder(), stated.or(public_key));
     if let Some(difference) = &difference {
         notes.push(kept(complete.path, difference));
         unfinished.keep_other();
@@ -163,7 +159,7 @@ pub fn render_with(
             notes.push(kept(to.path, "it is not of the complete set that is replaced"));
             public.keep_other();
         }
-        BlindSet::read(&unfinished.folder())?.write_without_truth(public.folder())?;
+        BlindSet::read(unfinished.folder())?.write_without_truth(public.folder())?;
         unfinished.finish()?;
         public.finish()?;
     } else {
@@ -198,7 +194,7 @@ fn draw_to_disk(
         };
         let drawing =
             SetDrawing { layers, shards, journal: Some(&journal), stop: &|| progress.interrupted(), tick: &tick };
-        BenchmarkSet::draw_into(&folder, parts, &drawing, observe)
+        BenchmarkSet::draw_into(folder, parts, &drawing, observe)
     })?;
     if there > 0 {
         notes.push(format!("resumed: {there} frames were drawn before the interruption"));

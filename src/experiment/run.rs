@@ -3,26 +3,19 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::destination::Destination;
-use super::error::output;
 use super::external::EXTERNAL_FILE;
 use super::hints::explained;
-use super::inputs::Inputs;
+use super::made_by::{MadeBy, free_place};
 use super::measuring::{Measures, SeedMeasures, check_fit};
-use super::ownership::{self, LISTING, Listing};
-use super::partial_directory::PartialDirectory;
-use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
 use super::progress::Progress;
-use super::provenance::ResultKind;
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
-use super::run_place::free_place;
-use super::same_settings::MadeBy;
-use super::scenario_copy::{SCENARIO_FILE, scenario_text};
+use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
 use super::start_check::StartDistance;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::{ExperimentError, Models, NamedFiles};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Listing, sibling, sign};
 use crate::benchmark_set::{BenchmarkSet, SetPlace};
 use crate::scenario::{Scenario, ScenarioFile};
 
@@ -109,7 +102,7 @@ pub fn evaluate_run(
     check_sources(&whole, &tracked, run, progress)?;
     if is_own_output && out.is_none() {
         let results = measure(&whole, &tracked, progress)?;
-        replace_files(run, &listing, &results.files)?;
+        listing.replace(run, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
@@ -120,9 +113,9 @@ pub fn evaluate_run(
         // beside the estimate, so that its file's name says which it is, from wherever it is named
         None => (free_place(&place, |path| made_by.difference_by(path, file_name).is_some()), None),
     };
-    let directory = PartialDirectory::begin_unless(Destination { path: &place, force }, ResultKind::Run, other)?;
+    let directory = Artefact::begin_unless(Destination { path: &place, force }, ArtefactKind::Run, other)?;
     let results = measure(&whole, &tracked, progress)?;
-    write_all(&directory, &results.files)?;
+    directory.write_all(&results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
 }
@@ -151,13 +144,10 @@ fn file_name(path: &str) -> String {
 /// Where the results of somebody else's estimate go: `NAME-evaluation` beside it, with the file's whole name, so that
 /// `mine.npz` and `mine.trc` have a place each.
 fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
-    let name = run.file_name().ok_or_else(|| ExperimentError::Argument {
+    run.file_name().map(|_| sibling(run, "", "-evaluation")).ok_or_else(|| ExperimentError::Argument {
         argument: "--out",
         detail: format!("cannot derive an output directory from {}; give one", run.display()),
-    })?;
-    let mut name = name.to_owned();
-    name.push("-evaluation");
-    Ok(run.with_file_name(name))
+    })
 }
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies
@@ -203,9 +193,9 @@ pub fn run(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<RunOutcome, ExperimentError> {
-    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
+    inputs_of(file, mocap_directory).keep_from(to.path)?;
     let other = MadeBy::run(&scenario_text(&file.scenario)?)?.difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
     let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
@@ -216,7 +206,7 @@ pub fn run(
 
 /// One tracker to be run on a set with all seeds.
 pub(super) struct MethodRun<'a> {
-    pub(super) directory: &'a PartialDirectory,
+    pub(super) directory: &'a Artefact,
     /// Folder of the run inside the directory, which is there; empty for the directory itself.
     pub(super) folder: &'a str,
     pub(super) scenario: &'a Scenario,
@@ -247,7 +237,7 @@ impl MethodRun<'_> {
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
         self.write(&results.files)?;
         if !self.folder.is_empty() {
-            ownership::sign(&folder).map_err(output(&folder, "list the files of the directory"))?;
+            sign(&folder)?;
         }
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
         Ok(MethodOutcome {
@@ -260,7 +250,7 @@ impl MethodRun<'_> {
 
     fn write(&self, files: &NamedFiles) -> Result<(), ExperimentError> {
         let path = |name: &str| Path::new(self.folder).join(name).to_string_lossy().into_owned();
-        files.iter().try_for_each(|(name, bytes)| self.directory.write(&path(name), bytes))
+        Ok(files.iter().try_for_each(|(name, bytes)| self.directory.write(&path(name), bytes))?)
     }
 }
 
@@ -271,41 +261,4 @@ pub(super) fn measure(
 ) -> Result<RunResults, ExperimentError> {
     let measures = Measures::new(set, tracked, progress)?;
     RunResults::of_command(set, tracked, &measures, progress.command())
-}
-
-pub(super) fn write_all(directory: &PartialDirectory, files: &NamedFiles) -> Result<(), ExperimentError> {
-    files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
-}
-
-/// Puts files into a directory that is there already: all of them or none. Each is written beside its place first, and
-/// only when all are on the disk are they moved; `run.json`, the last, is what makes a run. A file that is there must
-/// be listed as ours. The listing knows both the old and the new files while they are moved, so that a run is ours
-/// whenever the process dies.
-fn replace_files(folder: &Path, listing: &Listing, files: &NamedFiles) -> Result<(), ExperimentError> {
-    let path = |name: &str| folder.join(name);
-    let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !listing.holds(folder, name));
-    if let Some((name, _)) = foreign {
-        return Err(ExperimentError::Occupied { path: path(name) });
-    }
-    let mut both = listing.clone();
-    files.iter().for_each(|(name, bytes)| both.add(name, bytes));
-    let partial = |name: &str| folder.join(format!(".{name}.partial"));
-    let replaced = write_partial(&partial, files).and_then(|()| {
-        both.store(folder).map_err(output(&path(LISTING), "write"))?;
-        files
-            .iter()
-            .try_for_each(|(name, _)| fs::rename(partial(name), path(name)).map_err(output(&path(name), "write")))?;
-        listing.with(files).store(folder).map_err(output(&path(LISTING), "write"))
-    });
-    if replaced.is_err() {
-        files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));
-    }
-    replaced
-}
-
-fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &NamedFiles) -> Result<(), ExperimentError> {
-    files.iter().try_for_each(|(name, bytes)| {
-        let path = partial(name);
-        write_synced(&path, bytes).map_err(output(&path, "write"))
-    })
 }

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use super::error::read_file;
-use super::ownership::check_listed;
-use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
+use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_in_words};
 use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, MethodComparison, PER_FRAME_FILE, RUN_FILE};
 use crate::input::limits;
 use crate::report::{ComparedMethod, SummaryPicture, comparison_picture, summary_picture};

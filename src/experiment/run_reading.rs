@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use super::error::read_file;
 use super::external::{EXTERNAL_FILE, ExternalRecord};
-use super::ownership::{LISTING, check_listed};
 use super::results::RUN_SCHEMA;
 use super::tracking::TRACK_FILE;
 use super::{COMPARISON_FILE, ExperimentError, RUN_FILE, RunRecord};
+use crate::artefacts::{LISTING, is_unlisted, parent_of};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 use crate::input::{foreign, is_own_output, limits, plain, unquoted};
 use crate::scenario::json_tree;
@@ -286,4 +286,20 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
         Some(twice) => Err(malformed(format!("runs: seed {} is there twice", twice[0]))),
         None => Ok((run.scenario, clip)),
     }
+}
+
+/// Refuses a file that this program did not write, or that was changed since.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`].
+pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
+    if !is_unlisted(path) {
+        return Ok(());
+    }
+    let detail = format!(
+        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written); \
+         measure the run again with skiagraph evaluate SET {}",
+        parent_of(path).display()
+    );
+    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::place::backup_of;
 use super::scene_hash::scene_hash;
+use crate::artefacts::backup_of;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set, listed_files};
 use crate::rng::ObservationKey;
 

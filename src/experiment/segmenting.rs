@@ -7,13 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::error::read_file;
-use super::inputs::Inputs;
-use super::partial_directory::PartialDirectory;
 use super::pictures::{images_in, read_image};
 use super::progress::{Progress, Stage, advance};
-use super::provenance::ResultKind;
-use super::same_settings::difference;
-use super::{Destination, ExperimentError, to_json};
+use super::{ExperimentError, to_json};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, difference};
 use crate::benchmark_set::silhouette_to_png;
 use crate::input::limits;
 use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
@@ -112,7 +109,7 @@ pub fn segment(
     let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
     Inputs::new(inputs).keep_from(to.path)?;
     let of = SegmentedFrom::new(input);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, of.difference_at(to.path))?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, of.difference_at(to.path))?;
     let frames = images_in(input.frames)?;
     let names = names_of(&frames, input.frames)?;
     let periods = periods_of(input)?;

@@ -2,24 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::destination::Destination;
 use super::error::read_file;
 use super::external::{
     ANSWERS_FILE, Conformance, ExternalRecord, ProgramSeed, ProgramSettings, Programmed, dry_run,
     track_seed_with_program,
 };
 use super::hints::told_by_the_start;
-use super::inputs::Inputs;
-use super::partial_directory::PartialDirectory;
+use super::made_by::MadeBy;
 use super::progress::Progress;
-use super::provenance::ResultKind;
-use super::run::write_all;
-use super::same_settings::MadeBy;
 use super::tracking::{Tracked, track};
 use super::unfinished_run::UnfinishedRun;
 use super::{ExperimentError, Models, to_json};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::benchmark_set::{BlindSet, TruthSet, is_public};
 use crate::input::{hex_sha256, limits};
 use crate::scenario::TrackerSettings;
@@ -33,8 +29,8 @@ const LARGEST_PROGRAM: u64 = 64 << 20;
 /// tracker is the oracle.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no run has changed on the disk. [`ExperimentError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where seeds are finished, with which the same call would go on.
+/// [`ExperimentError`]; then no run has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
+/// whose progress is saved where seeds are finished, with which the same call would go on.
 pub fn track_set(
     set: &Path,
     settings: &TrackerSettings,
@@ -57,18 +53,19 @@ pub fn track_set_calibrating(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
-    Inputs::from_set(set, settings).keep_from(to.path)?;
+    let model_file = settings.kind().model_file().map(PathBuf::from);
+    Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
-    let other = MadeBy::track(&blind, settings, seeds).difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let made_by = MadeBy::track(&blind, settings, seeds);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let truth = if settings.kind().needs_truth { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
     let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
     let (tracked, unfinished) = match seeds {
         [] | [_] => (one(seeds)?, None),
         several => {
-            let unfinished = UnfinishedRun::begin(to, &settings_of(&blind, settings)?)?;
+            let unfinished = UnfinishedRun::begin(to, &made_by.of_each_seed("model file", model_hash(settings)?))?;
             let all = seed_by_seed(several, &unfinished, progress, |seed, folder| match folder {
                 Some(folder) => Tracked::read(&folder, &blind.start.body),
                 None => {
@@ -80,9 +77,9 @@ pub fn track_set_calibrating(
             (Tracked::of_seeds(&blind, all)?, Some(unfinished))
         }
     };
-    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write_all(&tracked.files(&blind)?)?;
     directory.finish()?;
-    unfinished.iter().for_each(UnfinishedRun::finish);
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(tracked)
 }
 
@@ -100,12 +97,12 @@ pub fn track_set_with_program(
     let settings = &hiding(settings, set)?;
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
-    let other = MadeBy::program(&blind, settings, seeds).difference_at(to.path);
-    let directory = PartialDirectory::begin_unless(to, ResultKind::Run, other)?;
+    let made_by = MadeBy::program(&blind, settings, seeds);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let (all, unfinished) = match seeds {
         [seed] => (vec![track_seed_with_program(&blind, settings, *seed, None, progress)?], None),
         several => {
-            let unfinished = UnfinishedRun::begin(to, &program_settings_of(&blind, settings))?;
+            let unfinished = UnfinishedRun::begin(to, &made_by.of_each_seed("files", hashes_in(&settings.command)))?;
             let (mut kind, mut before): (Option<String>, Option<String>) = (None, None);
             let all = seed_by_seed(several, &unfinished, progress, |seed, folder| {
                 let done = match folder {
@@ -139,10 +136,10 @@ pub fn track_set_with_program(
         read_as: None,
     };
     told_by_the_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
-    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write_all(&tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;
-    unfinished.iter().for_each(UnfinishedRun::finish);
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(done.record)
 }
 
@@ -188,32 +185,21 @@ fn seed_by_seed<T>(
     Ok(all)
 }
 
-/// What makes one tracker the same as another, for seeds of one run.
-fn settings_of(set: &BlindSet, settings: &TrackerSettings) -> Result<Value, ExperimentError> {
-    let model = settings
-        .kind()
-        .model_file()
-        .map(|name| Ok::<_, ExperimentError>(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?)));
-    let made_by = json!({
-        "command": "skiagraph track", "tracker": settings, "--calibrate": set.start.calibrate,
-        "set hash": set.set_hash, "model file": model.transpose()?,
-    });
-    Ok(made_by)
+/// What the model file of a tracker holds.
+fn model_hash(settings: &TrackerSettings) -> Result<Value, ExperimentError> {
+    let Some(name) = settings.kind().model_file() else { return Ok(Value::Null) };
+    Ok(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?).into())
 }
 
-/// What makes one program the same as another: its command, options, and what the files hold that the command names.
-fn program_settings_of(set: &BlindSet, settings: &ProgramSettings) -> Value {
-    let named = settings.command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
+/// What the files hold that a program's command names.
+fn hashes_in(command: &str) -> Value {
+    let named = command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
     let hash = |word: &str| {
         let is_small = std::fs::metadata(word).is_ok_and(|found| found.is_file() && found.len() <= LARGEST_PROGRAM);
         let bytes = is_small.then(|| std::fs::read(word).ok()).flatten()?;
         Some((format!("SHA-256 of {word}"), Value::String(hex_sha256(&bytes))))
     };
-    let files: serde_json::Map<String, Value> = named.filter_map(hash).collect();
-    json!({
-        "command": "skiagraph track --exec", "--exec": settings.command,
-        "options": super::external::ProgramOptions::of(settings), "files": files, "set hash": set.set_hash,
-    })
+    Value::Object(named.filter_map(hash).collect())
 }
 
 fn read_seed(folder: &Path) -> Result<ProgramSeed, ExperimentError> {

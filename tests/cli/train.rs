@@ -4,9 +4,8 @@ use std::fs;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use skiagraph::experiment::{
-    ClipOptions, Destination, ExperimentError, NoProgress, Progress, Stage, TrainingInput, train,
-};
+use skiagraph::artefacts::{ArtefactError, Destination};
+use skiagraph::experiment::{ClipOptions, ExperimentError, NoProgress, Progress, Stage, TrainingInput, train};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
 use crate::sandbox::{Sandbox, TINY};
@@ -137,7 +136,10 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     let (at_once, heard) = learn("at_once.model", &settings, usize::MAX);
     assert!(at_once.unwrap().model.graph.segments.len() > 1 && heard.is_empty(), "{heard:?}");
     let stopped = learn("walk.model", &settings, 1).0.unwrap_err();
-    assert!(matches!(stopped, ExperimentError::ProgressSaved { .. }) && stopped.exit_code() == 130, "{stopped}");
+    assert!(
+        matches!(stopped, ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })) && stopped.exit_code() == 130,
+        "{stopped}"
+    );
     assert!(!room.path("walk.model").exists() && room.path("walk.model.partial").exists());
     fs::copy(room.path("walk.model.partial"), room.path("other.model.partial")).unwrap();
     let (learned, heard) = learn("walk.model", &settings, usize::MAX);

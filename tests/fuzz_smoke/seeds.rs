@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use skiagraph::artefacts::Destination;
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{Destination, LearnedFrom, LearnedModel, ModelFacts, NoProgress, render, track_set};
+use skiagraph::experiment::{LearnedFrom, LearnedModel, ModelFacts, NoProgress, render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 

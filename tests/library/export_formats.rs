@@ -7,10 +7,11 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use skiagraph::artefacts::Destination;
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::{LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
-use skiagraph::experiment::{Destination, NoProgress, RenderOptions, render_with};
+use skiagraph::experiment::{NoProgress, RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::scenario::ScenarioFile;
 

@@ -60,6 +60,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("evaluation", &[]),
     ("physics", &[]),
     ("benchmark_set", &[]),
+    ("artefacts", &[]),
     ("scenario", &[]),
     ("report", &[]),
 ];
@@ -87,7 +88,7 @@ const SEAMS: &[(&str, &[&str])] = &[
         "rustix",
         &[
             "benchmark_set/set_writer.rs",
-            "experiment/place.rs",
+            "artefacts/place.rs",
             "experiment/external/program.rs",
             "experiment/sweep/processor_time.rs",
         ],
@@ -99,6 +100,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "mocap",
             "body/urdf",
             "benchmark_set",
+            "artefacts",
             "report",
             "experiment",
             "scenario/similar_file.rs",

@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use skiagraph::experiment::{Destination, NoProgress, check, run};
+use skiagraph::artefacts::Destination;
+use skiagraph::experiment::{NoProgress, check, run};
 use skiagraph::report::Grade;
 use skiagraph::scenario::ScenarioFile;
 

@@ -13,13 +13,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::SetError;
-use super::complete_listing::complete_lines;
-use super::identity::identity_lines;
-use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_below, listing_line, unless};
+use super::identity::{complete_lines, identity_lines};
+use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_of, unless};
 use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
 use super::shard_plan::{is_packing, is_shard};
-use crate::input::{self, hex_sha256, hex_sha256_of, limits};
+use crate::input::{self, hex_sha256, hex_sha256_of, limits, listing_of};
 use crate::parallel;
 
 /// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
@@ -52,7 +51,7 @@ impl SetFiles {
             Ok((path.clone(), hex_sha256(bytes)))
         };
         let digests = files.par_iter().map(digest).collect::<Result<BTreeMap<_, _>, SetError>>()?;
-        let listing_hash = hex_sha256(digests.iter().map(listing_line).collect::<String>().as_bytes());
+        let listing_hash = hex_sha256(listing_of(&digests).as_bytes());
         Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
     }
 
@@ -277,7 +276,7 @@ impl SetFiles {
         if let FileStore::Directory(directory) = &self.place {
             let unlisted =
                 |path: &String| !self.digests.contains_key(path) && path != LISTING && !path.starts_with(PYTHON_CACHE);
-            let files = files_below(directory, "")?.into_iter().filter(unlisted);
+            let files = files_of(directory)?.into_iter().filter(unlisted);
             faults.extend(files.map(|file| SetError::Unlisted { file }));
         }
         Ok(faults)
@@ -288,7 +287,7 @@ impl SetFiles {
 pub(super) fn holds_only_listed(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
     let listed = |path: &String| path == LISTING || files.is_loose(path);
-    files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
+    files_of(directory).is_ok_and(|found| found.iter().all(listed))
 }
 
 /// The greatest size of a file of a set.
@@ -402,7 +401,7 @@ mod tests {
         let after_one = || asked.fetch_add(1, Ordering::SeqCst) >= 1;
         let stopped = sample().write(directory.path(), &after_one, |_| Ok(())).unwrap_err();
         assert!(matches!(stopped, SetError::Stopped), "{stopped}");
-        assert_eq!(files_below(directory.path(), "").unwrap().len(), 1);
+        assert_eq!(files_of(directory.path()).unwrap().len(), 1);
         let stopped = SetFiles::in_memory([("a".to_owned(), Vec::new())].into(), &|| true).unwrap_err();
         assert!(matches!(stopped, SetError::Stopped), "{stopped}");
     }

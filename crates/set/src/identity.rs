@@ -5,13 +5,16 @@
 //! `FORMATS.txt` and `read_truth.py`): better explanations are no other test.
 //!
 //! In sets with a key (`truth/key.txt`) all lines of the truth are one, `truth`, the SHA-256 of these lines. The key is
-//! among them, so that nobody can compute that line, or the hash of the set, from a guess of the truth.
+//! among them, so that nobody can compute that line, or the hash of the set, from a guess of the truth. A set without
+//! its truth has the lines of the complete one in `complete.sha256`.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use super::listing::{FORMATS, KEY_FILE, LAYERS, READER, README, listing_line};
+use super::SetError;
+use super::listing::{COMPLETE, FORMATS, KEY_FILE, LAYERS, LISTING, READER, README, digests_in};
 use super::shard_plan::is_packing;
-use crate::input::hex_sha256;
+use crate::input::{self, hex_sha256, limits, listing_of};
 
 /// What [`super::BlindSet::set_hash`] covers, in words.
 pub const SET_HASH_COVERS: &str = "what is tested: observations, start, cameras and truth, without layers and shards";
@@ -20,7 +23,7 @@ pub const SET_HASH_COVERS: &str = "what is tested: observations, start, cameras 
 pub const FULL_HASH_COVERS: &str = "every file, layers and shards included; sha256sum files.sha256";
 
 /// The one line of a truth with a key.
-pub(super) const SEALED: &str = "truth";
+const SEALED: &str = "truth";
 
 /// What sets with other people, and sets whose cameras film, have besides; `README.txt` explains it there.
 const DISTRACTORS: &str = "truth/distractors.npz";
@@ -43,7 +46,7 @@ const FIRST_READMES: [[&str; 2]; 2] = [
 const FIRST_READER: &str = "cf953c013cc3b756720858845fc718df82e5669e017700ae77ea720e423c8348";
 
 /// Whether a file belongs to what a set is known by.
-pub(super) fn counts(path: &str) -> bool {
+fn counts(path: &str) -> bool {
     !path.starts_with(LAYERS) && !is_packing(path) && path != FORMATS
 }
 
@@ -73,7 +76,37 @@ fn sealed<'a>(files: impl Iterator<Item = (&'a str, &'a str)>) -> String {
 }
 
 fn line(path: &str, digest: &str) -> String {
-    listing_line((&path.to_owned(), &digest.to_owned()))
+    listing_of([(&path.to_owned(), &digest.to_owned())])
+}
+
+/// The lines of the complete set, in a set without its truth whose files are `listed`, those in shards included; each
+/// file that is there must be among them.
+pub(super) fn complete_lines(
+    directory: &Path,
+    own: Option<&String>,
+    listed: &BTreeMap<&String, &String>,
+) -> Result<Option<String>, SetError> {
+    let Some(own) = own else { return Ok(None) };
+    let path = directory.join(COMPLETE);
+    let text = input::read_to_string(&path, limits::LISTING).map_err(SetError::io(&path, "read"))?;
+    let found = hex_sha256(text.as_bytes());
+    if found != *own {
+        let file = path.display().to_string();
+        return Err(SetError::Tampered { file, listed: own.clone(), found });
+    }
+    let complete = digests_in(directory, COMPLETE, &text)?;
+    let shared = |path: &str| {
+        let is_apart = path.starts_with("truth/") || [README, READER, COMPLETE, SEALED].contains(&path);
+        counts(path) && !is_apart
+    };
+    let here = listed.iter().map(|(path, digest)| (*path, *digest)).filter(|(path, _)| shared(path));
+    match here.eq(complete.iter().filter(|(path, _)| shared(path))) {
+        true => Ok(Some(text)),
+        false => {
+            let detail = format!("{LISTING} and {COMPLETE} are not of the same files; get the set again");
+            Err(SetError::NotASet { path: directory.to_owned(), detail })
+        }
+    }
 }
 
 #[cfg(test)]

@@ -35,7 +35,6 @@
 mod blind;
 mod body_file;
 mod cameras_file;
-mod complete_listing;
 mod contact_facts;
 mod contact_file;
 mod depth_png;
@@ -45,7 +44,6 @@ mod estimates;
 mod estimates_reader;
 mod export;
 mod exr_layers;
-mod file_content;
 mod files;
 mod filming_file;
 #[cfg(test)]
@@ -54,7 +52,6 @@ mod fixture;
 pub mod fuzzing;
 mod grey_png;
 mod identity;
-mod journal;
 mod json;
 mod key_file;
 mod layer_drawing;

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use super::blind::BlindSet;
 use super::files::SetFiles;
-use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README, listing_line};
+use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
 use super::shard_plan::PACKED;
 use super::{BenchmarkSet, SetError};
-use crate::input::hex_sha256;
+use crate::input::{hex_sha256, listing_of};
 
 const OF_FILMING: &str = "
 Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
@@ -98,11 +98,10 @@ impl BlindSet {
         put(README, &readme(self.moments.is_some()))?;
         put(COMPLETE, &files.identity())?;
         if files.is_loose(PACKED) {
-            let lines = files.packed_digests().filter(|(path, _)| !path.starts_with("truth/")).map(listing_line);
-            put(PACKED, &lines.collect::<String>())?;
+            let lines = files.packed_digests().filter(|(path, _)| !path.starts_with("truth/"));
+            put(PACKED, &listing_of(lines))?;
         }
-        let text: String = listed.iter().map(listing_line).collect();
-        fs::write(folder.join(LISTING), text).map_err(SetError::io(&folder.join(LISTING), "write"))
+        fs::write(folder.join(LISTING), listing_of(&listed)).map_err(SetError::io(&folder.join(LISTING), "write"))
     }
 }
 

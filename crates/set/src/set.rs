@@ -5,11 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::file_content::FileContent;
 use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
 use super::listing::{FORMATS, KEY_FILE, LISTING, READER, README};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
+use super::set_writer::FileContent;
 use super::start_file::{self, Start};
 use super::{
     Layer, RigMoments, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file,

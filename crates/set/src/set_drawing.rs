@@ -121,7 +121,7 @@ fn draw_frames(
 mod tests {
     use super::*;
     use crate::fixture::{set_of, with_parts};
-    use crate::listing::files_below;
+    use crate::listing::files_of;
     use crate::samples::ShardWriter;
     use crate::shard_plan::frame_of;
     use crate::test_bodies::walk;
@@ -186,7 +186,7 @@ mod tests {
         let (layers, root) = ([Layer::Depth, Layer::Parts], tempfile::tempdir().unwrap());
         draw(root.path(), &layers, usize::MAX).unwrap();
         let place = root.path().join("set");
-        let loose = files_below(&place, "").unwrap();
+        let loose = files_of(&place).unwrap();
         assert!(loose.iter().all(|path| frame_of(path).is_none()), "{loose:?}");
         assert!(!place.join("observations/cam00").exists() && !place.join("truth/layers").exists());
         let (packed, own) = (BenchmarkSet::read(&place).unwrap(), set_of(&walk(FRAMES)).unwrap());
@@ -204,7 +204,7 @@ mod tests {
         let (handed, of_own) = (root.path().join("handed"), root.path().join("of own"));
         packed.blind.hand_out(&handed).unwrap();
         own.blind.hand_out(&of_own).unwrap();
-        assert_eq!(files_below(&handed, "").unwrap(), files_below(&of_own, "").unwrap());
+        assert_eq!(files_of(&handed).unwrap(), files_of(&of_own).unwrap());
         // without the truth the shards stay
         let public = root.path().join("public");
         packed.blind.write_without_truth(&public).unwrap();

@@ -1,19 +1,20 @@
-//! The files of a set on their way to a directory, in any order and from any thread.
+//! The files of a set on their way to a directory, in any order and from any thread; and the journal of those that are
+//! whole: a line for each as soon as it is written, as `sha256sum` writes it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
 use super::SetError;
-use super::file_content::FileContent;
-use super::journal::{Journal, WholeFiles};
-use super::listing::{LISTING, Stop, listing_line, unless};
+use super::listing::{LISTING, Stop, files_of, unless};
 use super::shard_plan::{PACKED, ShardPlan};
-use crate::input::{HashingWriter, hex_sha256};
+use crate::input::{self, HashingWriter, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
+use crate::npz::Npz;
+use crate::parallel;
 
 /// From so many files on, the whole file system is synchronised at once: one by one takes milliseconds a file.
 const MANY: usize = 200;
@@ -113,7 +114,7 @@ impl<'a> SetWriter<'a> {
 
     /// Makes sure that every file is on the disk, then writes the listing.
     pub(super) fn finish(self) -> Result<(), SetError> {
-        let packed: String = self.whole().packed.iter().map(listing_line).collect();
+        let packed = listing_of(&self.whole().packed);
         if !packed.is_empty() {
             self.put_same(PACKED, &FileContent::Bytes(packed.into_bytes()))?;
         }
@@ -127,7 +128,7 @@ impl<'a> SetWriter<'a> {
                 sync(&self.folder.join(path))
             })?;
         }
-        let listing: String = digests.iter().map(listing_line).collect();
+        let listing = listing_of(&digests);
         let path = self.folder.join(LISTING);
         let written = File::create_new(&path).and_then(|mut file| file.write_all(listing.as_bytes()));
         written.map_err(SetError::io(&path, "write"))?;
@@ -175,4 +176,129 @@ fn sync_file_system(_: &Path) -> Result<bool, SetError> {
 
 fn sync(path: &Path) -> Result<(), SetError> {
     File::open(path).and_then(|file| file.sync_all()).map_err(SetError::io(path, "write"))
+}
+
+/// SHA-256 of whole files, by their paths.
+#[derive(Debug, Default)]
+struct WholeFiles {
+    /// Of files of their own.
+    loose: BTreeMap<String, String>,
+    /// Of those in shards.
+    packed: BTreeMap<String, String>,
+}
+
+/// A journal that lines are added to, from any thread.
+#[derive(Debug)]
+struct Journal {
+    path: PathBuf,
+    file: Mutex<File>,
+}
+
+impl Journal {
+    /// Goes on with the journal at `path` of the files in `folder`, or begins one: the files that are whole, by the
+    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written. Files that lie
+    /// in whole shards of `plan` are whole, too.
+    fn resume(
+        path: &Path,
+        folder: &Path,
+        plan: Option<ShardPlan>,
+        stop: Stop<'_>,
+    ) -> Result<(Self, WholeFiles), SetError> {
+        let listed: Vec<(String, String)> = lines_of(path)?.into_iter().collect();
+        let is_whole = |index: usize| {
+            let (path, digest): &(String, String) = &listed[index];
+            let found = File::open(folder.join(path)).and_then(hex_sha256_of);
+            !stop() && found.is_ok_and(|found| found == *digest)
+        };
+        let are_whole = parallel::map(listed.len(), is_whole);
+        unless(stop)?;
+        let (loose, others): (Vec<_>, Vec<_>) = listed.into_iter().zip(are_whole).partition(|(_, whole)| *whole);
+        let loose: BTreeMap<String, String> = loose.into_iter().map(|(line, _)| line).collect();
+        for file in files_of(folder)?.iter().filter(|file| !loose.contains_key(*file)) {
+            let file = folder.join(file);
+            fs::remove_file(&file).map_err(SetError::io(&file, "remove"))?;
+        }
+        let tars = |path: &String| plan.and_then(|plan| plan.tars_of(path));
+        let is_packed = |path: &String| tars(path).is_some_and(|tars| tars.iter().all(|tar| loose.contains_key(tar)));
+        let packed = others.into_iter().map(|(line, _)| line).filter(|(path, _)| is_packed(path)).collect();
+        let whole = WholeFiles { loose, packed };
+        // written anew: the last line may be cut
+        let lines = listing_of(whole.loose.iter().chain(&whole.packed));
+        let meanwhile = path.with_extension("writing");
+        let written = fs::write(&meanwhile, lines).and_then(|()| fs::rename(&meanwhile, path));
+        let opened = written.and_then(|()| File::options().append(true).open(path));
+        let file = Mutex::new(opened.map_err(SetError::io(path, "write"))?);
+        Ok((Self { path: path.to_owned(), file }, whole))
+    }
+
+    /// A file is whole.
+    fn add(&self, path: &String, digest: &String) -> Result<(), SetError> {
+        let line = listing_of([(path, digest)]);
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.write_all(line.as_bytes()).map_err(SetError::io(&self.path, "write"))
+    }
+}
+
+/// The whole lines of a journal: digests by path; none where there is no journal.
+fn lines_of(path: &Path) -> Result<BTreeMap<String, String>, SetError> {
+    let bytes = match input::read(path, limits::LISTING) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
+        Err(e) => return Err(SetError::io(path, "read")(e)),
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    Ok(text.split_inclusive('\n').filter_map(|line| listed_in(line.strip_suffix('\n')?)).collect())
+}
+
+/// What a file holds, before it is bytes.
+pub(super) enum FileContent {
+    Bytes(Vec<u8>),
+    Arrays(Npz),
+}
+
+impl FileContent {
+    /// All bytes in order, in parts.
+    pub(super) fn write_to(
+        &self,
+        path: &str,
+        put: &mut dyn FnMut(&[u8]) -> Result<(), SetError>,
+    ) -> Result<(), SetError> {
+        match self {
+            Self::Bytes(bytes) => put(bytes),
+            Self::Arrays(arrays) => arrays.write_to(path, put),
+        }
+    }
+
+    /// All bytes at once.
+    pub(super) fn into_bytes(self, path: &str) -> Result<Vec<u8>, SetError> {
+        match self {
+            Self::Bytes(bytes) => Ok(bytes),
+            Self::Arrays(arrays) => Ok(arrays.to_bytes(path)?),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_are_cut_changed_or_not_listed_are_drawn_again_and_a_cut_line_is_none() {
+        let root = tempfile::tempdir().unwrap();
+        let (folder, path) = (root.path().join("set"), root.path().join("finished.sha256"));
+        fs::create_dir_all(folder.join("deep")).unwrap();
+        for (name, text) in [("a", "one"), ("deep/b", "two"), ("c", "three"), ("d", "four"), ("deep/e", "five")] {
+            fs::write(folder.join(name), text).unwrap();
+        }
+        let line = |name: &str, text: &str| format!("{}  {name}\n", hex_sha256(text.as_bytes()));
+        let lines = line("a", "one") + &line("deep/b", "two") + "nonsense\n" + &line("c", "other") + &line("gone", "x");
+        fs::write(&path, lines.clone() + line("d", "four").trim_end()).unwrap();
+        let (journal, whole) = Journal::resume(&path, &folder, None, &|| false).unwrap();
+        assert_eq!(whole.loose.keys().collect::<Vec<_>>(), ["a", "deep/b"]);
+        assert_eq!(files_of(&folder).unwrap(), ["a", "deep/b"]);
+        journal.add(&"f".to_owned(), &hex_sha256(b"six")).unwrap();
+        let now = fs::read_to_string(&path).unwrap();
+        assert_eq!(now, line("a", "one") + &line("deep/b", "two") + &line("f", "six"));
+        assert!(matches!(Journal::resume(&path, &folder, None, &|| true), Err(SetError::Stopped)));
+    }
 }

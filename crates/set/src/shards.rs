@@ -11,11 +11,10 @@ use std::path::Path;
 
 use super::blind::silhouette_path;
 use super::cameras_file::observations_directory;
-use super::file_content::FileContent;
 use super::layer_drawing::layer_paths;
 use super::listing::LAYERS;
 use super::samples::{self, ShardWriter};
-use super::set_writer::SetWriter;
+use super::set_writer::{FileContent, SetWriter};
 use super::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
 use crate::input::HashingWriter;
@@ -151,19 +150,5 @@ impl Packing<'_> {
         let file = File::open(self.folder.join(path))?;
         let size = file.metadata()?.len();
         to.add(name, file, size)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn more_shards_than_frames_and_none_are_refused() {
-        assert!(plan(Some(8), 8).is_ok() && plan(None, 1).is_ok_and(|plan| plan.is_none()));
-        for refused in [0, 9] {
-            let error = plan(Some(refused), 8).unwrap_err().to_string();
-            assert!(error.starts_with("--shards: expected 1 to 8 shards"), "{error}");
-        }
     }
 }

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use skiagraph::artefacts::Destination;
 use skiagraph::evaluation::Summary;
-use skiagraph::experiment::{Compared, Destination, NoProgress, PreparedScene, compare};
+use skiagraph::experiment::{Compared, NoProgress, PreparedScene, compare};
 use skiagraph::report::ComparedMethod;
 use skiagraph::scenario::ScenarioFile;
 

@@ -13,6 +13,7 @@ use super::cores::all_cores;
 use super::definition::Definition;
 use super::progress::SweepProgress;
 use super::words::{failures_in_words, ranking};
+use crate::artefacts::ArtefactError;
 use crate::experiment::ExperimentError;
 use crate::experiment::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SweepSummary, gather, run_sweep};
 
@@ -147,7 +148,7 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
 /// An interruption leaves more here than elsewhere: finished cells are kept.
 fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
     match error {
-        ExperimentError::Interrupted => ExperimentError::ProgressSaved { partial: root.to_owned() },
+        ExperimentError::Interrupted => ArtefactError::ProgressSaved { partial: root.to_owned() }.into(),
         error => error,
     }
 }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::answers::estimates;
+use super::record::ProgramSettings;
 use super::session::{Exchange, Session};
-use super::settings::ProgramSettings;
 use super::workplace::Workplace;
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;

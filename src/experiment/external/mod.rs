@@ -12,14 +12,12 @@ mod protocol;
 mod record;
 mod sandbox;
 mod session;
-mod settings;
 mod workplace;
 
 pub use dry_run::{Conformance, ProtocolCheck, dry_run};
-pub use record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, SeedEnding};
+pub use record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, ProgramSettings, SeedEnding};
 pub use sandbox::ProgramSandbox;
 pub use session::{Programmed, track_with_program};
-pub use settings::ProgramSettings;
 pub use workplace::{LeftBehind, LeftFile};
 
 pub(super) use record::{ANSWERS_FILE, EXTERNAL_FILE};

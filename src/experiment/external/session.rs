@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::answers::{Poses, estimates};
-use super::program::{Heard, PATIENCE, Program, ProgramEnd, ProgramPlace, Silence};
+use super::program::{Heard, PATIENCE, Program, ProgramEnd, ProgramPlace};
 use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Request, protocol_of, read_answer, read_ready};
-use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, SeedEnding};
-use super::settings::ProgramSettings;
+use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, ProgramSettings, SeedEnding};
 use super::workplace::{LeftBehind, Workplace};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::progress::{Progress, Stage, advance};
@@ -301,15 +300,9 @@ impl<'a> Session<'a> {
         (hello.first_frame, hello.last_answer) = (frame, last_answer.as_ref());
         self.program = Some(program);
         self.send(&Request::Hello(Box::new(hello)))?;
-        let heard = self.hear(begin + self.settings.start_limit);
-        let ready = match heard {
-            Ok(Heard::Line(line)) => read_ready(&line, protocol_of(self.set)),
-            Ok(Heard::TooLong) => Err("printed a line of more than 1 MiB".to_owned()),
-            Ok(Heard::End) => Err("ended before it was ready".to_owned()),
-            Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),
-            Err(Silence::TimeLimit) => Err(format!("was not ready within {:?}", self.settings.start_limit)),
-        };
-        match ready {
+        let limit = self.settings.start_limit;
+        let line = self.line(begin + limit, "ended before it was ready", &format!("was not ready within {limit:?}"))?;
+        match line.and_then(|line| read_ready(&line, protocol_of(self.set))) {
             Ok(ready) => {
                 self.ready = Some(ready);
                 Ok(true)
@@ -326,23 +319,25 @@ impl<'a> Session<'a> {
         }
     }
 
-    fn hear(&self, deadline: Instant) -> Result<Heard, Silence> {
-        self.program.as_ref().map_or(Ok(Heard::End), |program| program.hear(deadline, self.progress))
+    /// The next line of the program; else what happened, where that is its end, or too late.
+    fn line(&self, deadline: Instant, end: &str, too_late: &str) -> Result<Result<String, String>, ExperimentError> {
+        match self.program.as_ref().map_or(Heard::End, |program| program.hear(deadline, self.progress)) {
+            Heard::Line(line) => Ok(Ok(line)),
+            Heard::TooLong => Ok(Err("printed a line of more than 1 MiB".to_owned())),
+            Heard::End => Ok(Err(end.to_owned())),
+            Heard::TooLate => Ok(Err(too_late.to_owned())),
+            Heard::Interrupted => Err(ExperimentError::Interrupted),
+        }
     }
 
     /// The answer for a frame; `None`, with an incident, where there is none that makes sense.
     fn answer(&mut self, frame: usize, begin: Instant) -> Result<Option<Reply>, ExperimentError> {
-        let deadline = begin + self.settings.frame_limit;
+        let limit = self.settings.frame_limit;
+        let too_late = format!("no answer within {limit:?}");
         for _ in 0..MOST_STALE {
-            let line = match self.hear(deadline) {
-                Ok(Heard::Line(line)) => line,
-                Ok(Heard::TooLong) => return Ok(self.gone(frame, "printed a line of more than 1 MiB".to_owned())),
-                Ok(Heard::End) => return Ok(self.gone(frame, "ended".to_owned())),
-                Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),
-                Err(Silence::TimeLimit) => {
-                    let what = format!("no answer within {:?}", self.settings.frame_limit);
-                    return Ok(self.gone(frame, what));
-                }
+            let line = match self.line(begin + limit, "ended", &too_late)? {
+                Ok(line) => line,
+                Err(what) => return Ok(self.gone(frame, what)),
             };
             match read_answer(&line, frame, &self.set.start.body) {
                 // an answer for an earlier frame, which failed: passed over

@@ -9,10 +9,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use crate::artefacts::{Unfinished, output};
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;
-use crate::experiment::error::output;
-use crate::experiment::unfinished;
 use crate::input::excerpt;
 
 /// Files that are listed by name.
@@ -62,7 +61,7 @@ impl LeftBehind {
 
 /// The blind side of a set in a folder of its own; gone when dropped.
 pub(super) struct Workplace {
-    root: PathBuf,
+    root: Unfinished,
     /// The blind side.
     pub(super) folder: PathBuf,
     /// What lies in the folder, as it was handed out.
@@ -72,43 +71,34 @@ pub(super) struct Workplace {
 impl Workplace {
     /// Hands out the blind side of a set.
     pub(super) fn new(set: &BlindSet) -> Result<Self, ExperimentError> {
-        let root = fresh_folder()?;
-        unfinished::begin(&root);
-        let root = fs::canonicalize(&root).unwrap_or(root);
-        let folder = root.join("blind");
+        let root = Unfinished::begin(fresh_folder()?);
+        let folder = root.path().join("blind");
         let mut this = Self { root, folder, handed: BTreeSet::new() };
         set.hand_out(&this.folder)?;
-        this.handed = files_below(&this.root).into_iter().map(|(path, _)| path).collect();
+        this.handed = files_below(this.root.path()).into_iter().map(|(path, _)| path).collect();
         Ok(this)
     }
 
     /// The folder around the blind side, which is removed as a whole.
     pub(super) fn root(&self) -> &Path {
-        &self.root
+        self.root.path()
     }
 
     /// What is there that was not handed out.
     pub(super) fn left_behind(&self, seed: u64) -> LeftBehind {
         let mut left = LeftBehind::default();
-        for (path, bytes) in files_below(&self.root) {
+        for (path, bytes) in files_below(self.root.path()) {
             if self.handed.contains(&path) {
                 continue;
             }
             left.files += 1;
             left.bytes = left.bytes.saturating_add(bytes);
             if left.listed.len() < LISTED {
-                let name = path.strip_prefix(&self.root).unwrap_or(&path).display().to_string();
+                let name = path.strip_prefix(self.root.path()).unwrap_or(&path).display().to_string();
                 left.listed.push(LeftFile { seed, name: excerpt(&name), bytes });
             }
         }
         left
-    }
-}
-
-impl Drop for Workplace {
-    fn drop(&mut self) {
-        unfinished::remove(&self.root).ok();
-        unfinished::end(&self.root);
     }
 }
 
@@ -121,7 +111,10 @@ fn fresh_folder() -> Result<PathBuf, ExperimentError> {
         let path = temporary.join(format!("skiagraph-{}-{number}", std::process::id()));
         match private_folder().create(&path) {
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && number < u32::MAX => {}
-            made => return made.map(|()| path.clone()).map_err(output(&path, "create the directory")),
+            made => {
+                made.map_err(output(&path, "create the directory"))?;
+                return Ok(fs::canonicalize(&path).unwrap_or(path));
+            }
         }
     }
 }
@@ -170,7 +163,7 @@ mod tests {
         fs::create_dir_all(folder.join("deep")).unwrap();
         fs::write(folder.join("cameras.json"), "{}").unwrap();
         let handed = files_below(root.path()).into_iter().map(|(path, _)| path).collect();
-        let place = Workplace { root: root.path().to_owned(), folder: folder.clone(), handed };
+        let place = Workplace { root: Unfinished::begin(root.path()), folder: folder.clone(), handed };
         assert!(place.left_behind(0).is_empty());
         fs::write(root.path().join("run.json"), "forged").unwrap();
         fs::write(folder.join("deep/notes\n.txt"), "12345").unwrap();

@@ -4,15 +4,15 @@ use std::path::Path;
 
 use super::facts::grouped;
 use super::{ClipSummary, RobotSummary, SkinSummary, picture_kind, place_for};
+use crate::artefacts::{Artefact, Destination};
 use crate::body::{Humanoid, Motion, Pose};
-use crate::experiment::partial_file::PartialFile;
-use crate::experiment::{Destination, ExperimentError};
+use crate::experiment::ExperimentError;
 use crate::report::BodySheet;
 use crate::retarget::Retargeted;
 
 /// Where a picture goes, and whether as a page.
 pub(super) struct Place {
-    file: PartialFile,
+    file: Artefact,
     is_page: bool,
 }
 
@@ -31,7 +31,7 @@ pub(super) fn put<'a>(place: Option<Place>, sheet: impl FnOnce() -> BodySheet<'a
     let Some(Place { file, is_page }) = place else { return Ok(()) };
     let sheet = sheet();
     let bytes = if is_page { sheet.page()?.into_bytes() } else { sheet.png()? };
-    file.put(&bytes)
+    Ok(file.put(&bytes)?)
 }
 
 pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySheet<'a> {

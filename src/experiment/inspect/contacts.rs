@@ -4,8 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::{Destination, ExperimentError, clip_file};
+use super::super::{ExperimentError, clip_file};
 use super::{INSPECT_SCHEMA, picture_kind, place_for};
+use crate::artefacts::Destination;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{Humanoid, Motion, shipped};
 use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};

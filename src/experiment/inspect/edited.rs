@@ -5,12 +5,13 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::{Destination, ExperimentError, PreparedScene, inputs::Inputs};
+use super::super::scenario_copy::inputs_of;
+use super::super::{ExperimentError, PreparedScene};
 use super::{INSPECT_SCHEMA, picture_kind};
+use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
 use crate::editing::Seam;
-use crate::experiment::partial_file::PartialFile;
 use crate::report::MotionStrip;
 use crate::scenario::ScenarioFile;
 
@@ -151,10 +152,10 @@ fn place_of(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
-) -> Result<PartialFile, ExperimentError> {
+) -> Result<Artefact, ExperimentError> {
     picture_kind(to.path, &["png"], "a .png file")?;
-    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
-    PartialFile::begin(to.path, to.force)
+    inputs_of(file, mocap_directory).keep_from(to.path)?;
+    Ok(Artefact::begin(to, ArtefactKind::File)?)
 }
 
 fn contact_summary(contacts: &GroundContacts) -> EditedContact {

@@ -17,9 +17,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::inputs::Inputs;
-use super::partial_file::PartialFile;
-use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs};
 use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
 use crate::input::{self, AllowedFolders, limits};
 use crate::scenario::SolidsSource;
@@ -156,9 +155,9 @@ pub fn inspect(
 fn place_for<'a>(
     to: Destination<'_>,
     read: impl IntoIterator<Item = Option<&'a Path>>,
-) -> Result<PartialFile, ExperimentError> {
+) -> Result<Artefact, ArtefactError> {
     Inputs::new(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
-    PartialFile::begin(to.path, to.force)
+    Artefact::begin(to, ArtefactKind::File)
 }
 
 /// Which of these kinds of file a picture is to be, by its name; `expected` are they in words.
@@ -171,9 +170,9 @@ fn picture_kind(to: &Path, kinds: &[&'static str], expected: &str) -> Result<&'s
 }
 
 /// Where the page of a set goes: beside it, never into it.
-fn page_place(to: Destination<'_>, set: &Path) -> Result<PartialFile, ExperimentError> {
+fn page_place(to: Destination<'_>, set: &Path) -> Result<Artefact, ExperimentError> {
     picture_kind(to.path, &["html"], "an .html file for a set")?;
-    place_for(to, [Some(set)])
+    Ok(place_for(to, [Some(set)])?)
 }
 
 fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {

@@ -160,16 +160,6 @@ struct ModelTag {
     schema: String,
 }
 
-/// Whether a file is a model of this program, of whatever version, whole or not.
-pub(super) fn is_model(path: &Path) -> bool {
-    let npz = std::fs::read(path).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
-    let tag = npz.and_then(|npz| {
-        let facts = bytes_of(path, &npz, "facts").ok()?;
-        serde_json::from_slice::<ModelTag>(facts).ok()
-    });
-    tag.is_some_and(|tag| tag.schema.starts_with("skiagraph.model/"))
-}
-
 fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
     let bytes = bytes_of(path, npz, "facts")?;
     let in_facts = |detail| malformed(path, format!("facts: {detail}"));

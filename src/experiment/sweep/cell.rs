@@ -8,11 +8,10 @@ use super::plan_file::SweepCell;
 use super::processor_time::of_this_thread;
 use super::record::{CellRecord, Environment, Status, SweepResults};
 use super::shared::{Shared, SharedSet};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::experiment::error::stays_unreadable;
 use crate::experiment::measuring::Measures;
-use crate::experiment::partial_directory::PartialDirectory;
 use crate::experiment::progress::{Progress, Stage};
-use crate::experiment::provenance::ResultKind;
 use crate::experiment::results;
 use crate::experiment::run::MethodRun;
 use crate::experiment::tracking::track;
@@ -95,12 +94,13 @@ fn may_be_otherwise_next_time(error: &ExperimentError) -> bool {
         ExperimentError::ModelFile(source) => {
             matches!(&**source, ExperimentError::Unreadable { source, .. } if !stays_unreadable(source))
         }
-        ExperimentError::Busy { .. }
-        | ExperimentError::Output { .. }
-        | ExperimentError::Unreadable { .. }
+        ExperimentError::Artefact(error) => {
+            use ArtefactError::{Busy, Occupied, Output};
+            matches!(error, Busy { .. } | Occupied { .. } | Output { .. })
+        }
+        ExperimentError::Unreadable { .. }
         | ExperimentError::Set(_)
         | ExperimentError::Malformed { .. }
-        | ExperimentError::Occupied { .. }
         | ExperimentError::Interrupted => true,
         _ => false,
     }
@@ -170,12 +170,12 @@ impl CellWork<'_> {
         models: &mut Models,
     ) -> Result<(), ExperimentError> {
         let path = self.sweep.root.join(REPORTS).join(&self.cell.cell);
-        let directory = PartialDirectory::begin(&path, ResultKind::Run, false)?;
+        let directory = Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::Run)?;
         let seeds = [self.cell.seed];
         let attempt =
             MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &shared.set, seeds: &seeds };
         attempt.run(models, self.progress)?;
-        directory.finish()
+        Ok(directory.finish()?)
     }
 }
 

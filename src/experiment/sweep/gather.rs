@@ -10,10 +10,9 @@ use super::index_ranges::to_ranges;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
+use crate::artefacts::{Unfinished, of_this_process, output, sync_parent};
 use crate::evaluation::METRICS;
-use crate::experiment::error::output;
-use crate::experiment::place::sync_parent;
-use crate::experiment::{ExperimentError, unfinished};
+use crate::experiment::ExperimentError;
 use crate::input::table_cell;
 use crate::scenario::as_toml;
 
@@ -40,7 +39,7 @@ pub struct Gathered {
 /// Writes the tables of a sweep into its folder; with `partial` also where cells are missing, which then have no row.
 ///
 /// # Errors
-/// [`ExperimentError::SweepIncomplete`] where cells are missing, [`ExperimentError::Output`]; then nothing has changed.
+/// [`ExperimentError::SweepIncomplete`] where cells are missing, or nothing can be written; then nothing has changed.
 pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, ExperimentError> {
     let cells = sweep.cells()?;
     let tables = [RUNS_TABLE, RUNS_LINES, TIMING_TABLE].map(|name| GatheredFile::begin(&sweep.root.join(name)));
@@ -161,36 +160,26 @@ fn of_timing(cell: &SweepCell, record: &CellRecord) -> [String; 6] {
 /// A file of the sweep's folder that is written bit by bit, and put in its place when it is whole.
 struct GatheredFile {
     path: PathBuf,
-    meanwhile: PathBuf,
+    meanwhile: Unfinished,
     file: BufWriter<File>,
 }
 
 impl GatheredFile {
     fn begin(path: &Path) -> Result<Self, ExperimentError> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let meanwhile = path.with_file_name(format!(".{name}.writing-{}", std::process::id()));
-        unfinished::begin(&meanwhile);
-        let file = File::create(&meanwhile).map_err(output(path, "write"))?;
+        let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
+        let file = File::create(meanwhile.path()).map_err(output(path, "write"))?;
         Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
     }
 
     fn write(&mut self, text: &[u8]) -> Result<(), ExperimentError> {
-        self.file.write_all(text).map_err(output(&self.path, "write"))
+        Ok(self.file.write_all(text).map_err(output(&self.path, "write"))?)
     }
 
     fn finish(mut self) -> Result<(), ExperimentError> {
         let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        written.map_err(output(&self.path, "write"))?;
-        std::fs::rename(&self.meanwhile, &self.path).map_err(output(&self.path, "write"))?;
+        let moved = written.and_then(|()| std::fs::rename(self.meanwhile.path(), &self.path));
+        moved.map_err(output(&self.path, "write"))?;
         sync_parent(&self.path);
         Ok(())
-    }
-}
-
-impl Drop for GatheredFile {
-    fn drop(&mut self) {
-        // after `finish` nothing is there any more
-        std::fs::remove_file(&self.meanwhile).ok();
-        unfinished::end(&self.meanwhile);
     }
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::ExperimentError;
 use crate::experiment::error::stays_unreadable;
-use crate::experiment::inputs::Inputs;
+use crate::experiment::scenario_copy::inputs_of;
 use crate::input::{self, hex_sha256, hex_sha256_of};
 use crate::scenario::{Scenario, ScenarioFile};
 
@@ -125,7 +125,7 @@ impl Identities {
             return Ok(known.clone());
         }
         let own = file.path.as_deref();
-        let paths = Inputs::from_scenario(file, self.mocap_directory.as_deref()).into_paths();
+        let paths = inputs_of(file, self.mocap_directory.as_deref()).into_paths();
         let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
         // what cannot be read fails in the cells that need it, like what is not there
         let readable = paths.filter_map(|path| match InputFile::read(path) {

@@ -19,10 +19,10 @@ use super::plan_file::{
     lines, malformed, read_plan, there,
 };
 use super::settings::{Setting, settings, with_method};
+use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, parent_of, sync_parent, write_whole};
 use crate::evaluation::{METRICS, find_metric};
-use crate::experiment::error::{output, read_file};
-use crate::experiment::place::{LockedPlace, parent_of, sync_parent, write_synced};
-use crate::experiment::{ExperimentError, to_json, unfinished};
+use crate::experiment::error::read_file;
+use crate::experiment::{ExperimentError, to_json};
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, Sweep, SweepFile, did_you_mean};
 
@@ -170,8 +170,8 @@ impl Draft {
     /// replaced, and the results of cells that both have count.
     ///
     /// # Errors
-    /// [`ExperimentError::Occupied`] where something else is, [`ExperimentError::OtherPlan`] where another plan is and
-    /// `extend` is not asked for, [`ExperimentError::Busy`] while another process plans there.
+    /// [`ArtefactError::Occupied`] where something else is, [`ExperimentError::OtherPlan`] where another plan is and
+    /// `extend` is not asked for, [`ArtefactError::Busy`] while another process plans there.
     pub fn freeze(&self, root: &Path, extend: bool) -> Result<Planned, ExperimentError> {
         let text = lines(&self.cells)?;
         let mut record = PlanRecord { cells_sha256: hex_sha256(&text), ..self.record.clone() };
@@ -193,31 +193,24 @@ impl Draft {
             return Ok(Planned::Replaced);
         }
         if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) || root.is_file() {
-            return Err(ExperimentError::Occupied { path: root.to_owned() });
+            return Err(ArtefactError::Occupied { path: root.to_owned() }.into());
         }
-        let folder = place.beside("partial");
-        unfinished::begin(&folder);
-        let written = fs::create_dir(&folder)
-            .map_err(output(&folder, "create the directory"))
-            .and_then(|()| self.write(&folder, &record, &text));
-        let moved = written.and_then(|()| {
-            unfinished::finish(&folder, root, || fs::rename(&folder, root).map_err(output(root, "write the plan")))
-        });
-        if moved.is_err() {
-            unfinished::remove(&folder).ok();
-            unfinished::end(&folder);
-        }
+        let unfinished = Unfinished::begin(place.beside("partial"));
+        let folder = unfinished.path();
+        fs::create_dir(folder).map_err(output(folder, "create the directory"))?;
+        self.write(folder, &record, &text)?;
+        unfinished.finish(root, || fs::rename(folder, root).map_err(output(root, "write the plan")))?;
         sync_parent(root);
-        moved.map(|()| Planned::New)
+        Ok(Planned::New)
     }
 
     fn write(&self, folder: &Path, record: &PlanRecord, cells: &[u8]) -> Result<(), ExperimentError> {
         let definition = serde_json::to_value(&self.definition).map_err(|e| malformed(folder, e.to_string()))?;
         let definition = toml::to_string(&definition).map_err(|e| malformed(folder, e.to_string()))?;
-        put(&folder.join(BASE_FILE), self.base.as_bytes())?;
-        put(&folder.join(DEFINITION_FILE), definition.as_bytes())?;
-        put(&folder.join(CELLS_FILE), cells)?;
-        put(&folder.join(PLAN_FILE), &to_json(record)?)
+        write_whole(&folder.join(BASE_FILE), self.base.as_bytes())?;
+        write_whole(&folder.join(DEFINITION_FILE), definition.as_bytes())?;
+        write_whole(&folder.join(CELLS_FILE), cells)?;
+        Ok(write_whole(&folder.join(PLAN_FILE), &to_json(record)?)?)
     }
 }
 
@@ -369,23 +362,6 @@ fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFil
     file.scenario.seeds = 1;
     file.scenario.layers.clear();
     Ok(file)
-}
-
-/// Writes a file of a sweep's folder, whole.
-pub(super) fn put(path: &Path, bytes: &[u8]) -> Result<(), ExperimentError> {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".writing-{}", std::process::id()));
-    let meanwhile = path.with_file_name(name);
-    unfinished::begin(&meanwhile);
-    let written = write_synced(&meanwhile, bytes)
-        .map_err(output(path, "write"))
-        .and_then(|()| fs::rename(&meanwhile, path).map_err(output(path, "write")));
-    if written.is_err() {
-        fs::remove_file(&meanwhile).ok();
-    }
-    unfinished::end(&meanwhile);
-    written
 }
 
 fn check_objective(file: &SweepFile) -> Result<(), ExperimentError> {

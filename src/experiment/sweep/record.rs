@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::identity::{DIGITS, short};
-use super::plan::{PlannedSweep, put};
+use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
-use crate::experiment::error::output;
+use crate::artefacts::{output, write_whole};
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::{self, limits};
 use crate::parallel;
@@ -155,13 +155,13 @@ impl<'a> SweepResults<'a> {
     /// Puts a result in its place.
     ///
     /// # Errors
-    /// [`ExperimentError::Output`]; then there is none.
+    /// [`crate::artefacts::ArtefactError::Output`]; then there is none.
     pub(super) fn put(&self, mut record: CellRecord) -> Result<CellRecord, ExperimentError> {
         record.digest = record.digest()?;
         let path = self.path(&record.cell);
         let folder = path.parent().unwrap_or(self.root);
         fs::create_dir_all(folder).map_err(output(folder, "create the directory"))?;
-        put(&path, &to_json(&record)?)?;
+        write_whole(&path, &to_json(&record)?)?;
         Ok(record)
     }
 

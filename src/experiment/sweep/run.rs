@@ -12,9 +12,9 @@ use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
 use super::shared::Shared;
+use crate::artefacts::LockedPlace;
 use crate::evaluation::find_metric;
 use crate::experiment::ExperimentError;
-use crate::experiment::place::LockedPlace;
 use crate::experiment::progress::{Progress, Stage};
 
 /// Observes a sweep, from any thread.
@@ -81,7 +81,7 @@ pub struct RunOptions {
 /// Runs all cells of a sweep that have no result. Results of cells that are done stay whatever happens.
 ///
 /// # Errors
-/// [`ExperimentError::Busy`] while another process runs the sweep; otherwise as [`super::run_cell`].
+/// [`crate::artefacts::ArtefactError::Busy`] while another process runs the sweep; otherwise as [`super::run_cell`].
 pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, progress: &dyn SweepWatch) -> Result<Ran, ExperimentError> {
     // held while it runs: a second process would do the same cells
     let _place = LockedPlace::take(&sweep.root.join("run"))?;

@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
+use crate::artefacts::{ArtefactError, Destination};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::progress::Progress;
 use crate::experiment::tracking::prepare;
-use crate::experiment::{Destination, ExperimentError, Models, render};
+use crate::experiment::{ExperimentError, Models, render};
 use crate::scenario::ScenarioFile;
 
 /// The folder of all sets.
@@ -92,9 +93,13 @@ fn on_disk(
         match render(file, sweep.mocap_directory(), Destination { path: &path, force: false }, progress) {
             Ok((set, _)) => return Ok(set),
             // another process renders it, or has just done so
-            Err(ExperimentError::Busy { .. } | ExperimentError::SetThere { .. }) => std::thread::sleep(PATIENCE),
+            Err(ExperimentError::Artefact(ArtefactError::Busy { .. }) | ExperimentError::SetThere { .. }) => {
+                std::thread::sleep(PATIENCE);
+            }
             // the set goes on where it stopped, and so does the sweep
-            Err(ExperimentError::ProgressSaved { .. }) => return Err(ExperimentError::Interrupted),
+            Err(ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })) => {
+                return Err(ExperimentError::Interrupted);
+            }
             Err(error) => return Err(error),
         }
     }

@@ -8,13 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::estimate::core_seconds;
 use super::index_ranges::to_ranges;
-use super::plan::{PlannedSweep, put};
+use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::record::SweepResults;
 use super::script::{Job, closer, quoted, task};
 use super::shard::shard;
-use crate::experiment::error::output;
-use crate::experiment::place::LockedPlace;
+use crate::artefacts::{LockedPlace, output, write_whole};
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::plain;
 
@@ -69,7 +68,7 @@ struct Submitted {
 /// missing and gathers.
 ///
 /// # Errors
-/// [`ExperimentError::Engine`] with Slurm's own words, [`ExperimentError::Busy`] while another process submits or
+/// [`ExperimentError::Engine`] with Slurm's own words; [`ExperimentError::Artefact`] while another process submits or
 /// jobs of this sweep are still queued.
 pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
     let cells = sweep.cells()?;
@@ -120,7 +119,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         fs::create_dir_all(folder).map_err(output(folder, "create the directory"))?;
     }
     for (path, text) in &submission.scripts {
-        put(path, text.as_bytes())?;
+        write_whole(path, text.as_bytes())?;
     }
     for command in commands(options, &submission.scripts, &blocks(&parts, limit)) {
         let mut command = command;
@@ -133,7 +132,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
     }
     let schema = "skiagraph.sweep_submitted/1".to_owned();
     let submitted = Submitted { schema, shards, jobs: submission.jobs.clone() };
-    put(&sweep.root.join(SUBMITTED), &to_json(&submitted)?)?;
+    write_whole(&sweep.root.join(SUBMITTED), &to_json(&submitted)?)?;
     Ok(submission)
 }
 

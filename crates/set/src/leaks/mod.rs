@@ -19,7 +19,7 @@ use self::likeness::Likeness;
 use self::numbers::{NumberSequence, sequences};
 use self::secret::{Secret, likenesses, secrets};
 use super::files::SetFiles;
-use super::listing::{COMPLETE, LISTING, files_below};
+use super::listing::{COMPLETE, LISTING, files_of};
 use super::samples::tar_places;
 use super::shard_plan::{PACKED, frame_of, is_shard};
 use super::{SetError, TruthSet, body_file, start_file, views_file};
@@ -58,7 +58,7 @@ pub(super) fn find_leaks_of(directory: &Path, complete: &Path) -> Result<Vec<Lea
     let secrets = Secrets { exact: secrets(&truth, &body), alike: likenesses(&truth, views.as_ref(), &body) };
     let outside = |path: &String| !path.starts_with("truth/") && ![LISTING, PACKED, COMPLETE].contains(&path.as_str());
     let mut leaks = Vec::new();
-    for file in files_below(directory, "")?.into_iter().filter(outside) {
+    for file in files_of(directory)?.into_iter().filter(outside) {
         let path = directory.join(&file);
         if is_shard(&file) {
             leaks.extend(leaks_in_shard(&files, &file, &path)?);

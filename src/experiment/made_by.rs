@@ -1,22 +1,22 @@
-//! What made a result, as its files tell it, and the first difference from what is about to be made.
+//! What made a result, as its files tell it, the first difference from what is about to be made, and where that goes.
 //!
 //! The rule for what is there already: a command replaces its own earlier result, made from the same inputs with the
 //! same settings. What took work and was made otherwise stays, unless it is to be moved aside.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 use super::external::EXTERNAL_FILE;
 use super::results::RUN_FILE;
-use super::scenario_copy::SCENARIO_FILE;
+use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::tracking::{POSES_FILE, TRACK_FILE};
+use crate::artefacts::{ArtefactKind, difference, is_signed, sibling};
 use crate::benchmark_set::BlindSet;
 use crate::experiment::{ExperimentError, ProgramOptions, ProgramSettings};
-use crate::input::{self, excerpt, limits};
+use crate::input::{self, limits};
 use crate::npz::Npz;
-use crate::scenario::TrackerSettings;
+use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// What made a result, key by key.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +61,13 @@ impl MadeBy {
     /// A measured estimate of another program; `estimate` is its path as the user gave it.
     pub(super) fn evaluation(set_hash: &str, estimate: &str) -> Self {
         Self(json!({"command": "skiagraph evaluate", "estimate": estimate, "set hash": set_hash}))
+    }
+
+    /// What makes each seed of it: the same without their numbers, and what else it depends on.
+    pub(super) fn of_each_seed(&self, key: &str, value: Value) -> Value {
+        let mut settings = self.0.clone();
+        (settings["seeds"], settings[key]) = (Value::Null, value);
+        settings
     }
 
     /// What made the result in a folder; `None` where its files do not tell.
@@ -110,64 +117,99 @@ fn seeds(folder: &Path) -> Value {
     json!(read())
 }
 
-/// The first key in which two trees differ, with both values.
-pub(super) fn difference(there: &Value, here: &Value) -> Option<String> {
-    let (mut old, mut new) = (BTreeMap::new(), BTreeMap::new());
-    flatten("", there, &mut old);
-    flatten("", here, &mut new);
-    // another command differs in all keys; what it is says more than they do
-    let keys = || std::iter::once("command").chain(old.keys().chain(new.keys()).map(String::as_str));
-    let key = keys().find(|key| old.get(*key) != new.get(*key))?;
-    let value = |table: &BTreeMap<String, String>| table.get(key).map_or("nothing".to_owned(), |text| excerpt(text));
-    Some(format!("{key}: there {}, here {}", value(&old), value(&new)))
+/// Where results go, and what a user should know of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunPlace {
+    /// The directory.
+    pub path: PathBuf,
+    /// That results of another scenario, or of other settings, are avoided.
+    pub note: Option<String>,
 }
 
-/// Every value by its key from the top, as overrides name it. Keys without a value and empty tables count as absent.
-fn flatten(prefix: &str, tree: &Value, into: &mut BTreeMap<String, String>) {
-    match tree {
-        Value::Object(table) => {
-            for (key, value) in table {
-                match prefix.is_empty() && ["scenario", "tracker", "options", "run", "files"].contains(&key.as_str()) {
-                    true => flatten("", value, into),
-                    false if prefix.is_empty() => flatten(key, value, into),
-                    false => flatten(&format!("{prefix}.{key}"), value, into),
-                }
-            }
+impl RunPlace {
+    /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of
+    /// `runs/NAME-2` and so on where nothing is or the results of the same scenario with the same settings. At a place
+    /// that was asked for another run is refused when it is begun.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the scenario cannot be written down.
+    pub fn new(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
+        if let Some(path) = asked {
+            return Ok(Self { path: path.to_owned(), note: None });
         }
-        Value::Null => {}
-        Value::String(text) => drop(into.insert(prefix.to_owned(), text.clone())),
-        other => drop(into.insert(prefix.to_owned(), other.to_string())),
+        let first = Path::new("runs").join(&file.scenario.name);
+        Ok(Self::first_free(&first, &MadeBy::run(&scenario_text(&file.scenario)?)?))
     }
+
+    fn first_free(first: &Path, made_by: &MadeBy) -> Self {
+        let is_same = |path: &Path| MadeBy::at(path).is_some_and(|there| difference(&there.0, &made_by.0).is_none());
+        let is_other = |path: &Path| is_signed(path) && !is_same(path);
+        let path = free_place(first, is_other);
+        let note = format!(
+            "{} holds results of another scenario or of other settings; results were written to {}",
+            first.display(),
+            path.display()
+        );
+        Self { note: (path != first).then_some(note), path }
+    }
+}
+
+/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is
+/// or the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
+pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> PathBuf {
+    if !is_other(first) {
+        return first.to_owned();
+    }
+    let is_free = |path: &PathBuf| path.symlink_metadata().is_err() || ArtefactKind::Run.is_own(path);
+    let mut further = (2..).map(|number: u32| sibling(first, "", &format!("-{number}")));
+    further.find(|path| is_free(path) && !is_other(path)).unwrap_or_else(|| first.to_owned())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_first_key_that_differs_is_named_with_both_values_and_another_command_before_all() {
-        let a = MadeBy::run("seeds = 5\n[rig.ring]\ncount = 4").unwrap();
-        let b = MadeBy::run("seeds = 5\n[rig.ring]\ncount = 8").unwrap();
-        assert_eq!(difference(&a.0, &b.0).unwrap(), "rig.ring.count: there 4, here 8");
-        assert_eq!(difference(&a.0, &a.0), None);
-        let evaluated = MadeBy::evaluation("0f", "mine.npz");
-        assert_eq!(difference(&a.0, &evaluated.0).unwrap(), "command: there skiagraph run, here skiagraph evaluate");
-        let other = MadeBy::evaluation("0f", "mine.trc");
-        assert_eq!(difference(&evaluated.0, &other.0).unwrap(), "estimate: there mine.npz, here mine.trc");
-        let seedless = MadeBy::run("[rig.ring]\ncount = 4").unwrap();
-        assert_eq!(difference(&a.0, &seedless.0).unwrap(), "seeds: there 5, here nothing");
-    }
+    use crate::artefacts::sign;
+    use std::fs;
 
     #[test]
     fn a_folder_tells_what_made_it_or_nothing() {
         let root = tempfile::tempdir().unwrap();
         let same = MadeBy::evaluation("0f", "mine.npz");
         assert_eq!(same.difference_at(root.path()), None, "nothing is there");
-        std::fs::write(root.path().join(RUN_FILE), r#"{"set_hash": "0f", "estimate": "mine.npz"}"#).unwrap();
+        fs::write(root.path().join(RUN_FILE), r#"{"set_hash": "0f", "estimate": "mine.npz"}"#).unwrap();
         assert_eq!(same.difference_at(root.path()), None);
         let other = MadeBy::evaluation("1e", "mine.npz");
         assert_eq!(other.difference_at(root.path()).unwrap(), "set hash: there 0f, here 1e");
-        std::fs::write(root.path().join(SCENARIO_FILE), "seeds = 2").unwrap();
+        fs::write(root.path().join(SCENARIO_FILE), "seeds = 2").unwrap();
         assert!(same.difference_at(root.path()).unwrap().contains("there skiagraph run"));
+    }
+
+    #[test]
+    fn results_go_where_the_same_scenario_is_or_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let run = |name: &str, scenario: &str| {
+            fs::create_dir(root.path().join(name)).unwrap();
+            fs::write(root.path().join(name).join("track.json"), "{\"schema\": \"skiagraph.track/1\"}").unwrap();
+            fs::write(root.path().join(name).join(SCENARIO_FILE), scenario).unwrap();
+            sign(&root.path().join(name)).unwrap();
+        };
+        let place = |text: &str| {
+            let place = RunPlace::first_free(&root.path().join("walk"), &MadeBy::run(text).unwrap());
+            (place.path.file_name().unwrap().to_str().unwrap().to_owned(), place.note)
+        };
+        assert_eq!(place("name = 'one'"), ("walk".to_owned(), None));
+        run("walk", "name = 'one'");
+        assert_eq!(place("name = 'one'"), ("walk".to_owned(), None));
+        let (name, note) = place("name = 'two'");
+        assert!(
+            name == "walk-2" && note.as_ref().unwrap().contains("walk holds results of another scenario"),
+            "{note:?}"
+        );
+        fs::create_dir(root.path().join("walk-2")).unwrap();
+        assert_eq!(place("name = 'two'").0, "walk-2", "an empty directory is free");
+        fs::write(root.path().join("walk-2/thesis.tex"), "years of work").unwrap();
+        run("walk-3", "name = 'two'");
+        assert_eq!(place("name = 'two'").0, "walk-3");
+        assert_eq!(place("name = 'three'").0, "walk-4");
     }
 }

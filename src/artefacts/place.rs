@@ -1,19 +1,19 @@
 //! An output path that only one process writes to: its lock, and the directories created for it.
 
+use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
-use super::error::output;
-use super::unfinished;
+use super::error::{ArtefactError, output};
+use super::unfinished::{self, Unfinished};
 
 /// How often a lock is tried whose file the process before removes at that moment.
 const TRIES: usize = 100;
 
 /// A file's or directory's place, which no other process of this program writes to meanwhile.
 #[derive(Debug)]
-pub(super) struct LockedPlace {
+pub(crate) struct LockedPlace {
     pub(super) path: PathBuf,
     /// Directories above that were not there before, innermost first.
     made: Vec<PathBuf>,
@@ -25,9 +25,9 @@ impl LockedPlace {
     /// Makes the directories above `path`, locks the place, and removes what processes that died left beside it.
     ///
     /// # Errors
-    /// [`ExperimentError::Busy`] while another process writes there, [`ExperimentError::Output`] if nothing can be
+    /// [`ArtefactError::Busy`] while another process writes there, [`ArtefactError::Output`] if nothing can be
     /// written.
-    pub(super) fn take(path: &Path) -> Result<Self, ExperimentError> {
+    pub(crate) fn take(path: &Path) -> Result<Self, ArtefactError> {
         let parent = parent_of(path);
         let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
         let made: Vec<PathBuf> = made.map(Path::to_owned).collect();
@@ -42,8 +42,8 @@ impl LockedPlace {
     }
 
     /// A hidden sibling that only this process uses: `.NAME.PURPOSE-PID`.
-    pub(super) fn beside(&self, purpose: &str) -> PathBuf {
-        hidden_sibling(&self.path, &format!(".{purpose}-{}", std::process::id()))
+    pub(crate) fn beside(&self, purpose: &str) -> PathBuf {
+        of_this_process(&self.path, purpose)
     }
 
     /// The lock is held, so no other process works here, and all siblings of that kind are leftovers of processes that
@@ -60,7 +60,7 @@ impl LockedPlace {
     }
 
     fn siblings(&self, purpose: &str) -> Vec<PathBuf> {
-        let prefix = hidden_sibling(&self.path, &format!(".{purpose}-"));
+        let prefix = sibling(&self.path, ".", &format!(".{purpose}-"));
         let prefix = prefix.file_name().unwrap_or_default().as_encoded_bytes();
         let of_a_process = |path: &PathBuf| {
             let name = path.file_name().unwrap_or_default().as_encoded_bytes();
@@ -81,61 +81,52 @@ impl Drop for LockedPlace {
 /// A locked file `.NAME.lock`, removed when dropped. The system frees the lock when the process ends, however it ends.
 #[derive(Debug)]
 struct Lock {
-    path: PathBuf,
-    file: File,
+    // dropped first, and so removed while it is locked: nobody else can hold a lock on this file
+    _path: Unfinished,
+    _file: File,
 }
 
 impl Lock {
-    fn take(target: &Path) -> Result<Option<Self>, ExperimentError> {
-        let path = hidden_sibling(target, ".lock");
+    fn take(target: &Path) -> Result<Option<Self>, ArtefactError> {
+        let path = sibling(target, ".", ".lock");
         for _ in 0..TRIES {
             let file = File::options().create(true).write(true).truncate(false).open(&path);
             let file = file.map_err(output(parent_of(target), "write into the directory"))?;
             match file.try_lock() {
-                Ok(()) if same_file(&file, &path) => {
-                    unfinished::begin(&path);
-                    return Ok(Some(Self { path, file }));
+                // where the system does not tell, an open file cannot be removed
+                Ok(()) if are_same(file.metadata(), fs::metadata(&path)) != Some(false) => {
+                    return Ok(Some(Self { _path: Unfinished::begin(path), _file: file }));
                 }
                 // whoever had the lock has removed its file meanwhile
                 Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Err(ExperimentError::Busy { path: target.to_owned() }),
+                Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(_)) => {
                     fs::remove_file(&path).ok();
                     return Ok(None);
                 }
             }
         }
-        Err(ExperimentError::Busy { path: target.to_owned() })
+        Err(ArtefactError::Busy { path: target.to_owned() })
     }
 }
 
-impl Drop for Lock {
-    fn drop(&mut self) {
-        // Removed while it is locked: nobody else can hold a lock on this file.
-        fs::remove_file(&self.path).ok();
-        unfinished::end(&self.path);
-        self.file.unlock().ok();
-    }
-}
-
-/// Whether an open file is still the one at `path`.
+/// Whether two files are one, by whatever link; `None` where the system does not tell.
 #[cfg(unix)]
-fn same_file(file: &File, path: &Path) -> bool {
+pub(super) fn are_same(a: io::Result<fs::Metadata>, b: io::Result<fs::Metadata>) -> Option<bool> {
     use std::os::unix::fs::MetadataExt;
     let identity = |found: fs::Metadata| (found.dev(), found.ino());
-    let both = (file.metadata().map(identity), fs::metadata(path).map(identity));
-    matches!(both, (Ok(open), Ok(there)) if open == there)
+    Some(matches!((a.map(identity), b.map(identity)), (Ok(a), Ok(b)) if a == b))
 }
 
-/// Elsewhere an open file cannot be removed.
+/// Whether two files are one, by whatever link; `None` where the system does not tell.
 #[cfg(not(unix))]
-fn same_file(_: &File, _: &Path) -> bool {
-    true
+pub(super) fn are_same(_: io::Result<fs::Metadata>, _: io::Result<fs::Metadata>) -> Option<bool> {
+    None
 }
 
 /// Exchanges what is at two paths in one step; `false` where system or file system cannot.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-pub(super) fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
+fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     use rustix::io::Errno;
     match renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE) {
@@ -147,66 +138,99 @@ pub(super) fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
 
 /// Exchanges what is at two paths in one step; `false` where system or file system cannot.
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
-pub(super) fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
+fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Puts `new` in the place of `old` and gives the path where `old` is now: that of `new` after an exchange, else
-/// `aside`.
+/// Puts `new` in the place of `old`, a result of ours, in one step where the system can exchange them; `aside` is
+/// used where it cannot.
 ///
 /// # Errors
-/// [`ExperimentError::Output`]; then `old` stands where it stood.
-pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<PathBuf, ExperimentError> {
-    if exchange(new, old).map_err(output(old, "replace"))? {
-        return Ok(new.to_owned());
+/// [`ArtefactError::Output`]; then `old` stands where it stood, or beside as what is replaced.
+pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<(), ArtefactError> {
+    let left = if exchange(new, old).map_err(output(old, "replace"))? {
+        new
+    } else {
+        move_aside(new, old, aside)?;
+        aside
+    };
+    unfinished::remove(left).map_err(output(left, "remove what was replaced"))
+}
+
+/// Puts `new` in the place of `old`, which is kept as `NAME~`. Wherever this stops, nothing of others is hidden.
+///
+/// # Errors
+/// As [`replace`] and [`backup_of`].
+pub(super) fn keep_aside(new: &Path, old: &Path) -> Result<(), ArtefactError> {
+    let aside = backup_of(old)?;
+    // under its later name before it is exchanged
+    fs::rename(new, &aside).map_err(output(&aside, "move the finished result here"))?;
+    let exchanged = exchange(&aside, old).map_err(output(old, "replace"));
+    if !matches!(exchanged, Ok(true)) {
+        fs::rename(&aside, new).map_err(output(new, "move the finished result here"))?;
     }
+    if exchanged? { Ok(()) } else { move_aside(new, old, &aside) }
+}
+
+/// Moves `old` to `aside` and `new` into its place, in two steps.
+fn move_aside(new: &Path, old: &Path, aside: &Path) -> Result<(), ArtefactError> {
     fs::rename(old, aside).map_err(output(old, "move aside"))?;
-    if let Err(source) = fs::rename(new, old) {
+    fs::rename(new, old).map_err(|source| {
         fs::rename(aside, old).ok();
-        return Err(output(old, "move the finished result here")(source));
-    }
-    Ok(aside.to_owned())
+        output(old, "move the finished result here")(source)
+    })
 }
 
 /// The first free one of `NAME~`, `NAME~2`, `NAME~3` and so on.
 ///
 /// # Errors
-/// [`ExperimentError::Occupied`] if something is at a thousand of them.
-pub(super) fn backup_of(path: &Path) -> Result<PathBuf, ExperimentError> {
-    let aside = |suffix: String| {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(suffix);
-        path.with_file_name(name)
-    };
-    let names = std::iter::once("~".to_owned()).chain((2..=1000).map(|number| format!("~{number}")));
-    let free = names.map(aside).find(|path| path.symlink_metadata().is_err());
-    free.ok_or_else(|| ExperimentError::Occupied { path: aside("~".to_owned()) })
+/// [`ArtefactError::Occupied`] if something is at a thousand of them.
+pub(crate) fn backup_of(path: &Path) -> Result<PathBuf, ArtefactError> {
+    let first = sibling(path, "", "~");
+    let names = std::iter::once(first.clone()).chain((2..=1000).map(|number| sibling(path, "", &format!("~{number}"))));
+    let mut free = names.filter(|path| path.symlink_metadata().is_err());
+    free.next().ok_or(ArtefactError::Occupied { path: first })
 }
 
 /// Writes a file and makes sure that it is on the disk.
-pub(super) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(bytes)?;
     file.sync_all()
 }
 
+/// Writes a file of ours, which no other process writes to meanwhile, whole: what is there stays until then.
+///
+/// # Errors
+/// [`ArtefactError::Output`] that names the file.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ArtefactError> {
+    let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
+    let written = write_synced(meanwhile.path(), bytes).and_then(|()| fs::rename(meanwhile.path(), path));
+    written.map_err(output(path, "write"))
+}
+
 /// Makes sure that a renamed entry is on the disk.
-pub(super) fn sync_parent(path: &Path) {
+pub(crate) fn sync_parent(path: &Path) {
     if let Ok(parent) = File::open(parent_of(path)) {
         parent.sync_all().ok();
     }
 }
 
-pub(super) fn parent_of(path: &Path) -> &Path {
+pub(crate) fn parent_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A hidden sibling, on the same file system.
-fn hidden_sibling(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
+/// The path beside, on the same file system, whose name has more before and behind.
+pub(crate) fn sibling(path: &Path, before: &str, behind: &str) -> PathBuf {
+    let mut name = OsString::from(before);
     name.push(path.file_name().unwrap_or_default());
-    name.push(suffix);
+    name.push(behind);
     path.with_file_name(name)
+}
+
+/// A hidden sibling that only this process uses: `.NAME.PURPOSE-PID`.
+pub(crate) fn of_this_process(path: &Path, purpose: &str) -> PathBuf {
+    sibling(path, ".", &format!(".{purpose}-{}", std::process::id()))
 }
 
 #[cfg(test)]
@@ -226,7 +250,7 @@ mod tests {
         let path = root.path().join("deep/er/a");
         let first = LockedPlace::take(&path).unwrap();
         let refused = LockedPlace::take(&path).unwrap_err();
-        assert!(matches!(refused, ExperimentError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
+        assert!(matches!(refused, ArtefactError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
         // another place beside it is free
         drop(LockedPlace::take(&root.path().join("deep/er/b")).unwrap());
         drop(first);
@@ -276,12 +300,25 @@ mod tests {
             fs::create_dir(path).unwrap();
             fs::write(path.join("name"), path.file_name().unwrap().as_encoded_bytes()).unwrap();
         }
-        let now_at = replace(&a, &b, &root.path().join("aside")).unwrap();
+        replace(&a, &b, &root.path().join("aside")).unwrap();
         assert_eq!(fs::read_to_string(b.join("name")).unwrap(), "a");
-        assert_eq!(fs::read_to_string(now_at.join("name")).unwrap(), "b");
+        assert_eq!(names(root.path()), ["b"]);
         if cfg!(target_os = "linux") {
+            fs::create_dir(&a).unwrap();
             assert!(exchange(&a, &b).unwrap(), "no file system of a Linux that runs tests lacks it");
             assert_eq!(fs::read_to_string(a.join("name")).unwrap(), "a");
         }
+    }
+
+    #[test]
+    fn where_the_system_cannot_exchange_what_is_there_is_moved_aside_first() {
+        let root = tempfile::tempdir().unwrap();
+        let [new, old, aside] = ["new", "old", "old~"].map(|name| root.path().join(name));
+        fs::write(&new, "new").unwrap();
+        fs::write(&old, "old").unwrap();
+        move_aside(&new, &old, &aside).unwrap();
+        assert_eq!([&old, &aside].map(|path| fs::read_to_string(path).unwrap()), ["new", "old"]);
+        assert!(move_aside(&new, &old, &root.path().join("other")).is_err());
+        assert_eq!(fs::read_to_string(&old).unwrap(), "new", "back in its place");
     }
 }

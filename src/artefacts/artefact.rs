@@ -1,0 +1,280 @@
+//! An artefact: a file or folder that appears in its place in one step, when it is whole.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::error::{ArtefactError, output};
+use super::place::{LockedPlace, backup_of, keep_aside, replace, sync_parent, write_synced};
+use super::provenance::{ArtefactKind, Listing, sign, sign_written};
+use super::unfinished::{self, Unfinished};
+
+/// Where a result goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Destination<'a> {
+    /// The file or directory.
+    pub path: &'a Path,
+    /// Replace a set that the same command made and move aside anything else, instead of refusing.
+    pub force: bool,
+}
+
+/// A file or folder that is being written beside its place, which no other process writes to meanwhile. Dropped before
+/// it is finished it disappears, and what stands in its place is untouched.
+#[derive(Debug)]
+pub(crate) struct Artefact {
+    kind: ArtefactKind,
+    /// Where a folder is written meanwhile.
+    folder: PathBuf,
+    /// The folder, unless another removes what is left of it.
+    unfinished: Option<Unfinished>,
+    place: LockedPlace,
+    /// Whether what stands in the place is moved aside although it is ours: other settings made it.
+    keeps_other: bool,
+    /// What was written into a folder, as it was written.
+    written: Mutex<Listing>,
+}
+
+impl Artefact {
+    /// Begins what shall become a file or folder. What is there already must be of that kind and ours, as it was
+    /// written, and will be replaced; with `force` anything else is moved aside to `NAME~` instead of refused.
+    /// Directories above are made.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Occupied`] if something else is there, [`ArtefactError::Busy`] while another process writes
+    /// there, [`ArtefactError::Output`] if nothing can be written.
+    pub(crate) fn begin(to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
+        Self::begin_unless(to, kind, None)
+    }
+
+    /// As [`Self::begin`], where a result of ours that is there may have been made with other settings: by the first
+    /// `difference`. Such a one is refused too, or moved aside with `force`.
+    ///
+    /// # Errors
+    /// As [`Self::begin`], and [`ArtefactError::OtherResult`].
+    pub(crate) fn begin_unless(
+        to: Destination<'_>,
+        kind: ArtefactKind,
+        difference: Option<String>,
+    ) -> Result<Self, ArtefactError> {
+        let mut this = Self::claim(to, kind)?;
+        this.keeps_other = difference.is_some();
+        if let Some(difference) = difference {
+            if !to.force {
+                return Err(ArtefactError::OtherResult { path: to.path.to_owned(), difference });
+            }
+            // report before the work if it cannot be moved aside
+            backup_of(to.path)?;
+        }
+        if kind != ArtefactKind::File {
+            fs::create_dir(&this.folder).map_err(output(&this.folder, "create the directory"))?;
+            this.unfinished = Some(Unfinished::begin(&this.folder));
+        }
+        Ok(this)
+    }
+
+    /// As [`Self::begin`], in `folder`, on the same file system: the caller makes it afterwards and removes what is
+    /// left of it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub(super) fn begin_in(folder: PathBuf, to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
+        Ok(Self { folder, ..Self::claim(to, kind)? })
+    }
+
+    fn claim(to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
+        let path = to.path;
+        let is_others = path.symlink_metadata().is_ok() && !kind.is_own(path);
+        let is_impossible = path.file_name().is_none() || (kind == ArtefactKind::File && path.is_dir());
+        if is_impossible || (is_others && !to.force) {
+            return Err(ArtefactError::occupied(path));
+        }
+        if is_others {
+            // report before the work if it cannot be moved aside
+            backup_of(path)?;
+        }
+        let place = LockedPlace::take(path)?;
+        let folder = place.beside("partial");
+        Ok(Self { kind, folder, unfinished: None, place, keeps_other: false, written: Mutex::default() })
+    }
+
+    /// Has what stands in the place moved aside although it is ours: other settings made it.
+    pub(crate) fn keep_other(&mut self) {
+        self.keeps_other = true;
+    }
+
+    /// Where to write what belongs into a folder.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes one file of a folder and makes sure that it is on the disk.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Output`] if it cannot be written.
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ArtefactError> {
+        let path = self.folder.join(name);
+        write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))?;
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).add(name, bytes);
+        Ok(())
+    }
+
+    /// Writes files of a folder, in their order.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub(crate) fn write_all(&self, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
+        files.iter().try_for_each(|(name, bytes)| self.write(name, bytes))
+    }
+
+    /// Puts a folder in its place. Of a run it holds what was written by [`Self::write`] and nothing that another
+    /// process put there.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Output`] if it cannot be moved; then what stood there stands there again.
+    pub(crate) fn finish(self) -> Result<(), ArtefactError> {
+        match self.kind {
+            // a set lists its files itself
+            ArtefactKind::Set | ArtefactKind::File => {}
+            ArtefactKind::Export | ArtefactKind::Figures => sign(&self.folder)?,
+            ArtefactKind::Run => {
+                sign_written(&self.folder, &self.written.lock().unwrap_or_else(PoisonError::into_inner))?;
+            }
+        }
+        self.move_in(&self.folder)
+    }
+
+    /// Puts a file with these bytes in its place. May be called again.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Output`] that names the file.
+    pub(crate) fn put(&self, bytes: &[u8]) -> Result<(), ArtefactError> {
+        let meanwhile = Unfinished::begin(self.place.beside("writing"));
+        write_synced(meanwhile.path(), bytes).map_err(output(&self.place.path, "write"))?;
+        self.move_in(meanwhile.path())
+    }
+
+    /// Moves what is whole into the place, where the system can in one step.
+    fn move_in(&self, whole: &Path) -> Result<(), ArtefactError> {
+        let path = &self.place.path;
+        unfinished::finish(whole, path, || {
+            if path.symlink_metadata().is_ok() && (self.keeps_other || !self.kind.is_own(path)) {
+                keep_aside(whole, path)
+            } else if self.kind == ArtefactKind::File || path.symlink_metadata().is_err() {
+                fs::rename(whole, path).map_err(output(path, "move the finished result here"))
+            } else {
+                replace(whole, path, &self.place.beside("replaced"))
+            }
+        })?;
+        sync_parent(path);
+        Ok(())
+    }
+}
+
+/// Writes one file, whole: what is there is replaced if this program wrote it, else refused or, with `force`, moved
+/// aside.
+///
+/// # Errors
+/// [`ArtefactError::Occupied`] if something else is there, [`ArtefactError::Output`] if nothing can be written.
+pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ArtefactError> {
+    Artefact::begin(to, ArtefactKind::File)?.put(bytes)
+}
+
+/// Refuses, before any work, a place for JUnit XML where something else than such a file of ours is; with `force` what
+/// we did not write is moved aside later.
+///
+/// # Errors
+/// [`ArtefactError::Occupied`].
+pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ArtefactError> {
+    let Destination { path, force } = to;
+    let is_junit = || {
+        let mut head = [0; 5];
+        fs::File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"<?xml"
+    };
+    let is_own = ArtefactKind::File.is_own(path);
+    let free = path.symlink_metadata().is_err() || if is_own { is_junit() } else { force };
+    if free { Ok(()) } else { Err(ArtefactError::occupied(path)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRACK: &[u8] = b"{\n  \"schema\": \"skiagraph.track/1\"\n}\n";
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn begin(path: &Path, force: bool) -> Result<Artefact, ArtefactError> {
+        Artefact::begin(Destination { path, force }, ArtefactKind::Run)
+    }
+
+    /// A directory with a run of ours whose page says `text`.
+    fn run_of_ours(target: &Path, text: &str) {
+        let partial = begin(target, false).unwrap();
+        partial.write("track.json", TRACK).unwrap();
+        partial.write("report.html", text.as_bytes()).unwrap();
+        partial.finish().unwrap();
+    }
+
+    #[test]
+    fn an_abandoned_folder_leaves_nothing_and_touches_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("deep/er/a");
+        run_of_ours(&target, "old");
+        let partial = begin(&target, false).unwrap();
+        partial.write("report.html", b"new").unwrap();
+        drop(partial);
+        assert_eq!(names(&root.path().join("deep/er")), ["a"]);
+        assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), "old");
+        // the directories that were made for it go with it
+        drop(begin(&root.path().join("runs/deep/a"), false).unwrap());
+        assert_eq!(names(root.path()), ["deep"]);
+    }
+
+    #[test]
+    fn what_is_not_ours_is_refused_and_with_force_moved_aside() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("a");
+        run_of_ours(&target, "old");
+        // a file of a name of ours, changed, and one of somebody else's
+        for (name, aside) in [("track.json", "a~"), ("thesis.tex", "a~2")] {
+            fs::write(target.join(name), "years of work").unwrap();
+            assert!(matches!(begin(&target, false).unwrap_err(), ArtefactError::Occupied { .. }));
+            begin(&target, true).unwrap().finish().unwrap();
+            assert_eq!(fs::read_to_string(root.path().join(aside).join(name)).unwrap(), "years of work");
+        }
+        assert_eq!(names(root.path()), ["a", "a~", "a~2"]);
+    }
+
+    #[test]
+    fn junit_replaces_only_junit_of_ours() {
+        let root = tempfile::tempdir().unwrap();
+        let free = |text: &str, force| {
+            let path = root.path().join("gate.xml");
+            fs::write(&path, text).unwrap();
+            keep_others_from_junit(Destination { path: &path, force }).is_ok()
+        };
+        let ours = "<?xml version=\"1.0\"?>\n<testsuites><!-- <meta name=\"generator\" content=\"skiagraph 1\"> -->";
+        assert!(free(ours, false) && !free("<?xml version=\"1.0\"?><testsuites/>", false));
+        assert!(free("thesis", true) && !free("{\"schema\": \"skiagraph.run/1\"}", true), "never a run's numbers");
+        let nothing = root.path().join("nothing");
+        assert!(keep_others_from_junit(Destination { path: &nothing, force: false }).is_ok());
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_written_is_named() {
+        let root = tempfile::tempdir().unwrap();
+        let put = |path: &Path, force| put_file(Destination { path, force }, b"one");
+        fs::write(root.path().join("a"), "").unwrap();
+        let error = put(&root.path().join("a/walk.model"), false).unwrap_err();
+        assert!(error.to_string().contains("cannot"), "{error}");
+        for force in [false, true] {
+            assert!(matches!(put(root.path(), force).unwrap_err(), ArtefactError::Occupied { .. }));
+        }
+    }
+}

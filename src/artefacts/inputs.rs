@@ -1,0 +1,88 @@
+//! Inputs of a command, which are never overwritten.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::error::ArtefactError;
+use super::place::are_same;
+use crate::benchmark_set::is_set;
+
+/// The files and directories that a command reads.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Inputs {
+    paths: Vec<PathBuf>,
+}
+
+impl Inputs {
+    /// Of these paths; those that are not there are left out.
+    pub(crate) fn new(paths: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { paths: paths.into_iter().filter(|path| path.exists()).collect() }
+    }
+
+    /// The paths themselves.
+    pub(crate) fn into_paths(self) -> Vec<PathBuf> {
+        self.paths
+    }
+
+    /// An error if to write `target` would change an input: if it is one, holds one, or lies in a set that is one.
+    ///
+    /// # Errors
+    /// [`ArtefactError::IsInput`].
+    pub(crate) fn keep_from(&self, target: &Path) -> Result<(), ArtefactError> {
+        if target.file_name().is_none() {
+            // a root or `..`: nothing can be written there at all, which is said elsewhere
+            return Ok(());
+        }
+        let place = resolved(target);
+        let changes = |input: &&PathBuf| {
+            let read = resolved(input);
+            read.starts_with(&place)
+                || (is_set(&read) && place.starts_with(&read))
+                || are_same(fs::metadata(target), fs::metadata(input)) == Some(true)
+        };
+        match self.paths.iter().find(changes) {
+            Some(input) => Err(ArtefactError::IsInput { path: target.to_owned(), input: input.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The path without links; of what is not there yet, by the nearest directory that is.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(real) = fs::canonicalize(path) {
+        return real;
+    }
+    match (path.parent(), path.file_name()) {
+        (Some(parent), Some(name)) if !parent.as_os_str().is_empty() => resolved(parent).join(name),
+        (_, Some(name)) => resolved(Path::new(".")).join(name),
+        _ => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_is_kept_whatever_it_is_called() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        fs::create_dir_all(at("data/set")).unwrap();
+        fs::write(at("data/walk.bvh"), "walk").unwrap();
+        fs::write(at("data/set/files.sha256"), "set").unwrap();
+        let inputs = Inputs::new([at("data/walk.bvh"), at("data/set"), at("nowhere")]);
+        let mut targets = vec!["data/walk.bvh", "data/../data/walk.bvh", "data", "data/set", "data/set/runs/new"];
+        if cfg!(unix) {
+            #[cfg(unix)]
+            std::os::unix::fs::symlink(at("data"), at("link")).unwrap();
+            fs::hard_link(at("data/walk.bvh"), at("hard.bvh")).unwrap();
+            targets.extend(["link", "link/walk.bvh", "hard.bvh", "link/set/a"]);
+        }
+        for target in targets {
+            assert!(inputs.keep_from(&at(target)).is_err(), "{target}");
+        }
+        for target in ["data/walk.html", "data/set2", "runs/a/b", "nowhere", "data/walk.bvh~"] {
+            inputs.keep_from(&at(target)).unwrap();
+        }
+    }
+}

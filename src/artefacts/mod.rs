@@ -1,0 +1,24 @@
+//! Safe artefacts: what commands write appears in its place in one step, replaces nothing but unmodified output of this
+//! program, and leaves nothing behind when it is interrupted, but for work that the same command goes on with.
+
+mod artefact;
+mod error;
+mod inputs;
+mod place;
+mod provenance;
+mod resumable;
+mod unfinished;
+
+pub(crate) use artefact::Artefact;
+pub use artefact::{Destination, keep_others_from_junit, put_file};
+pub use error::ArtefactError;
+pub(crate) use error::{NOTHING_WRITTEN, is_no_room, output};
+pub(crate) use inputs::Inputs;
+pub(crate) use place::{
+    LockedPlace, backup_of, of_this_process, parent_of, sibling, sync_parent, write_synced, write_whole,
+};
+pub use provenance::MANUAL_MARK;
+pub(crate) use provenance::{ArtefactKind, LISTING, Listing, is_signed, is_unlisted, sign};
+pub(crate) use resumable::{Resumable, ResumableKind, difference};
+pub use unfinished::abandon;
+pub(crate) use unfinished::{Unfinished, remove};

@@ -1,0 +1,385 @@
+//! What this program wrote. Folders have a listing, `skiagraph.sha256`, as `sha256sum` writes and checks it: one is
+//! ours if everything in it is listed and unchanged. A folder inside that has a listing of its own (the run of a
+//! method) answers for itself. Files are ours by a mark in their content. Only what is ours is replaced without
+//! --force.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use super::error::{ArtefactError, output};
+use super::place::{parent_of, write_synced};
+use crate::benchmark_set::{holds_only_a_set, verify_hashes};
+use crate::input::{self, files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
+use crate::npz::{Npz, Values};
+
+/// The name of a folder's listing.
+pub(crate) const LISTING: &str = "skiagraph.sha256";
+
+/// How much of a file is looked at for the mark of this program.
+const HEAD_BYTES: u64 = 1024;
+
+/// How a manual page of this program begins, its version left out.
+pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
+
+/// What this program writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ArtefactKind {
+    /// The folder of a run, of one tracker or of several methods.
+    Run,
+    /// The folder of a benchmark set.
+    Set,
+    /// The folder of a set in another format.
+    Export,
+    /// The folder of figures and their captions.
+    Figures,
+    /// A file.
+    File,
+}
+
+impl ArtefactKind {
+    /// Whether what is at `path` was written by this program and is as it was; an empty folder may be replaced too.
+    pub(crate) fn is_own(self, path: &Path) -> bool {
+        if self == Self::File {
+            return is_own_file(path);
+        }
+        if path.is_symlink() || !path.is_dir() {
+            return false;
+        }
+        let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
+        is_empty
+            || match self {
+                Self::Figures => is_signed(path) && holds_figures_alone(path),
+                Self::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
+                _ => is_signed(path),
+            }
+    }
+}
+
+/// Whether a folder holds pictures in SVG, their captions and a listing: a run is no figure, and not replaced by some.
+fn holds_figures_alone(folder: &Path) -> bool {
+    let is_one = |entry: std::io::Result<fs::DirEntry>| {
+        entry.is_ok_and(|entry| {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            name.ends_with(".svg") || name == "README.txt" || name == LISTING
+        })
+    };
+    fs::read_dir(folder).is_ok_and(|mut entries| entries.all(is_one))
+}
+
+/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its
+/// mark.
+pub(super) fn is_own_file(path: &Path) -> bool {
+    let Some(head) = head(path) else { return false };
+    let text = String::from_utf8_lossy(&head);
+    let marked = match text.trim_start().as_bytes() {
+        [b'{', ..] => schema_of(&text).is_some_and(|schema| schema.starts_with("skiagraph.")),
+        [b'<', ..] => {
+            text.contains("<meta name=\"generator\" content=\"skiagraph ")
+                || text.contains("<metadata>skiagraph ")
+                || text.starts_with("<!-- skiagraph ")
+        }
+        [b'.', b'\\', b'"', ..] => text.starts_with(MANUAL_MARK),
+        _ if head.starts_with(b"\x89PNG") => text.contains("Software\0skiagraph "),
+        _ => false,
+    };
+    marked || (head.starts_with(b"PK") && is_model(path))
+}
+
+/// Whether `path` is a file of a learned model, of whatever version.
+fn is_model(path: &Path) -> bool {
+    let npz = fs::read(path).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
+    let Some(Values::U8(facts)) = npz.as_ref().and_then(|npz| npz.get("facts")).map(|array| &array.values) else {
+        return false;
+    };
+    schema_of(&String::from_utf8_lossy(facts)).is_some_and(|schema| schema.starts_with("skiagraph.model/"))
+}
+
+/// The value of `schema`, the first key of every JSON file of ours.
+fn schema_of(text: &str) -> Option<&str> {
+    let rest = text.trim_start().strip_prefix('{')?.trim_start().strip_prefix("\"schema\"")?;
+    rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?.split('"').next()
+}
+
+/// The first bytes of a regular file.
+fn head(path: &Path) -> Option<Vec<u8>> {
+    if !path.symlink_metadata().ok()?.is_file() {
+        return None;
+    }
+    let mut head = Vec::new();
+    fs::File::open(path).ok()?.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
+    Some(head)
+}
+
+/// Paths (parts divided by `/`) and their SHA-256. While files are being replaced a path has two: what was there, and
+/// what comes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Listing(BTreeSet<(String, String)>);
+
+impl Listing {
+    /// The listing that lies in `folder`; empty where there is none that can be read.
+    pub(crate) fn read(folder: &Path) -> Self {
+        let path = folder.join(LISTING);
+        let text = if path.is_symlink() { None } else { input::read_to_string(&path, limits::RECORD).ok() };
+        Self(text.unwrap_or_default().lines().filter_map(listed_in).collect())
+    }
+
+    /// Whether the file at `path` in `folder` is the one that is listed.
+    pub(crate) fn holds(&self, folder: &Path, path: &str) -> bool {
+        sha256_of(&folder.join(path)).is_ok_and(|digest| self.0.contains(&(path.to_owned(), digest)))
+    }
+
+    /// Adds a file; what else is listed under its path stays.
+    pub(super) fn add(&mut self, path: &str, bytes: &[u8]) {
+        self.0.insert((path.to_owned(), hex_sha256(bytes)));
+    }
+
+    /// The same with these files for those that are listed under their paths.
+    fn with(&self, files: &[(&'static str, Vec<u8>)]) -> Self {
+        let kept = self.0.iter().filter(|(path, _)| files.iter().all(|(name, _)| name != path)).cloned();
+        let mut listing = Self(kept.collect());
+        files.iter().for_each(|(name, bytes)| listing.add(name, bytes));
+        listing
+    }
+
+    /// Puts the listing into `folder`; what was there stays until it is whole.
+    fn store(&self, folder: &Path) -> Result<(), ArtefactError> {
+        let (path, meanwhile) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
+        let text = listing_of(self.0.iter().map(|(path, digest)| (path, digest)));
+        let stored = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &path));
+        stored.map_err(output(&path, "write"))
+    }
+
+    /// Puts files into the folder of this listing: all of them or none. Each is written beside its place first, and
+    /// only when all are on the disk are they moved, in their order. A file that is there must be listed. The listing
+    /// knows both the old and the new files while they are moved, so that the folder is ours whenever the process dies.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Occupied`] where a file is not ours, [`ArtefactError::Output`] if nothing can be written.
+    pub(crate) fn replace(&self, folder: &Path, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
+        let path = |name: &str| folder.join(name);
+        let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !self.holds(folder, name));
+        if let Some((name, _)) = foreign {
+            return Err(ArtefactError::Occupied { path: path(name) });
+        }
+        let partial = |name: &str| folder.join(format!(".{name}.partial"));
+        let replaced = self.replace_by(folder, files, &partial);
+        if replaced.is_err() {
+            files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));
+        }
+        replaced
+    }
+
+    fn replace_by(
+        &self,
+        folder: &Path,
+        files: &[(&'static str, Vec<u8>)],
+        partial: &dyn Fn(&str) -> PathBuf,
+    ) -> Result<(), ArtefactError> {
+        let mut both = self.clone();
+        for (name, bytes) in files {
+            write_synced(&partial(name), bytes).map_err(output(&partial(name), "write"))?;
+            both.add(name, bytes);
+        }
+        both.store(folder)?;
+        for (name, _) in files {
+            let path = folder.join(name);
+            fs::rename(partial(name), &path).map_err(output(&path, "write"))?;
+        }
+        self.with(files).store(folder)
+    }
+}
+
+/// Lists all files of a folder that is finished, in the folder, but for those that a folder inside lists itself.
+///
+/// # Errors
+/// [`ArtefactError::Output`].
+pub(crate) fn sign(folder: &Path) -> Result<(), ArtefactError> {
+    let of_file = |path: String| Ok((path.clone(), sha256_of(&folder.join(&path))?));
+    let listed = own_and_signed(folder).and_then(|(own, _)| own.into_iter().map(of_file).collect());
+    Listing(listed.map_err(output(folder, "list the files of the directory"))?).store(folder)
+}
+
+/// Lists what was written into a folder that is finished, in the folder, as it was written. What else is there is
+/// removed: another process put it there. Folders that were written into may have a listing of their own and answer for
+/// themselves.
+///
+/// # Errors
+/// [`ArtefactError::Output`].
+pub(super) fn sign_written(folder: &Path, written: &Listing) -> Result<(), ArtefactError> {
+    let failed = |error| output(folder, "list the files of the directory")(error);
+    for path in files_below(folder).map_err(failed)? {
+        let around = path.strip_suffix(LISTING).filter(|around| around.is_empty() || around.ends_with('/'));
+        let is_own_output = written.0.iter().any(|(name, _)| match around {
+            // the listing of a folder that we wrote into
+            Some(around) => name.starts_with(around),
+            None => *name == path,
+        });
+        if !is_own_output {
+            fs::remove_file(folder.join(path)).map_err(failed)?;
+        }
+    }
+    let (own, _) = own_and_signed(folder).map_err(failed)?;
+    Listing(written.0.iter().filter(|(name, _)| own.contains(name)).cloned().collect()).store(folder)
+}
+
+/// Whether this program did not write a file, or it was changed since: the folder that it lies in has a listing, and
+/// the file is not in it as it is. Where there is no listing, as in a folder that somebody copied files into, the file
+/// is taken for what it is.
+pub(crate) fn is_unlisted(path: &Path) -> bool {
+    let folder = parent_of(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    folder.join(LISTING).is_file() && !Listing::read(folder).holds(folder, &name)
+}
+
+/// Whether all that is in `folder` was written by this program and is as it was.
+pub(crate) fn is_signed(folder: &Path) -> bool {
+    let listing = Listing::read(folder);
+    listing != Listing::default()
+        && own_and_signed(folder).is_ok_and(|(own, signed)| {
+            own.iter().all(|path| listing.holds(folder, path))
+                && signed.iter().all(|inside| is_signed(&folder.join(inside)))
+        })
+}
+
+/// An error for all that is no plain file: a link could lead anywhere.
+fn sha256_of(path: &Path) -> io::Result<String> {
+    if !fs::symlink_metadata(path)?.is_file() {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    hex_sha256_of(File::open(path)?)
+}
+
+/// The files that a folder's own listing answers for, and the folders inside that have one of their own.
+fn own_and_signed(folder: &Path) -> io::Result<(Vec<String>, Vec<String>)> {
+    let files = files_below(folder)?;
+    let around = |path: &String| path.strip_suffix(LISTING).filter(|path| path.ends_with('/')).map(str::to_owned);
+    let signed: Vec<String> = files.iter().filter_map(around).collect();
+    let is_own = |path: &String| path != LISTING && !signed.iter().any(|inside| path.starts_with(inside));
+    Ok((files.iter().filter(|path| is_own(path)).cloned().collect(), signed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir_all(folder.path().join("graph/deep")).unwrap();
+        fs::create_dir_all(folder.path().join("plain")).unwrap();
+        for path in ["run.json", "graph/run.json", "graph/deep/file", "plain/file"] {
+            fs::write(folder.path().join(path), path).unwrap();
+        }
+        sign(&folder.path().join("graph")).unwrap();
+        sign(folder.path()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn what_was_written_is_ours_until_anything_in_it_changes() {
+        let folder = run();
+        assert!(is_signed(folder.path()) && is_signed(&folder.path().join("graph")));
+        let text = fs::read_to_string(folder.path().join(LISTING)).unwrap();
+        let paths: Vec<&str> = text.lines().map(|line| &line[66..]).collect();
+        assert_eq!(paths, ["plain/file", "run.json"]);
+        // printf run.json | sha256sum
+        assert!(
+            text.contains("2dfe744f64b97238df644a0ef96b7f245bb6ffc7519b726824c0753e6e3797c4  run.json\n"),
+            "{text}"
+        );
+        for path in ["run.json", "graph/run.json", "graph/deep/file", "plain/file"] {
+            let whole = fs::read(folder.path().join(path)).unwrap();
+            fs::write(folder.path().join(path), "mine").unwrap();
+            assert!(!is_signed(folder.path()), "{path} changed");
+            fs::write(folder.path().join(path), whole).unwrap();
+        }
+        for path in ["notes.txt", "graph/notes.txt", "plain/notes.txt"] {
+            fs::write(folder.path().join(path), "mine").unwrap();
+            assert!(!is_signed(folder.path()), "{path} added");
+            fs::remove_file(folder.path().join(path)).unwrap();
+        }
+        fs::create_dir_all(folder.path().join("plain/copy")).unwrap();
+        fs::write(folder.path().join("plain/copy/run.json"), "copied").unwrap();
+        sign(&folder.path().join("plain/copy")).unwrap();
+        assert!(is_signed(folder.path()));
+        fs::write(folder.path().join("plain/copy/thesis.tex"), "mine").unwrap();
+        assert!(!is_signed(folder.path()), "however deep it lies");
+    }
+
+    #[test]
+    fn a_folder_without_a_listing_is_not_ours() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!is_signed(folder.path()));
+        fs::write(folder.path().join("poses.npz"), "somebody's").unwrap();
+        assert!(!is_signed(folder.path()));
+        fs::write(folder.path().join(LISTING), "no listing at all").unwrap();
+        assert!(!is_signed(folder.path()));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_in_place_of_a_file_is_not_ours() {
+        let folder = run();
+        let elsewhere = tempfile::tempdir().unwrap();
+        fs::rename(folder.path().join("run.json"), elsewhere.path().join("run.json")).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path().join("run.json"), folder.path().join("run.json")).unwrap();
+        assert!(!is_signed(folder.path()));
+    }
+
+    #[test]
+    fn while_files_are_replaced_both_the_old_and_the_new_are_ours() {
+        let folder = run();
+        let files = [("run.json", b"new".to_vec())];
+        let old = Listing::read(folder.path());
+        let mut both = old.clone();
+        both.add("run.json", b"new");
+        assert!(both.holds(folder.path(), "run.json") && !old.with(&files).holds(folder.path(), "run.json"));
+        fs::write(folder.path().join("run.json"), "new").unwrap();
+        assert!(both.holds(folder.path(), "run.json") && old.with(&files).holds(folder.path(), "run.json"));
+        assert!(!old.holds(folder.path(), "run.json"));
+    }
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        root
+    }
+
+    #[test]
+    fn a_run_is_ours_once_it_is_listed_and_never_for_its_names() {
+        let run = folder(&[("track.json", "{}"), ("poses.npz", "years of work")]);
+        assert!(!ArtefactKind::Run.is_own(run.path()));
+        sign(run.path()).unwrap();
+        assert!(ArtefactKind::Run.is_own(run.path()) && !ArtefactKind::Set.is_own(run.path()));
+        assert!(ArtefactKind::Run.is_own(folder(&[]).path()), "an empty directory is nobody's loss");
+    }
+
+    #[test]
+    fn files_are_ours_by_their_mark_and_not_by_their_name() {
+        let root = folder(&[
+            ("page.html", "<!doctype html>\n<meta name=\"generator\" content=\"skiagraph 0.0.1\">"),
+            ("chart.svg", "<svg width=\"9\"><metadata>skiagraph 9.0.0</metadata></svg>"),
+            ("study.md", "<!-- skiagraph 0.1.0 -->\n# study"),
+            ("skiagraph.1", ".\\\" skiagraph 0.1.0\n.TH skiagraph 1"),
+            ("run.json", "{\"schema\": \"skiagraph.run/1\"}"),
+            ("thesis.html", "<!doctype html><p>skiagraph is a tool"),
+            ("other.json", "{\"schema\": \"http://json-schema.org\"}"),
+            ("scenario.toml", "schema = \"skiagraph.scenario/1\""),
+            ("walk.model", "PK not really"),
+            ("empty", ""),
+        ]);
+        let ours = |name: &str| is_own_file(&root.path().join(name));
+        for name in ["page.html", "study.md", "chart.svg", "skiagraph.1", "run.json"] {
+            assert!(ours(name), "{name}");
+        }
+        for name in ["thesis.html", "other.json", "scenario.toml", "walk.model", "empty", "nowhere", "."] {
+            assert!(!ours(name), "{name}");
+        }
+    }
+}
