@@ -131,6 +131,7 @@ pub mod cli;
 pub mod experiment;
 pub mod report;
 pub mod scenario;
+pub mod sweep;
 #[cfg(test)]
 #[path = "../crates/test_support/bodies.rs"]
 pub mod test_bodies;

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
 use crate::experiment::{Progress, Stage};
+use crate::input::shell_word;
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
 pub(super) struct TerminalProgress {
@@ -32,15 +33,6 @@ impl TerminalProgress {
 
     fn state(&self) -> MutexGuard<'_, ProgressState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%~".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
     }
 }
 
@@ -100,7 +92,7 @@ impl Progress for TerminalProgress {
     }
 
     fn command(&self) -> Option<String> {
-        let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+        let words = std::env::args_os().skip(1).map(|word| shell_word(&word.to_string_lossy()));
         Some(std::iter::once("skiagraph".to_owned()).chain(words).collect::<Vec<_>>().join(" "))
     }
 

@@ -9,7 +9,7 @@ use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Inputs {
+pub(crate) struct Inputs {
     paths: Vec<PathBuf>,
 }
 
@@ -20,12 +20,12 @@ impl Inputs {
     }
 
     /// The paths themselves.
-    pub(super) fn into_paths(self) -> Vec<PathBuf> {
+    pub(crate) fn into_paths(self) -> Vec<PathBuf> {
         self.paths
     }
 
     /// Of a scenario: its file, recordings, robots and models.
-    pub(super) fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
+    pub(crate) fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
         let scenario = &file.scenario;
         let training = scenario.training.iter().flat_map(|training| &training.clips);
         let others = scenario.distractor.iter().map(|other| &other.motion);

@@ -37,17 +37,17 @@ mod check;
 mod clip_file;
 mod comparison;
 mod contact_facts;
-mod cost;
+pub(crate) mod cost;
 mod destination;
 mod distractors;
-mod error;
+pub(crate) mod error;
 mod export;
 mod external;
 mod figure_files;
 mod filming;
 mod gating;
 mod hints;
-mod inputs;
+pub(crate) mod inputs;
 mod inspect;
 mod key_source;
 mod ladder;
@@ -65,24 +65,24 @@ mod observing;
 mod oracle;
 mod ownership;
 mod part_rotations;
-mod partial_directory;
+pub(crate) mod partial_directory;
 mod partial_file;
 mod people;
 mod per_frame;
 mod pictures;
-mod place;
+pub(crate) mod place;
 mod placement;
 mod playback;
 mod poses_file;
 mod progress;
-mod provenance;
+pub(crate) mod provenance;
 mod rendering;
-mod results;
+pub(crate) mod results;
 mod retargeted_motion;
 mod retargeting;
 mod rig;
 mod robots;
-mod run;
+pub(crate) mod run;
 mod run_picture;
 mod run_place;
 mod run_reading;
@@ -98,12 +98,11 @@ mod segmenting;
 mod set_tracking;
 mod skins;
 mod start_check;
-pub mod sweep;
 mod track_timing;
 mod tracker_factory;
-mod tracking;
+pub(crate) mod tracking;
 mod training;
-mod unfinished;
+pub(crate) mod unfinished;
 mod unfinished_run;
 mod unfinished_set;
 mod verification;
@@ -120,7 +119,8 @@ pub use external::{
     AnswerCount, Conformance, ExternalRecord, Incident, LeftBehind, LeftFile, ProgramOptions, ProgramSandbox,
     ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
-pub use figure_files::write_figures;
+pub use figure_files::{stored_figures, write_figures};
+pub(crate) use gating::metric_named_like;
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{
@@ -159,7 +159,7 @@ pub use verification::verify_set;
 pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
-fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
+pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
     let mut bytes = serde_json::to_vec_pretty(value)
         .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
     bytes.push(b'\n');

@@ -13,8 +13,8 @@ const TRIES: usize = 100;
 
 /// A file's or directory's place, which no other process of this program writes to meanwhile.
 #[derive(Debug)]
-pub(super) struct LockedPlace {
-    pub(super) path: PathBuf,
+pub(crate) struct LockedPlace {
+    pub(crate) path: PathBuf,
     /// Directories above that were not there before, innermost first.
     made: Vec<PathBuf>,
     /// `None` where the file system has no locks.
@@ -27,7 +27,7 @@ impl LockedPlace {
     /// # Errors
     /// [`ExperimentError::Busy`] while another process writes there, [`ExperimentError::Output`] if nothing can be
     /// written.
-    pub(super) fn take(path: &Path) -> Result<Self, ExperimentError> {
+    pub(crate) fn take(path: &Path) -> Result<Self, ExperimentError> {
         let parent = parent_of(path);
         let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
         let made: Vec<PathBuf> = made.map(Path::to_owned).collect();
@@ -42,7 +42,7 @@ impl LockedPlace {
     }
 
     /// A hidden sibling that only this process uses: `.NAME.PURPOSE-PID`.
-    pub(super) fn beside(&self, purpose: &str) -> PathBuf {
+    pub(crate) fn beside(&self, purpose: &str) -> PathBuf {
         hidden_sibling(&self.path, &format!(".{purpose}-{}", std::process::id()))
     }
 
@@ -184,20 +184,20 @@ pub(super) fn backup_of(path: &Path) -> Result<PathBuf, ExperimentError> {
 }
 
 /// Writes a file and makes sure that it is on the disk.
-pub(super) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(bytes)?;
     file.sync_all()
 }
 
 /// Makes sure that a renamed entry is on the disk.
-pub(super) fn sync_parent(path: &Path) {
+pub(crate) fn sync_parent(path: &Path) {
     if let Ok(parent) = File::open(parent_of(path)) {
         parent.sync_all().ok();
     }
 }
 
-pub(super) fn parent_of(path: &Path) -> &Path {
+pub(crate) fn parent_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -171,7 +171,7 @@ impl RunResults {
 }
 
 /// The verdict on a run, as its report has it.
-pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
     verdict(&ReportInput {
         title: &set.blind.name,
         tracker: "",

@@ -26,7 +26,7 @@ fn register() -> MutexGuard<'static, Register> {
 }
 
 /// From now on `path` is removed when the process is stopped.
-pub(super) fn begin(path: &Path) {
+pub(crate) fn begin(path: &Path) {
     register().begun.push(path.to_owned());
 }
 
@@ -42,12 +42,12 @@ pub(super) fn remove_empty(directories: &[PathBuf]) {
 }
 
 /// `path` is gone, or finished.
-pub(super) fn end(path: &Path) {
+pub(crate) fn end(path: &Path) {
     register().begun.retain(|begun| begun != path);
 }
 
 /// `path`, which `finish` is about to move to `target`, cannot be removed meanwhile; afterwards it is finished.
-pub(super) fn finish<E>(path: &Path, target: &Path, finish: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+pub(crate) fn finish<E>(path: &Path, target: &Path, finish: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
     let mut register = register();
     finish()?;
     register.begun.retain(|begun| begun != path);
@@ -80,7 +80,7 @@ pub fn abandon() -> String {
 }
 
 /// Removes a file or a directory with all that is below; done as well if nothing is there.
-pub(super) fn remove(path: &Path) -> io::Result<()> {
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
     let removed = match path.symlink_metadata() {
         Ok(found) if found.is_dir() => fs::remove_dir_all(path),
         Ok(_) => fs::remove_file(path),

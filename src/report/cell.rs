@@ -113,11 +113,11 @@ pub(super) fn span(bounds: &PixelBounds) -> f64 {
     1.16 * f64::from(width).max(aspect * f64::from(height))
 }
 
-pub(super) fn colour([red, green, blue]: [u8; 3]) -> Color {
+pub(crate) fn colour([red, green, blue]: [u8; 3]) -> Color {
     Color::from_rgba8(red, green, blue, 255)
 }
 
-pub(super) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
+pub(crate) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
     Pixmap::new(width, height).ok_or(ReportError::Size { width, height })
 }
 

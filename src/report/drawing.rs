@@ -6,19 +6,19 @@ use tiny_skia::{Color, FillRule, Paint, PathBuilder, Pixmap, Rect, Stroke, Strok
 use super::lettering::{draw_text, text_width};
 use super::{GENERATOR, ReportError};
 
-pub(super) const WIDTH: u32 = 1200;
-pub(super) const MARGIN: f32 = 28.0;
-pub(super) const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-pub(super) const CARD: [u8; 3] = [0x17, 0x20, 0x29];
-pub(super) const INK: [u8; 3] = [0xe8, 0xed, 0xf2];
-pub(super) const FAINT: [u8; 3] = [0x9f, 0xad, 0xbb];
-pub(super) const LINE: [u8; 3] = [0x5a, 0xb4, 0xf0];
-pub(super) const FLOOR: [u8; 3] = [0x8d, 0x9b, 0xa9];
+pub(crate) const WIDTH: u32 = 1200;
+pub(crate) const MARGIN: f32 = 28.0;
+pub(crate) const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
+pub(crate) const CARD: [u8; 3] = [0x17, 0x20, 0x29];
+pub(crate) const INK: [u8; 3] = [0xe8, 0xed, 0xf2];
+pub(crate) const FAINT: [u8; 3] = [0x9f, 0xad, 0xbb];
+pub(crate) const LINE: [u8; 3] = [0x5a, 0xb4, 0xf0];
+pub(crate) const FLOOR: [u8; 3] = [0x8d, 0x9b, 0xa9];
 /// Lines of the grid.
-pub(super) const GRID: [u8; 3] = [0x2b, 0x36, 0x41];
+pub(crate) const GRID: [u8; 3] = [0x2b, 0x36, 0x41];
 
 /// Lines of at most `room` pixels.
-pub(super) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
+pub(crate) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut().filter(|line| text_width(&format!("{line} {word}"), height) <= room) {
@@ -33,7 +33,7 @@ pub(super) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
 }
 
 /// The height at which a line is at most `room` wide, at most `height`.
-pub(super) fn fitting(text: &str, height: f32, room: f32) -> f32 {
+pub(crate) fn fitting(text: &str, height: f32, room: f32) -> f32 {
     height * room / text_width(text, height).max(room)
 }
 
@@ -43,7 +43,7 @@ fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
     paint
 }
 
-pub(super) fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], colour: [u8; 3], alpha: u8) {
+pub(crate) fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], colour: [u8; 3], alpha: u8) {
     if let Some(rect) = Rect::from_xywh(left, top, width, height) {
         picture.fill_rect(rect, &paint(colour, alpha), Transform::identity(), None);
     }
@@ -57,7 +57,7 @@ fn path(points: &[[f32; 2]]) -> PathBuilder {
     path
 }
 
-pub(super) fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], width: f32, dashed: bool) {
+pub(crate) fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], width: f32, dashed: bool) {
     let dash = if dashed { StrokeDash::new(vec![6.0, 4.0], 0.0) } else { None };
     if let Some(path) = path(points).finish() {
         let stroke = Stroke { width, dash, ..Stroke::default() };
@@ -74,7 +74,7 @@ pub(super) fn fill_outline(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u
 }
 
 /// With the mark by which this program recognises its own files.
-pub(super) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
     let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, picture.width(), picture.height());
@@ -89,18 +89,18 @@ pub(super) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
 }
 
 /// A filled circle.
-pub(super) fn dot(picture: &mut Pixmap, [x, y]: [f32; 2], radius: f32, colour: [u8; 3]) {
+pub(crate) fn dot(picture: &mut Pixmap, [x, y]: [f32; 2], radius: f32, colour: [u8; 3]) {
     if let Some(path) = PathBuilder::from_circle(x, y, radius) {
         picture.fill_path(&path, &paint(colour, 255), FillRule::Winding, Transform::identity(), None);
     }
 }
 
 /// Text that ends at `right`.
-pub(super) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
+pub(crate) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [right - text_width(text, height), top], height, colour);
 }
 
 /// Text about a centre.
-pub(super) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
+pub(crate) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [x - 0.5 * text_width(text, height), top], height, colour);
 }

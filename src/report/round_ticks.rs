@@ -2,7 +2,7 @@
 
 /// Values that are whole multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, about five,
 /// each with its words: all with the decimals that the step needs. None of a range that is empty or not finite.
-pub(super) fn round_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
+pub(crate) fn round_ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
     if !(low.is_finite() && high.is_finite() && high > low) {
         return Vec::new();
     }

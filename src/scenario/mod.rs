@@ -39,8 +39,6 @@ mod read;
 mod rig;
 mod similar_file;
 mod survey;
-mod sweep;
-mod sweep_file;
 mod template;
 mod tracker;
 mod tracker_kind;
@@ -52,8 +50,8 @@ pub use bodies::{
     SkinBlending, SolidsSource, TrackerBodySettings,
 };
 pub use camera_file::{CameraFileKind, CameraFileSettings};
-pub(crate) use complaint::did_you_mean;
 pub use complaint::{Diagnostic, LineSpan};
+pub(crate) use complaint::{did_you_mean, locate};
 pub use distractor::DistractorSettings;
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
@@ -62,19 +60,21 @@ pub use latent::{
 };
 pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
+pub use override_value::as_toml;
+pub(crate) use override_value::{parse_value, split_at_commas};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
+pub(crate) use ranges::MOST_SEEDS;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
-pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
-pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
 pub use tracker_kind::{TrackerKind, TrainingUse};
+pub(crate) use tree::{settings_of, tree_of};
 
 use std::collections::BTreeMap;
 

@@ -65,7 +65,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 ];
 
 /// Rooms of the application that know every other.
-const FREE: &[&str] = &["experiment", "cli"];
+const FREE: &[&str] = &["experiment", "sweep", "cli"];
 
 /// Things of other crates that only some places may name: the path's beginning, and where.
 const SEAMS: &[(&str, &[&str])] = &[
@@ -77,7 +77,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),
     ("image", &["experiment/pictures.rs", "observing/imaging/jpeg.rs"]),
-    ("tiny_skia", &["report"]),
+    ("tiny_skia", &["report", "sweep/page/picture.rs"]),
     ("ab_glyph", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
@@ -85,12 +85,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("signal_hook", &["cli/interrupt.rs"]),
     (
         "rustix",
-        &[
-            "benchmark_set/set_writer.rs",
-            "experiment/place.rs",
-            "experiment/external/program.rs",
-            "experiment/sweep/processor_time.rs",
-        ],
+        &["benchmark_set/set_writer.rs", "experiment/place.rs", "experiment/external/program.rs", "sweep/cell.rs"],
     ),
     (
         "std::fs",
@@ -101,6 +96,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "benchmark_set",
             "report",
             "experiment",
+            "sweep",
             "scenario/similar_file.rs",
             // in their tests
             "body/skin/skin_file.rs",
@@ -109,7 +105,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "cli",
         ],
     ),
-    ("std::time", &["experiment", "cli"]),
+    ("std::time", &["experiment", "sweep", "cli"]),
 ];
 
 #[test]

@@ -11,7 +11,7 @@ use super::super::volume::Volume;
 use super::super::{CommandError, output};
 use super::progress::SweepProgress;
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
+use crate::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
 
 /// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
 ///

@@ -1,4 +1,4 @@
-//! `skiagraph sweep check` and `plan`.
+//! `skiagraph sweep plan`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -6,33 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
-use super::super::volume::Volume;
 use super::super::{CommandError, output};
-use super::cores::all_cores;
 use super::definition::Definition;
-use crate::experiment::sweep::Planned;
-
-/// Count the cells of a sweep and estimate its time from a timed sample
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
-                        skiagraph sweep check scenarios/walk.toml particles=50,100 --seeds 5 -j 16")]
-pub(super) struct CheckArguments {
-    #[command(flatten)]
-    definition: Definition,
-
-    /// Cells at a time that the time is estimated for [default: all cores]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    jobs: Option<u32>,
-
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-pub(super) fn check(arguments: &CheckArguments, _: Volume) -> Result<ExitCode, CommandError> {
-    let jobs = arguments.jobs.map_or_else(all_cores, |jobs| jobs as usize);
-    arguments.definition.check(jobs, arguments.json)
-}
+use crate::sweep::Planned;
 
 /// Plan a sweep: write its cells into a directory
 #[derive(Args, Debug)]
@@ -59,7 +35,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments, _: Volume) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let draft = arguments.definition.draft()?;
     let planned = draft.freeze(&arguments.out, arguments.extend)?;
     let record = draft.record();

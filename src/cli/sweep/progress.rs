@@ -7,8 +7,8 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::super::interrupt;
 use super::super::volume::{Volume, note_on_stderr};
-use crate::experiment::sweep::{RunProgress, SweepWatch};
 use crate::experiment::{Progress, Stage};
+use crate::sweep::{RunProgress, SweepWatch};
 
 /// Shows how a sweep stands on standard error if that is a terminal, unless `--quiet` is given; with `--verbose`
 /// elsewhere a line a cell.
@@ -26,13 +26,11 @@ impl SweepProgress {
     }
 
     fn in_words(&self, standing: &RunProgress) -> String {
-        let left = match standing.done == standing.cells {
-            true => String::new(),
-            false => format!("{} left", HumanDuration(Duration::from_secs_f64(standing.left_s.clamp(0.0, 1e9)))),
-        };
+        let left = Duration::from_secs_f64(standing.left_s.clamp(0.0, 1e9));
+        let left = (standing.done < standing.cells).then(|| format!("{} left", HumanDuration(left)));
         let best =
             standing.best.as_ref().map(|best| format!("best {} {:.1}: {}", self.objective, best.mean, best.setting));
-        [Some(left).filter(|left| !left.is_empty()), best].into_iter().flatten().collect::<Vec<_>>().join(", ")
+        [left, best].into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -87,7 +87,7 @@ fn multiples([low, high]: [f64; 2], step: f64, most: usize) -> Vec<f64> {
 
 /// At most `most` round values whose exponents of ten lie within a range: powers of ten where three or more are in it,
 /// else 1, 2 and 5 times these, else all digits of them, else multiples of a round step.
-pub(in crate::report) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
+pub(crate) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
     let [low, high] = exponents.map(|exponent| libm::pow(10.0, exponent));
     let of_digits = |digits: &[f64]| -> Vec<f64> {
         let powers = libm::floor(exponents[0]) as i32..=libm::ceil(exponents[1]) as i32;

@@ -14,7 +14,7 @@ mod short_number;
 mod spans;
 mod style;
 
-pub(super) use axis::log_ticks;
+pub(crate) use axis::log_ticks;
 pub use bars::{Bar, BarGroup, BarPlot};
 pub use heat_plot::{HeatCell, HeatPlot};
 pub use lines::{Line, LinePlot};

@@ -91,14 +91,14 @@ impl ScatterPlot {
     }
 
     /// Whether an interval continues above the plot.
-    pub(in crate::report) fn cuts_off(&self) -> bool {
+    pub(crate) fn cuts_off(&self) -> bool {
         let [_, [_, top]] = self.ranges();
         self.groups.iter().flat_map(ScatterGroup::drawn).any(|point| point.interval.is_some_and(|[_, high]| high > top))
     }
 
     /// Ranges of exponents and of values, with a margin; values begin at zero. Intervals are in it whole, but for what
     /// goes further than twice the greatest value.
-    pub(in crate::report) fn ranges(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let ends = |of: &dyn Fn(&ScatterPoint) -> f64| {
             points().map(|p| of(&p)).fold(None, |ends: Option<[f64; 2]>, value| {
@@ -118,7 +118,7 @@ impl ScatterPlot {
 
 impl ScatterGroup {
     /// The points that have a place.
-    pub(in crate::report) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
+    pub(crate) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
         self.points.iter().copied().filter(|p| p.x > 0.0 && p.x.is_finite() && p.y.is_finite())
     }
 }
