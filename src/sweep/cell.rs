@@ -15,7 +15,7 @@ use crate::experiment::results::verdict_on;
 use crate::experiment::run::MethodRun;
 use crate::experiment::track;
 use crate::experiment::{ExperimentError, Models};
-use crate::experiment::{Progress, Stage};
+use crate::experiment::Progress;
 use crate::mocap::MocapError;
 use crate::report::Grade;
 use crate::scenario::ScenarioFile;
@@ -73,7 +73,7 @@ pub(super) fn run_shared(
     {
         return Ok(CellDone { record, cached: true });
     }
-    let work = CellWork { sweep, cell, report: wants_report, progress: &Quiet(progress) };
+    let work = CellWork { sweep, cell, report: wants_report, progress };
     let record = match work.run(shared, held) {
         Ok(record) => record,
         Err(error) if may_be_otherwise_next_time(&error) => return Err(error),
@@ -196,17 +196,4 @@ pub(super) fn of_this_thread() -> f64 {
 fn host() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     name.trim().to_owned()
-}
-
-/// Hears of interruptions alone: a cell's frames are nobody's progress.
-struct Quiet<'a>(&'a dyn Progress);
-
-impl Progress for Quiet<'_> {
-    fn begin(&self, _: Stage, _: usize) {}
-
-    fn advance(&self) {}
-
-    fn interrupted(&self) -> bool {
-        self.0.interrupted()
-    }
 }

@@ -59,43 +59,19 @@ struct TriedSetting {
 /// # Errors
 /// [`ExperimentError`] where a setting of the sample cannot be drawn or tracked, or threads cannot be started.
 pub fn sweep_cost(draft: &Draft, jobs: usize) -> Result<SweepCost, ExperimentError> {
-    let record = draft.record();
-    let found = core_seconds(&draft.cells, |cell| draft.scenario(cell), record)?;
-    Ok(SweepCost {
-        schema: "skiagraph.sweep_check/1",
-        sound: true,
-        name: record.name.clone(),
-        cells: record.cells,
-        settings: record.settings,
-        seeds: record.seeds.len(),
-        sets: record.sets,
-        sampled: found.sampled,
-        cell_s: found.cell_s,
-        core_s: found.core_s,
-        jobs,
-        run_s: found.core_s / jobs.max(1) as f64,
-        models_to_learn: found.models,
-    })
+    cost_of(&draft.cells, |cell| draft.scenario(cell), draft.record(), jobs)
 }
 
-/// What some cells cost.
-pub(super) struct CoreSeconds {
-    sampled: usize,
-    cell_s: [f64; 2],
-    /// Seconds of one core for these cells and all sets.
-    pub(super) core_s: f64,
-    models: usize,
-}
-
-/// Seconds of one core for these cells, at least one, and all sets of the plan.
+/// What these cells, at least one, and all sets of the plan cost.
 ///
 /// # Errors
 /// As [`sweep_cost`].
-pub(super) fn core_seconds(
+pub(super) fn cost_of(
     cells: &[SweepCell],
     scenario: impl Fn(&SweepCell) -> Result<ScenarioFile, ExperimentError>,
     record: &PlanRecord,
-) -> Result<CoreSeconds, ExperimentError> {
+    jobs: usize,
+) -> Result<SweepCost, ExperimentError> {
     let mut by_weight: Vec<&SweepCell> = cells.iter().collect();
     by_weight.dedup_by_key(|cell| cell.setting);
     by_weight.sort_by_key(|cell| (cell.weight, cell.index));
@@ -108,12 +84,22 @@ pub(super) fn core_seconds(
     }
     let cells_s: f64 = cells.iter().map(|cell| between(&samples, cell.weight as f64)).sum();
     let set_s = samples.iter().map(|sample| sample.set_s).sum::<f64>() / samples.len().max(1) as f64;
+    let core_s = cells_s + set_s * record.sets as f64;
     let times = samples.iter().map(|sample| sample.cell_s);
-    Ok(CoreSeconds {
+    Ok(SweepCost {
+        schema: "skiagraph.sweep_check/1",
+        sound: true,
+        name: record.name.clone(),
+        cells: cells.len(),
+        settings: record.settings,
+        seeds: record.seeds.len(),
+        sets: record.sets,
         sampled: samples.len(),
         cell_s: times.fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s), high.max(s)]),
-        core_s: cells_s + set_s * record.sets as f64,
-        models: samples.iter().map(|sample| sample.models).sum(),
+        core_s,
+        jobs,
+        run_s: core_s / jobs.max(1) as f64,
+        models_to_learn: samples.iter().map(|sample| sample.models).sum(),
     })
 }
 
@@ -125,7 +111,7 @@ fn sample(
     let (begin, processor) = (Instant::now(), of_this_thread());
     let staged = PreparedScene::new(file, mocap_directory)?;
     let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
-    let busy = share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
+    let busy = own_share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
     Ok(TriedSetting {
         weight: cell.weight as f64,
         cell_s: busy * (cost.track_s + cost.measure_s),
@@ -136,7 +122,7 @@ fn sample(
 
 /// Which part of the clock's time was the sample's own: on a machine with other work the rest is theirs, and seconds of
 /// a core are asked for.
-fn share(busy: f64) -> f64 {
+fn own_share(busy: f64) -> f64 {
     if busy.is_finite() && busy > 0.0 { busy.min(1.0) } else { 1.0 }
 }
 
@@ -182,6 +168,6 @@ mod tests {
 
     #[test]
     fn seconds_of_a_core_leave_out_what_others_used_meanwhile() {
-        assert_eq!([0.25, 1.0, 1.01, 0.0, f64::NAN].map(share), [0.25, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!([0.25, 1.0, 1.01, 0.0, f64::NAN].map(own_share), [0.25, 1.0, 1.0, 1.0, 1.0]);
     }
 }

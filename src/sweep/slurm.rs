@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
-use super::estimate::core_seconds;
+use super::estimate::cost_of;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::SweepResults;
@@ -137,9 +137,9 @@ fn shards_of(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Resul
     if missing.is_empty() {
         return Ok(1);
     }
-    let seconds = core_seconds(missing, |cell| sweep.scenario(cell), &sweep.plan)?;
+    let cost = cost_of(missing, |cell| sweep.scenario(cell), &sweep.plan, 1)?;
     let share = missing.len() as f64 / sweep.plan.cells as f64;
-    let whole = seconds.core_s / share.max(1e-9);
+    let whole = cost.core_s / share.max(1e-9);
     Ok((whole / (60.0 * f64::from(minutes))).ceil() as usize)
 }
 

@@ -23,7 +23,7 @@ use self::read_as::FormatUsage;
 use super::ExperimentError;
 use super::error::read_file;
 use super::tracking::Tracked;
-use crate::benchmark_set::{BenchmarkSet, Estimates};
+use crate::benchmark_set::{BenchmarkSet, Estimates, with_seed_axis};
 use crate::body::Humanoid;
 use crate::evaluation::AxisOrder;
 use crate::input::{self, limits};
@@ -115,14 +115,17 @@ const ASSUMED: FormatUsage = FormatUsage {
 fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
-    let bytes = angles::in_radians(path, read_file(path, limits::ARRAYS)?, declared.radians_per_unit)?;
-    let mut read_as = ReadAs::new(path, ASSUMED, declared);
+    let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
+    let npz = angles::in_radians(npz, &file, declared.radians_per_unit).map_err(malformed)?;
     let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
-    let body = &set.blind.start.body;
-    let named = npz_names::named(Npz::from_bytes(&file, &bytes)?, &file, map.as_ref(), body).map_err(malformed)?;
-    read_as.columns = named.columns;
-    read_as.layout = named.layout.map(str::to_owned);
-    read_as.left_out = named.left_out;
+    let npz = with_seed_axis(&file, npz)?;
+    let named = npz_names::named(npz, &file, map.as_ref(), &set.blind.start.body).map_err(malformed)?;
+    let read_as = ReadAs {
+        columns: named.columns,
+        layout: named.layout.map(str::to_owned),
+        left_out: named.left_out,
+        ..ReadAs::new(path, ASSUMED, declared)
+    };
     tracked_from(named.npz, path, set, read_as, Vec::new())
 }
 
