@@ -23,7 +23,7 @@
 //! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
-//! | [`scenario`], [`experiment`] | scenarios in TOML; render, track, evaluate, report |
+//! | [`scenario`], [`experiment`], [`sweep`] | scenarios in TOML; render, track, evaluate, report; many settings |
 //!
 //! # Crates
 //!

@@ -96,7 +96,7 @@ pub fn check_metric(name: &str) -> Result<(), String> {
 }
 
 /// The metric that is probably meant, as the end of a message; empty where none is alike.
-pub(crate) fn metric_named_like(name: &str) -> String {
+fn metric_named_like(name: &str) -> String {
     let guess = did_you_mean(name, METRICS.iter().map(|metric| metric.name));
     guess.map(|guess| format!("; did you mean `{guess}`?")).unwrap_or_default()
 }

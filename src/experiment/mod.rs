@@ -120,7 +120,6 @@ pub use external::{
     ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
 pub use figure_files::{stored_figures, write_figures};
-pub(crate) use gating::metric_named_like;
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{

@@ -10,6 +10,7 @@
 //! | `models/ID.model` | motion models that cells learned, each once |
 //! | `reports/ID/` | whole runs of cells, where they were asked for |
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -17,15 +18,14 @@ use super::definition::Sweep;
 use super::file::SweepFile;
 use super::identity::{Identities, InputFile};
 use super::plan_file::{
-    BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SCHEMA, SweepCell, difference, digest, edited, first_difference,
-    lines, malformed, read_plan, there,
+    BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited,
+    first_difference, lines, malformed, read_plan, there,
 };
 use super::settings::{Setting, settings, with_method};
 use super::whole_file::put;
-use crate::evaluation::find_metric;
 use crate::experiment::error::{output, read_file};
 use crate::experiment::place::{LockedPlace, parent_of, sync_parent};
-use crate::experiment::{ExperimentError, metric_named_like, to_json, unfinished};
+use crate::experiment::{ExperimentError, check_metric, to_json, unfinished};
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate};
 
@@ -42,7 +42,6 @@ pub struct Draft {
     record: PlanRecord,
     /// The cells.
     pub cells: Vec<SweepCell>,
-    base: String,
     definition: Sweep,
     template: ScenarioTemplate,
 }
@@ -75,12 +74,13 @@ impl Draft {
     /// [`ExperimentError`] that names the key or file.
     pub fn new(file: &SweepFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let sweep = &file.sweep;
-        check_objective(file)?;
+        let complain = |key: &str, message: String| ScenarioError::from(file.complaint(key, message));
+        check_metric(&sweep.objective).map_err(|message| complain("objective", message))?;
         let base = match &sweep.base {
             Some(base) => {
                 let path = file.folder.join(base);
-                let outside = |e: std::io::Error| file.complaint("base", format!("`{}` {e}", excerpt(base)));
-                file.allowed.check(&path).map_err(outside).map_err(ScenarioError::from)?;
+                let outside = |e: std::io::Error| complain("base", format!("`{}` {e}", excerpt(base)));
+                file.allowed.check(&path).map_err(outside)?;
                 ScenarioFile::open(&path, &sweep.set)
             }
             None => ScenarioFile::built_in(&sweep.set),
@@ -101,13 +101,13 @@ impl Draft {
         if count > MOST_CELLS {
             let message =
                 format!("expected at most {MOST_CELLS} cells, found {} settings x {} seeds", made.len(), seeds.len());
-            return Err(ScenarioError::from(file.complaint("seeds", message)).into());
+            return Err(complain("seeds", message).into());
         }
         let mut cells: Vec<SweepCell> = Vec::with_capacity(count);
         for (number, (identity, weight, setting)) in made.iter().enumerate() {
             let Setting { axes, set, method } = setting;
             cells.extend(seeds.iter().map(|seed| SweepCell {
-                index: 0,
+                index: number * seeds.len() + (seed - first) as usize,
                 cell: identity.cell(*seed),
                 setting: number,
                 seed: *seed,
@@ -119,12 +119,10 @@ impl Draft {
             }));
         }
         refuse_twins(file, &cells)?;
-        cells.iter_mut().enumerate().for_each(|(index, cell)| cell.index = index);
         let mut sets: Vec<&String> = made.iter().map(|(identity, ..)| &identity.set).collect();
         sets.dedup();
-        let mut axes: Vec<String> = made.iter().flat_map(|(.., setting)| setting.axes.keys().cloned()).collect();
-        axes.sort();
-        axes.dedup();
+        let axes: BTreeSet<&String> = made.iter().flat_map(|(.., setting)| setting.axes.keys()).collect();
+        let inputs = identities.into_inputs().into_iter().map(|i| InputFile { path: absolute(&i.path), ..i }).collect();
         let base_file = template.file();
         let record = PlanRecord {
             schema: SCHEMA.to_owned(),
@@ -136,7 +134,7 @@ impl Draft {
             settings: made.len(),
             sets: sets.len(),
             seeds,
-            axes,
+            axes: axes.into_iter().cloned().collect(),
             objective: sweep.objective.clone(),
             reports: sweep.reports,
             base: BaseRecord {
@@ -146,14 +144,11 @@ impl Draft {
                 set: template.overrides().to_vec(),
             },
             mocap_directory: mocap_directory.map(absolute),
-            inputs: Vec::new(),
+            inputs,
             cells_sha256: String::new(),
             digest: String::new(),
         };
-        let inputs = identities.into_inputs().into_iter().map(|i| InputFile { path: absolute(&i.path), ..i }).collect();
-        let definition = Sweep { base: None, ..sweep.clone() };
-        let base = template.text().to_owned();
-        Ok(Self { record: PlanRecord { inputs, ..record }, cells, base, definition, template })
+        Ok(Self { record, cells, definition: Sweep { base: None, ..sweep.clone() }, template })
     }
 
     /// What is planned; without digests.
@@ -217,7 +212,7 @@ impl Draft {
     fn write(&self, folder: &Path, record: &PlanRecord, cells: &[u8]) -> Result<(), ExperimentError> {
         let definition = serde_json::to_value(&self.definition).map_err(|e| malformed(folder, e.to_string()))?;
         let definition = toml::to_string(&definition).map_err(|e| malformed(folder, e.to_string()))?;
-        put(&folder.join(BASE_FILE), self.base.as_bytes())?;
+        put(&folder.join(BASE_FILE), self.template.text().as_bytes())?;
         put(&folder.join(DEFINITION_FILE), definition.as_bytes())?;
         put(&folder.join(CELLS_FILE), cells)?;
         put(&folder.join(PLAN_FILE), &to_json(record)?)
@@ -374,25 +369,12 @@ fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFil
     Ok(file)
 }
 
-fn check_objective(file: &SweepFile) -> Result<(), ExperimentError> {
-    let name = &file.sweep.objective;
-    if find_metric(name).is_some() {
-        return Ok(());
-    }
-    let guess = metric_named_like(name);
-    let message = format!("expected the name of a metric, found `{}`{guess}", excerpt(name));
-    Err(ScenarioError::from(file.complaint("objective", message)).into())
-}
-
 /// Two settings that are the same are a mistake: their cells would have one result.
 fn refuse_twins(file: &SweepFile, cells: &[SweepCell]) -> Result<(), ExperimentError> {
     let mut ids: Vec<(&str, usize)> = cells.iter().enumerate().map(|(at, cell)| (cell.cell.as_str(), at)).collect();
     ids.sort_unstable();
     let Some(twins) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
-    let words = |at: usize| {
-        let axes = cells[at].axes.iter().map(|(key, value)| format!("{key}={value}"));
-        axes.collect::<Vec<_>>().join(" ")
-    };
+    let words = |at: usize| describe_axes(&cells[at].axes);
     let key = if file.sweep.points.is_empty() { "axes" } else { "points" };
     let message = format!(
         "expected different settings, but `{}` and `{}` make the same scenario",

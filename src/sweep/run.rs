@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use super::cell::{CellOptions, run_shared};
+use super::cell::{CellOptions, Shared, run_shared};
 use super::plan::PlannedSweep;
-use super::plan_file::{SweepCell, axes_in_words, without};
+use super::plan_file::{SweepCell, describe_axes, without};
 use super::results::{CellRecord, Status, SweepResults};
-use super::shared::Shared;
 use super::summary::badness;
 use crate::evaluation::find_metric;
 use crate::experiment::ExperimentError;
@@ -232,7 +231,7 @@ impl<'a> Course<'a> {
         let (mut groups, mut group_of, mut named) = (Vec::new(), HashMap::new(), HashMap::new());
         for cell in cells {
             let group = *group_of.entry(cell.setting).or_insert_with(|| {
-                let words = axes_in_words(&without(&cell.axes, over));
+                let words = describe_axes(&without(&cell.axes, over));
                 *named.entry(words.clone()).or_insert_with(|| {
                     groups.push(SettingCourse { words, cells: 0, measured: 0, sum: 0.0 });
                     groups.len() - 1

@@ -1,4 +1,4 @@
-//! Hands a sweep to Slurm.
+//! Hands a sweep to Slurm. What its scripts do is left to `skiagraph sweep cell --shard`: Slurm only decides where and when.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,6 @@ use super::estimate::cost_of;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::SweepResults;
-use super::script::{Job, closer, task};
 use super::shards::{shard, to_ranges};
 use super::whole_file::put;
 use crate::experiment::error::output;
@@ -27,6 +26,11 @@ const SUBMITTED: &str = "submitted.json";
 const USUAL_ARRAY: usize = 1001;
 /// How much longer than estimated a shard may take: nodes differ.
 const SLACK: u64 = 4;
+
+/// How often what is missing is submitted again by itself.
+const ROUNDS: usize = 3;
+/// How often a task that said "try again" (exit code 75) is begun again.
+const RETRIES: usize = 5;
 
 /// How a sweep is to be submitted.
 #[derive(Clone, Debug)]
@@ -102,9 +106,9 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
     if options.dry_run {
         let blocks = blocks(&parts, array_limit().unwrap_or(USUAL_ARRAY));
         submission.commands =
-            blocks.iter().map(|block| in_words(&array_command(block, &options.extra, &task_script))).collect();
+            blocks.iter().map(|block| shell_line(&array_command(block, &options.extra, &task_script))).collect();
         // numbers of jobs are known once they are submitted
-        submission.commands.push(in_words(&closing_command("<jobs above>", &options.extra, &closing_script)));
+        submission.commands.push(shell_line(&closing_command("<jobs above>", &options.extra, &closing_script)));
         return Ok(submission);
     }
     // held while it submits
@@ -146,7 +150,7 @@ fn shards_of(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Resul
 impl Submission {
     /// Calls `sbatch`, which answers with the number of the job: `123` or `123;cluster`.
     fn call(&mut self, command: &[String]) -> Result<(), ExperimentError> {
-        self.commands.push(in_words(command));
+        self.commands.push(shell_line(command));
         let said = called(command)?;
         self.jobs.push(said.trim().split(';').next().unwrap_or_default().to_owned());
         Ok(())
@@ -216,7 +220,7 @@ fn refuse_queued(sweep: &PlannedSweep) -> Result<(), ExperimentError> {
 /// What a command prints.
 fn called(command: &[String]) -> Result<String, ExperimentError> {
     let Some((program, arguments)) = command.split_first() else { return Ok(String::new()) };
-    let failed = |detail: String| ExperimentError::Engine { command: in_words(command), detail };
+    let failed = |detail: String| ExperimentError::Engine { command: shell_line(command), detail };
     let done = Command::new(program).args(arguments).output().map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => failed(format!(
             "`{program}` is not on the PATH: run this where jobs are submitted (a login node), or see the scripts with \
@@ -231,8 +235,93 @@ fn called(command: &[String]) -> Result<String, ExperimentError> {
     }
 }
 
-fn in_words(command: &[String]) -> String {
+fn shell_line(command: &[String]) -> String {
     command.iter().map(|part| shell_word(part)).collect::<Vec<_>>().join(" ")
+}
+
+/// What scripts are written for.
+#[derive(Clone, Copy, Debug)]
+struct Job<'a> {
+    /// The sweep's name.
+    name: &'a str,
+    /// The sweep's folder, absolute.
+    root: &'a Path,
+    /// This program.
+    program: &'a Path,
+    /// Number of shards.
+    shards: usize,
+    /// Minutes that a shard may take.
+    minutes: u64,
+    /// How often the sweep was submitted again.
+    round: usize,
+    /// More arguments of `sbatch`.
+    extra: &'a [String],
+}
+
+/// The script of one task: one shard.
+fn task(job: &Job<'_>) -> String {
+    let (program, root) = (quoted(job.program), quoted(job.root));
+    format!(
+        "#!/bin/bash\n\
+         #SBATCH --job-name=skiagraph-{name}\n\
+         #SBATCH --output={log}/%A_%a.txt\n\
+         #SBATCH --open-mode=append\n\
+         #SBATCH --cpus-per-task=1\n\
+         #SBATCH --time={minutes}\n\
+         #SBATCH --requeue\n\
+         shard=$((SLURM_ARRAY_TASK_ID + ${{SKIAGRAPH_OFFSET:-0}}))\n\
+         {program} sweep cell {root} --shard \"$shard/{shards}\"\n\
+         code=$?\n\
+         # 75: try again. Some sites do so themselves (RequeueExit), others have to be asked.\n\
+         if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {RETRIES} ]; then\n\
+         \x20 scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" && sleep 60\n\
+         fi\n\
+         exit \"$code\"\n",
+        name = job.name,
+        log = in_directive(&job.root.join("log")),
+        minutes = job.minutes,
+        shards = job.shards,
+    )
+}
+
+/// The script of the job that ends a sweep: it submits again what is missing, and gathers.
+fn closer(job: &Job<'_>) -> String {
+    let (program, root) = (quoted(job.program), quoted(job.root));
+    let head = format!(
+        "#!/bin/bash\n\
+         #SBATCH --job-name=skiagraph-{}-close\n\
+         #SBATCH --output={}/close_%j.txt\n\
+         #SBATCH --time=60\n",
+        job.name,
+        in_directive(&job.root.join("log")),
+    );
+    let more: String = job.extra.iter().map(|argument| format!(" {}", shell_word(argument))).collect();
+    let more = if more.is_empty() { more } else { format!(" --{more}") };
+    let again = format!("{program} sweep submit {root} --shards {} --round {}{more}", job.shards, job.round + 1);
+    let again = if job.round + 1 < ROUNDS {
+        format!("exec {again}\n")
+    } else {
+        format!(
+            "echo \"still missing after {ROUNDS} rounds: $missing\" >&2\n\
+             {program} sweep gather {root} --allow-partial\n\
+             exit 1\n"
+        )
+    };
+    format!(
+        "{head}missing=$({program} sweep status {root} --missing) || exit\n\
+         if [ -z \"$missing\" ]; then exec {program} sweep gather {root}; fi\n\
+         {again}"
+    )
+}
+
+fn quoted(path: &Path) -> String {
+    shell_word(&path.to_string_lossy())
+}
+
+/// A path in a line that begins with `#SBATCH`.
+fn in_directive(path: &Path) -> String {
+    let text = path.to_string_lossy().replace('%', "%%");
+    if text.contains(' ') { format!("\"{text}\"") } else { text }
 }
 
 #[cfg(test)]
@@ -260,12 +349,55 @@ mod tests {
             arrays.iter().map(|block| array_command(block, &extra, Path::new("/s/shard.sh"))).collect();
         commands.push(closing_command("17:18", &extra, Path::new("/s/close.sh")));
         assert_eq!(
-            commands.iter().map(|command| in_words(command)).collect::<Vec<_>>(),
+            commands.iter().map(|command| shell_line(command)).collect::<Vec<_>>(),
             [
                 "sbatch --parsable --array=1-3 --export=ALL,SKIAGRAPH_OFFSET=0 --partition=cpu /s/shard.sh",
                 "sbatch --parsable --array=2 --export=ALL,SKIAGRAPH_OFFSET=3 --partition=cpu /s/shard.sh",
                 "sbatch --parsable --dependency=afterany:17:18 --partition=cpu /s/close.sh",
             ]
         );
+    }
+    fn job<'a>(root: &'a Path, extra: &'a [String]) -> Job<'a> {
+        Job { name: "walk", root, program: Path::new("/opt/a b/skiagraph"), shards: 40, minutes: 50, round: 0, extra }
+    }
+
+    /// Bash takes the script.
+    fn assert_parses(script: &str) {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), script).unwrap();
+        let checked = Command::new("bash").arg("-n").arg(file.path()).output().unwrap();
+        assert!(checked.status.success(), "{script}\n{}", String::from_utf8_lossy(&checked.stderr));
+    }
+
+    #[test]
+    fn slurms_task_runs_its_shard_and_asks_for_another_try() {
+        let root = Path::new("/scratch/it's/walk");
+        let script = task(&job(root, &[]));
+        assert_parses(&script);
+        for words in [
+            "#SBATCH --output=/scratch/it's/walk/log/%A_%a.txt\n",
+            "shard=$((SLURM_ARRAY_TASK_ID + ${SKIAGRAPH_OFFSET:-0}))\n",
+            "'/opt/a b/skiagraph' sweep cell '/scratch/it'\\''s/walk' --shard \"$shard/40\"\n",
+            "scontrol requeue \"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"",
+            "#SBATCH --time=50\n",
+        ] {
+            assert!(script.contains(words), "no {words} in {script}");
+        }
+    }
+
+    #[test]
+    fn the_closer_gathers_or_submits_again_and_gives_up_in_the_end() {
+        let extra = ["--partition=long jobs".to_owned()];
+        let first = job(Path::new("/scratch/walk"), &extra);
+        let script = closer(&first);
+        assert_parses(&script);
+        assert!(
+            script.contains("sweep submit /scratch/walk --shards 40 --round 1 -- '--partition=long jobs'\n"),
+            "{script}"
+        );
+        assert!(script.contains("if [ -z \"$missing\" ]; then exec") && script.contains("sweep gather /scratch/walk"));
+        let last = closer(&Job { round: ROUNDS - 1, ..first });
+        assert_parses(&last);
+        assert!(!last.contains("sweep submit") && last.contains("--allow-partial"), "{last}");
     }
 }

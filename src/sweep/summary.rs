@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
 use super::plan::PlannedSweep;
-use super::plan_file::{SweepCell, axes_in_words, table_text, without};
+use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::evaluation::{Direction, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::experiment::{ExperimentError, REPORT_FILE};
@@ -130,7 +130,7 @@ impl SweepSummary {
         let mut places: HashMap<String, usize> = HashMap::new();
         for setting in &self.settings {
             let axes = without(&setting.axes, over);
-            let place = *places.entry(axes_in_words(&axes)).or_insert(groups.len());
+            let place = *places.entry(describe_axes(&axes)).or_insert(groups.len());
             match groups.get_mut(place) {
                 Some((_, members)) => members.push(setting),
                 None => groups.push((axes, vec![setting])),
@@ -214,7 +214,7 @@ fn together(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueR
     };
     let one = SettingSummary {
         setting: members.first().map_or(0, |member| member.setting),
-        words: axes_in_words(&axes),
+        words: describe_axes(&axes),
         axes,
         evaluations_per_frame: over_members(|member| member.evaluations_per_frame),
         processor_ms_per_frame: over_members(|member| member.processor_ms_per_frame),
@@ -247,7 +247,7 @@ impl SettingReader<'_> {
         let axes = cells.first().map(|cell| cell.axes.clone()).unwrap_or_default();
         let setting = SettingSummary {
             setting: cells.first().map_or(0, |cell| cell.setting),
-            words: axes_in_words(&axes),
+            words: describe_axes(&axes),
             axes,
             evaluations_per_frame: per_frame(|record| record.likelihood_evaluations as f64),
             processor_ms_per_frame: per_frame(|record| 1e3 * record.env.track_processor_s),
@@ -283,7 +283,7 @@ mod tests {
         axes.insert("clip".to_owned(), clip.into());
         axes.insert("particles".to_owned(), particles.into());
         SettingSummary {
-            words: axes_in_words(&axes),
+            words: describe_axes(&axes),
             axes,
             values: values.to_vec(),
             evaluations_per_frame: Some(10.0 * particles as f64),

@@ -2,7 +2,6 @@
 
 mod cell;
 mod definition;
-mod plan;
 mod progress;
 mod results;
 mod run;
@@ -48,7 +47,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 enum SweepAction {
     Check(definition::CheckArguments),
-    Plan(plan::Arguments),
+    Plan(definition::PlanArguments),
     Run(run::Arguments),
     Cell(cell::Arguments),
     Status(results::StatusArguments),
@@ -60,7 +59,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     match &arguments.action {
         None => run::directly(&arguments.definition, &arguments.direct, volume),
         Some(SweepAction::Check(arguments)) => arguments.run(),
-        Some(SweepAction::Plan(arguments)) => plan::run(arguments),
+        Some(SweepAction::Plan(arguments)) => definition::plan(arguments),
         Some(SweepAction::Run(arguments)) => run::run(arguments, volume),
         Some(SweepAction::Cell(arguments)) => cell::run(arguments, volume),
         Some(SweepAction::Status(arguments)) => results::status(arguments),

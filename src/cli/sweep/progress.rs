@@ -25,7 +25,7 @@ impl SweepProgress {
         Self { bar: ProgressBar::with_draw_target(None, target), volume, objective: objective.to_owned() }
     }
 
-    fn in_words(&self, standing: &RunProgress) -> String {
+    fn describe(&self, standing: &RunProgress) -> String {
         let left = Duration::from_secs_f64(standing.left_s.clamp(0.0, 1e9));
         let left = (standing.done < standing.cells).then(|| format!("{} left", HumanDuration(left)));
         let best =
@@ -44,7 +44,7 @@ impl SweepWatch for SweepProgress {
     }
 
     fn advance(&self, standing: &RunProgress) {
-        let words = self.in_words(standing);
+        let words = self.describe(standing);
         if self.bar.is_hidden() && self.volume.verbose {
             note_on_stderr(&format!("{} of {} cells; {words}", standing.done, standing.cells));
         }

@@ -141,7 +141,7 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         summary.name,
         output::counted(ran.run, "cell"),
         ranking(summary),
-        failures_in_words(&ran.failed),
+        describe_failures(&ran.failed),
         root.join(RUNS_TABLE).display(),
         root.display(),
     )
@@ -190,7 +190,7 @@ fn row(setting: &SettingSummary, width: usize) -> String {
     )
 }
 
-fn failures_in_words(failed: &[(usize, String)]) -> String {
+fn describe_failures(failed: &[(usize, String)]) -> String {
     if failed.is_empty() {
         return String::new();
     }

@@ -110,10 +110,7 @@ mod tests {
         // with the axis of seeds and without it
         for shape in [&[1, 1, 3][..], &[1, 3]] {
             let archive = |angles: [f64; 3]| {
-                Npz::from_iter([
-                    ("fps", Array::new(&[], vec![60.0])),
-                    (NAME, Array::new(shape, angles.to_vec())),
-                ])
+                Npz::from_iter([("fps", Array::new(&[], vec![60.0])), (NAME, Array::new(shape, angles.to_vec()))])
             };
             let given = archive([90.0, -45.0, 180.0]);
             let read = |declared: Option<f64>| in_radians(given.clone(), "theirs.npz", declared);

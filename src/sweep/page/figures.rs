@@ -102,8 +102,7 @@ pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> Scatter
 fn grouping_axis(input: &SweepPageInput) -> Option<usize> {
     let count = |axis: &usize| labels(input, *axis).len();
     let few: Vec<usize> = (0..input.axes.len()).filter(|axis| (2..=LINES).contains(&count(axis))).collect();
-    let named =
-        few.iter().copied().find(|axis| !input.settings().iter().all(|setting| input.is_number(setting, *axis)));
+    let named = few.iter().copied().find(|axis| !input.is_numeric(*axis));
     named.or_else(|| few.into_iter().min_by_key(count))
 }
 
@@ -121,8 +120,8 @@ fn map_axes(input: &SweepPageInput) -> Option<[usize; 2]> {
     if let Some(pair) = named("particles").zip(named("layers")).filter(|(a, b)| varied(a) && varied(b)) {
         return Some([pair.0, pair.1]);
     }
-    let is_number = |axis: &usize| input.settings().iter().all(|setting| input.is_number(setting, *axis));
-    let mut numeric: Vec<usize> = (0..input.axes.len()).filter(|axis| varied(axis) && is_number(axis)).collect();
+    let mut numeric: Vec<usize> =
+        (0..input.axes.len()).filter(|axis| varied(axis) && input.is_numeric(*axis)).collect();
     numeric.sort_by_key(|axis| std::cmp::Reverse(labels(input, *axis).len()));
     match numeric.as_slice() {
         [a, b, ..] => Some([*a, *b]),

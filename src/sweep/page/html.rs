@@ -161,7 +161,7 @@ fn failure<'a>(input: &SweepPageInput, setting: &SettingSummary, cell: &'a CellS
     }
 }
 
-fn cost_in_words(cost: CostMeasure, point: &SettingSummary) -> String {
+fn describe_cost(cost: CostMeasure, point: &SettingSummary) -> String {
     let value = cost.of_setting(point).map_or("?".to_owned(), three_digits);
     match cost {
         CostMeasure::Evaluations => format!("{value} likelihood evaluations a frame"),
@@ -177,7 +177,7 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
         let point = &input.settings()[at];
         let mean = point.mean.map_or("?".to_owned(), |mean| number(mean, unit));
         let ends = point.ci95.map(|i| format!(", 95 % interval {}", between(i.low, i.high, unit))).unwrap_or_default();
-        format!("{} ({mean} {}{ends}; {})", input.words(point), symbol(unit), cost_in_words(cost, point))
+        format!("{} ({mean} {}{ends}; {})", input.words(point), symbol(unit), describe_cost(cost, point))
     };
     let limit = format!("{} {}", three_digits(input.within), symbol(unit));
     let sure = match surely {

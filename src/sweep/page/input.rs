@@ -110,9 +110,11 @@ impl SweepPageInput {
         if words.is_empty() { setting.words.clone() } else { words.join(" ") }
     }
 
-    /// Whether the value of an axis is a number in a setting.
-    pub(super) fn is_number(&self, setting: &SettingSummary, axis: usize) -> bool {
-        setting.axes.get(&self.summary.axes[axis]).is_some_and(|value| value.as_f64().is_some())
+    /// Whether the value of an axis is a number in every setting.
+    pub(super) fn is_numeric(&self, axis: usize) -> bool {
+        let is_number =
+            |setting: &SettingSummary| setting.axes.get(&self.summary.axes[axis]).is_some_and(Value::is_number);
+        self.settings().iter().all(is_number)
     }
 }
 
@@ -127,12 +129,12 @@ impl PlannedSweep {
     fn command(&self) -> String {
         let PlanRecord { source, name, .. } = &self.plan;
         let file = if source.ends_with(BUILT_IN) { String::new() } else { format!(" {}", shell_word(source)) };
-        let words = self.axes_in_words().map_or_else(String::new, |words| format!(" {}", words.join(" ")));
+        let words = self.typed_axes().map_or_else(String::new, |words| format!(" {}", words.join(" ")));
         format!("skiagraph sweep{file}{words} --out sweeps/{name}")
     }
 
     /// Axes and options of a sweep from the command line; `None` for a sweep file.
-    fn axes_in_words(&self) -> Option<Vec<String>> {
+    fn typed_axes(&self) -> Option<Vec<String>> {
         let of_scenario = match &self.plan.base.file {
             Some(file) => Path::new(&self.plan.source).file_name() == file.file_name(),
             None => self.plan.source.ends_with(BUILT_IN),
