@@ -38,7 +38,11 @@ impl TerminalProgress {
 
 /// What is counted.
 fn unit(stage: Stage) -> &'static str {
-    if stage == Stage::Layers { "images" } else { "frames" }
+    match stage {
+        Stage::Layers => "images",
+        Stage::Sweep => "cells",
+        _ => "frames",
+    }
 }
 
 fn name(stage: Stage) -> &'static str {
@@ -52,6 +56,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Segment => "segmenting",
         Stage::Verify => "verifying",
         Stage::Export => "exporting",
+        Stage::Sweep => "running",
     }
 }
 

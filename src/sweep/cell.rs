@@ -16,7 +16,7 @@ use crate::experiment::provenance::ResultKind;
 use crate::experiment::results::verdict_on;
 use crate::experiment::run::MethodRun;
 use crate::experiment::tracking::prepare;
-use crate::experiment::{Destination, ExperimentError, Measures, Models, Progress, render, track};
+use crate::experiment::{Destination, ExperimentError, Measures, Models, Progress, Stage, render, track};
 use crate::mocap::MocapError;
 use crate::report::Grade;
 use crate::scenario::ScenarioFile;
@@ -60,7 +60,7 @@ pub fn run_cell(
     options: CellOptions,
     progress: &dyn Progress,
 ) -> Result<CellDone, ExperimentError> {
-    run_shared(sweep, cell, options, &Shared::default(), &mut None, progress)
+    run_shared(sweep, cell, options, &Shared::default(), &mut None, &Quiet(progress))
 }
 
 /// As [`run_cell`], with sets and models that others use too; `held` keeps the last set in memory.
@@ -287,4 +287,17 @@ fn on_disk(
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Hears of interruptions alone, as the cells of [`super::run_sweep`].
+struct Quiet<'a>(&'a dyn Progress);
+
+impl Progress for Quiet<'_> {
+    fn begin(&self, _: Stage, _: usize) {}
+
+    fn advance(&self) {}
+
+    fn interrupted(&self) -> bool {
+        self.0.interrupted()
+    }
 }

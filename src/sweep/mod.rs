@@ -42,7 +42,7 @@ pub use identity::InputFile;
 pub use plan::{Draft, Planned, PlannedSweep};
 pub use plan_file::{BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SweepCell};
 pub use results::{CellRecord, Environment, Status};
-pub use run::{Best, Ran, RunOptions, RunProgress, SweepWatch, run_some, run_sweep};
+pub use run::{Ran, RunOptions, run_some, run_sweep};
 pub use shards::{shard, to_ranges};
 pub use slurm::{Submission, SubmitOptions, submit};
 pub use summary::{CellSummary, SettingSummary, SweepSummary};

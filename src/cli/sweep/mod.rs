@@ -2,7 +2,6 @@
 
 mod cell;
 mod definition;
-mod progress;
 mod results;
 mod run;
 mod submit;

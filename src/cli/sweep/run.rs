@@ -7,12 +7,12 @@ use clap::Args;
 use serde_json::json;
 
 use super::super::file_access::FileAccess;
+use super::super::progress::TerminalProgress;
 use super::super::summary::number;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
 use super::definition::Definition;
 use super::jobs_or_all_cores;
-use super::progress::SweepProgress;
 use crate::evaluation::FEWEST_RUNS;
 use crate::experiment::ExperimentError;
 use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
@@ -108,7 +108,7 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
 fn work(root: &Path, how: &How, access: FileAccess, volume: Volume) -> Result<ExitCode, CommandError> {
     let sweep = access.open_sweep(root)?;
     let jobs = jobs_or_all_cores(how.jobs);
-    let progress = SweepProgress::new(volume, &sweep.plan.objective);
+    let progress = TerminalProgress::new(volume);
     let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
     drop(progress);
     let ran = ran.map_err(|error| resumable(error, root))?;

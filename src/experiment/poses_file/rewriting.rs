@@ -250,16 +250,6 @@ mod tests {
                 assert_eq!(*markers, expected, "{shift}, frame {frame}");
             }
         }
-        for shift in [5, 400, -4, -5] {
-            let declared = PosesDeclared { shift: Some(shift), ..PosesDeclared::default() };
-            let refused = read(archive(), &declared).unwrap_err();
-            let words = format!(
-                "--shift {shift} leaves nothing to measure: the file's 5 frames would be the frames {shift} to {} of the set, \
-                 which has the frames 0 to 4",
-                shift + 4
-            );
-            assert!(refused.starts_with(&words), "{refused}");
-        }
     }
 
     #[test]

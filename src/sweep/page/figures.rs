@@ -308,25 +308,3 @@ impl Map {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sweep::page::html::tests::grid;
-
-    #[test]
-    fn a_sweeps_figures_are_its_plots_and_its_heat_map() {
-        let files = sweep_figures(&grid()).unwrap();
-        let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
-        for name in ["cost-evaluations", "map-1", "axis-particles"] {
-            assert!(names.contains(&name), "{name}: {names:?}");
-        }
-        for file in &files {
-            roxmltree::Document::parse(&file.svg).unwrap();
-            assert!(!file.svg.contains("var(--") && !file.caption.is_empty(), "{}", file.name);
-        }
-        let mut nothing = grid();
-        nothing.summary.settings.clear();
-        assert!(matches!(sweep_figures(&nothing), Err(ReportError::NoRun)));
-    }
-}

@@ -207,9 +207,6 @@ mod tests {
     fn the_picture_of_a_sweep_has_a_dot_for_every_setting_and_carries_our_mark() {
         let input = grid();
         let bytes = sweep_picture(&input).unwrap();
-        if let Some(path) = std::env::var_os("SKIAGRAPH_SWEEP_PICTURE") {
-            std::fs::write(path, &bytes).unwrap();
-        }
         assert!(String::from_utf8_lossy(&bytes[..200]).contains("Software\0skiagraph "));
         let picture = Pixmap::decode_png(&bytes).unwrap();
         assert!(picture.width() == WIDTH && picture.height() > 500, "{}", picture.height());
