@@ -1,4 +1,4 @@
-//! Scenarios and what is done with them: the only room that knows every other.
+//! Scenarios and what is done with them: this room knows every other but `sweep` and `cli`, which use it.
 //!
 //! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three
 //! apart, by way of a benchmark set on disk, with the same numbers.

@@ -274,7 +274,7 @@ fn on_disk(
         if progress.interrupted() {
             return Err(ExperimentError::Interrupted);
         }
-        match render(file, sweep.mocap_directory(), Destination { path: &path, force: false }, progress) {
+        match render(file, sweep.plan.mocap_directory.as_deref(), Destination { path: &path, force: false }, progress) {
             Ok((set, _)) => return Ok(set),
             // another process renders it, or has just done so
             Err(ExperimentError::Busy { .. } | ExperimentError::SetThere { .. }) => std::thread::sleep(PATIENCE),

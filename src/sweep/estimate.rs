@@ -59,7 +59,7 @@ struct TriedSetting {
 /// # Errors
 /// [`ExperimentError`] where a setting of the sample cannot be drawn or tracked, or threads cannot be started.
 pub fn sweep_cost(draft: &Draft, jobs: usize) -> Result<SweepCost, ExperimentError> {
-    cost_of(&draft.cells, |cell| draft.scenario(cell), draft.record(), jobs)
+    cost_of(&draft.cells, |cell| draft.scenario(cell), &draft.record, jobs)
 }
 
 /// What these cells, at least one, and all sets of the plan cost.

@@ -39,6 +39,8 @@ pub enum SweepAxis {
 pub struct AxisValue {
     /// The value itself, or the name of a table of several keys.
     pub label: Value,
+    /// Whether it is such a name, as in `{ name = "...", set = [...] }`.
+    pub is_name: bool,
     /// Overrides.
     pub set: Vec<String>,
 }
@@ -210,12 +212,13 @@ impl SweepFile {
     fn axis_value(&self, at: &str, name: &str, value: &Value) -> Result<AxisValue, Diagnostic> {
         let several = value.as_object().and_then(|table| Some((table.get("name")?, table.get("set")?, table.len())));
         let Some((label, set, parts)) = several else {
-            return Ok(AxisValue { label: value.clone(), set: vec![format!("{name}={}", as_toml(value))] });
+            let set = vec![format!("{name}={}", as_toml(value))];
+            return Ok(AxisValue { label: value.clone(), is_name: false, set });
         };
         let set: Option<Vec<String>> =
             set.as_array().and_then(|set| set.iter().map(|one| one.as_str().map(str::to_owned)).collect());
         match (label.is_string(), set, parts) {
-            (true, Some(set), 2) => Ok(AxisValue { label: label.clone(), set }),
+            (true, Some(set), 2) => Ok(AxisValue { label: label.clone(), is_name: true, set }),
             _ => Err(self.complaint(at, "expected { name = \"...\", set = [\"key=value\", ...] }".to_owned())),
         }
     }
@@ -348,7 +351,10 @@ mod tests {
         ] {
             let axes = parse(text).unwrap().axes().unwrap();
             let SweepAxis::Values(values) = &axes["rig.ring.count"] else { panic!("{axes:?}") };
-            assert_eq!(values[1], AxisValue { label: 4.into(), set: vec!["rig.ring.count=4".to_owned()] });
+            assert_eq!(
+                values[1],
+                AxisValue { label: 4.into(), is_name: false, set: vec!["rig.ring.count=4".to_owned()] }
+            );
         }
     }
 

@@ -39,7 +39,8 @@ const LARGEST_LIST: u64 = 4 << 30;
 /// A sweep before it is frozen.
 #[derive(Debug)]
 pub struct Draft {
-    record: PlanRecord,
+    /// What is planned; without digests.
+    pub record: PlanRecord,
     /// The cells.
     pub cells: Vec<SweepCell>,
     definition: Sweep,
@@ -149,11 +150,6 @@ impl Draft {
             digest: String::new(),
         };
         Ok(Self { record, cells, definition: Sweep { base: None, ..sweep.clone() }, template })
-    }
-
-    /// What is planned; without digests.
-    pub fn record(&self) -> &PlanRecord {
-        &self.record
     }
 
     /// The scenario of a cell.
@@ -314,11 +310,6 @@ impl PlannedSweep {
         Ok(SweepFile::open(&self.root.join(DEFINITION_FILE))?)
     }
 
-    /// Where clips are searched for.
-    pub fn mocap_directory(&self) -> Option<&Path> {
-        self.plan.mocap_directory.as_deref()
-    }
-
     /// The base scenario, where its file is still there, must be what was frozen.
     fn check_base(&self, frozen: &str) -> Result<(), ExperimentError> {
         let Some(path) = self.plan.base.file.as_deref() else { return Ok(()) };
@@ -416,7 +407,7 @@ mod tests {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let draft = Draft::new(&SweepFile::open(&path).unwrap(), None).unwrap();
-            let record = draft.record();
+            let record = &draft.record;
             assert_eq!(record.cells, record.settings * record.seeds.len());
             assert!(draft.cells.iter().all(|cell| draft.scenario(cell).is_ok()), "{}", path.display());
             let mut sets: Vec<&String> = draft.cells.iter().map(|cell| &cell.set).collect();

@@ -188,9 +188,7 @@ impl<'a> SweepResults<'a> {
 
     /// What became of every cell.
     pub(super) fn statuses(&self, cells: &[SweepCell]) -> Vec<Option<Status>> {
-        let blocks: Vec<&[SweepCell]> = cells.chunks(BLOCK).collect();
-        let of_block = |block: usize| blocks[block].iter().map(|cell| self.status(&cell.cell)).collect::<Vec<_>>();
-        parallel::map(blocks.len(), of_block).concat()
+        parallel::map(cells.len(), |at| self.status(&cells[at].cell))
     }
 
     /// Calls `each` with every cell and what `prepare` makes of its result, in order. Results are read a block at a

@@ -103,17 +103,9 @@ pub(super) fn with_method(mut file: ScenarioFile, name: &str) -> ScenarioFile {
 /// Overrides of a combination. Values that are tables or set several keys come first: naming another tracker must not
 /// undo what other axes say of it.
 fn overrides(combination: &Combination) -> Vec<String> {
-    let is_broad = |value: &&AxisValue| value.set.len() != 1 || value.label.is_object() || value.set_is_named();
+    let is_broad = |value: &&AxisValue| value.is_name || value.label.is_object();
     let (broad, narrow): (Vec<&AxisValue>, Vec<&AxisValue>) = combination.values().partition(is_broad);
     broad.into_iter().chain(narrow).flat_map(|value| value.set.iter().cloned()).collect()
-}
-
-impl AxisValue {
-    /// Whether it is a name for what it sets, as in `{ name = "...", set = [...] }`.
-    fn set_is_named(&self) -> bool {
-        let said = self.set.first().and_then(|set| set.split_once('=')).map(|(_, value)| value);
-        self.label.as_str().is_some_and(|label| said != Some(&Value::String(label.to_owned()).to_string()))
-    }
 }
 
 fn combinations(file: &SweepFile) -> Result<Vec<Combination>, ExperimentError> {
@@ -226,7 +218,7 @@ fn drawn(axes: &BTreeMap<String, SweepAxis>, seed: u64, sample: u64) -> Combinat
                 } else {
                     Number::from_f64(six_digits(value)).unwrap_or_else(|| 0.into())
                 };
-                AxisValue { label: Value::Number(number.clone()), set: vec![format!("{key}={number}")] }
+                AxisValue { label: number.clone().into(), is_name: false, set: vec![format!("{key}={number}")] }
             }
         };
         (key.clone(), value)

@@ -1,4 +1,5 @@
-//! Hands a sweep to Slurm. What its scripts do is left to `skiagraph sweep cell --shard`: Slurm only decides where and when.
+//! Hands a sweep to Slurm. What its scripts do is left to `skiagraph sweep cell --shard`: Slurm only decides where and
+//! when.
 
 use std::fs;
 use std::path::{Path, PathBuf};

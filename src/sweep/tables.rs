@@ -1,4 +1,5 @@
-//! How far a sweep is, and its results in one place: `runs.csv` and `runs.jsonl`, the same to the byte whatever ran the cells, and `timing.csv`.
+//! How far a sweep is, and its results in one place: `runs.csv` and `runs.jsonl`, the same to the byte whatever ran the
+//! cells, and `timing.csv`.
 
 use serde::Serialize;
 use serde_json::Value;

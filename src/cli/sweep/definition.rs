@@ -179,7 +179,7 @@ pub(super) struct PlanArguments {
 pub(super) fn plan(arguments: &PlanArguments) -> Result<ExitCode, CommandError> {
     let draft = arguments.definition.draft()?;
     let planned = draft.freeze(&arguments.out, arguments.extend)?;
-    let record = draft.record();
+    let record = &draft.record;
     if arguments.json {
         output::print_json(&json!({
             "schema": "skiagraph.sweep_planned/1",

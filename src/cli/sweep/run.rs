@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume) -> Result<ExitCode, CommandError> {
     let draft = definition.draft()?;
     let root = freeze(&draft, direct.out.as_deref())?;
-    let record = draft.record();
+    let record = &draft.record;
     if !volume.quiet && !direct.how.json {
         volume.notes(&[format!(
             "{}: {} ({} x {})",
@@ -93,7 +93,7 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
         draft.freeze(path, false)?;
         return Ok(path.to_owned());
     }
-    let name = &draft.record().name;
+    let name = &draft.record.name;
     let first = Path::new("sweeps").join(name);
     for number in 1_u32.. {
         let path = if number == 1 { first.clone() } else { first.with_file_name(format!("{name}-{number}")) };

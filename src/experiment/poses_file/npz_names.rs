@@ -25,9 +25,9 @@ const KINDS: [(&str, &str, NameKind); 2] = [
 ];
 const COVARIANCE: &str = "estimate_covariance";
 
-/// Renames the columns by the map, and those of a layout of keypoints. A file whose names are all those of this program
-/// stays as it is, and so does one whose names are unknown: the reader says which. Of a file of points (`points` is what
-/// its names are before all else) names that are unknown are left out.
+/// Renames the columns by the map, and those of a layout of keypoints. A file whose names are all those of this
+/// program stays as it is, and so does one whose names are unknown: the reader says which. Of a file of points
+/// (`points` is what its names are before all else) names that are unknown are left out.
 ///
 /// # Errors
 /// What the map or the names lack.

@@ -41,8 +41,8 @@ impl SetFromFile {
     }
 }
 
-/// An archive, whose arrays have the axis of seeds, with all numbers as this program has them. `frames` are those of the
-/// set.
+/// An archive, whose arrays have the axis of seeds, with all numbers as this program has them. `frames` are those of
+/// the set.
 ///
 /// # Errors
 /// What cannot be done with these arrays.
