@@ -23,7 +23,7 @@
 //! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
-//! | [`scenario`], [`experiment`] | scenarios in TOML; render, track, evaluate, report |
+//! | [`scenario`], [`experiment`], [`sweep`] | scenarios in TOML; render, track, evaluate, report; many settings |
 //! | [`artefacts`] | [`artefacts::Destination`]: where results go, and what is replaced |
 //!
 //! # Crates
@@ -133,6 +133,7 @@ pub mod cli;
 pub mod experiment;
 pub mod report;
 pub mod scenario;
+pub mod sweep;
 #[cfg(test)]
 #[path = "../crates/test_support/bodies.rs"]
 pub mod test_bodies;

@@ -14,7 +14,7 @@ const TRIES: usize = 100;
 /// A file's or directory's place, which no other process of this program writes to meanwhile.
 #[derive(Debug)]
 pub(crate) struct LockedPlace {
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Directories above that were not there before, innermost first.
     made: Vec<PathBuf>,
     /// `None` where the file system has no locks.

@@ -12,7 +12,8 @@ use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::body::DrawnShares;
 use crate::experiment::{CameraView, CheckReport, ExperimentError, RunCost, check, unusable_files};
-use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
+use crate::scenario::{ScenarioError, ScenarioFile, Survey};
+use crate::sweep::SweepFile;
 
 /// Check a scenario: list every error, or estimate what a run costs
 ///

@@ -5,9 +5,9 @@ use std::path::Path;
 use clap::Args;
 
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::PlannedSweep;
 use crate::input::AllowedFolders;
 use crate::scenario::{NamedOnCommandLine, ScenarioFile};
+use crate::sweep::PlannedSweep;
 
 /// Where files that a file names may lie.
 #[derive(Args, Clone, Copy, Debug, Default)]

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
 use crate::experiment::{Progress, Stage};
+use crate::input::shell_word;
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
 pub(super) struct TerminalProgress {
@@ -35,18 +36,13 @@ impl TerminalProgress {
     }
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%~".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
-}
-
 /// What is counted.
 fn unit(stage: Stage) -> &'static str {
-    if stage == Stage::Layers { "images" } else { "frames" }
+    match stage {
+        Stage::Layers => "images",
+        Stage::Sweep => "cells",
+        _ => "frames",
+    }
 }
 
 fn name(stage: Stage) -> &'static str {
@@ -60,6 +56,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Segment => "segmenting",
         Stage::Verify => "verifying",
         Stage::Export => "exporting",
+        Stage::Sweep => "running",
     }
 }
 
@@ -100,7 +97,7 @@ impl Progress for TerminalProgress {
     }
 
     fn command(&self) -> Option<String> {
-        let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+        let words = std::env::args_os().skip(1).map(|word| shell_word(&word.to_string_lossy()));
         Some(std::iter::once("skiagraph".to_owned()).chain(words).collect::<Vec<_>>().join(" "))
     }
 

@@ -10,9 +10,10 @@ use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
-use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
-use crate::experiment::{ExperimentError, REPORT_FILE, run_picture, write_figures};
-use crate::report::{sweep_markdown, sweep_page, sweep_picture};
+use crate::experiment::{ExperimentError, REPORT_FILE, run_picture, stored_figures, write_figures};
+use crate::report::FigureFile;
+use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
+use crate::sweep::{PLAN_FILE, PlannedSweep};
 
 /// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run
 /// or sweep
@@ -83,7 +84,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     if let Some(path) = &arguments.figures {
         let to = Destination { path, force: arguments.force };
-        let count = write_figures(&arguments.sweep, arguments.within, to)?;
+        let count = write_figures(&arguments.sweep, |source| figures(source, arguments.within), to)?;
         volume.written(path);
         output::print(&format!("{}: {count} figures", path.display()))?;
         return Ok(ExitCode::SUCCESS);
@@ -102,15 +103,15 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Ok(ExitCode::SUCCESS);
     }
     let path = arguments.out.clone().unwrap_or_else(|| arguments.sweep.join("report.html"));
-    let input = page_input(&sweep, arguments.within)?;
+    let input = SweepPageInput::new(&sweep, arguments.within)?;
     let text = if path.extension() == Some(OsStr::new("md")) {
-        sweep_markdown(&input, &sweep.command())
+        sweep_markdown(&input)
     } else {
         sweep_page(&input).map_err(ExperimentError::from)?
     };
     put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
     volume.written(&path);
-    output::print(&format!("{}: {} settings", path.display(), input.settings.len()))?;
+    output::print(&format!("{}: {} settings", path.display(), input.settings().len()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -131,5 +132,13 @@ fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
         return Ok(run_picture(&arguments.sweep)?);
     }
     let sweep = PlannedSweep::open(&arguments.sweep)?;
-    Ok(sweep_picture(&page_input(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
+    Ok(sweep_picture(&SweepPageInput::new(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
+}
+
+/// Of a sweep where there is a plan, else of a run.
+fn figures(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, ExperimentError> {
+    if !source.join(PLAN_FILE).is_file() {
+        return stored_figures(source);
+    }
+    Ok(sweep_figures(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?)?)
 }

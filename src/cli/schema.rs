@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::{CommandError, output};
-use crate::scenario::{Scenario, Sweep};
+use crate::scenario::Scenario;
+use crate::sweep::Sweep;
 
 /// Print the JSON schema of scenario files or of sweep files
 #[derive(Args, Debug)]

@@ -76,7 +76,7 @@ struct MeasuredTimes {
 ///
 /// # Errors
 /// [`ExperimentError`] where the sample cannot be drawn or tracked.
-pub(super) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
+pub(crate) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
     let (frames, seeds) = (staged.frames() as f64, f64::from(scenario.seeds));
     let trackers = scenario.trackers();

@@ -329,7 +329,7 @@ impl From<SetError> for ExperimentError {
 
 /// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
 /// or is no file of its kind. Other reasons, such as a network that is down, may be gone next time.
-pub(super) fn stays_unreadable(error: &io::Error) -> bool {
+pub(crate) fn stays_unreadable(error: &io::Error) -> bool {
     use io::ErrorKind::{
         FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,
     };
@@ -349,6 +349,6 @@ pub(super) fn scenario_error(file: &ScenarioFile, key: &str, message: String) ->
     ScenarioError::from(file.complaint(key, message)).into()
 }
 
-pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
+pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
     input::read(path, limit).map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
 }

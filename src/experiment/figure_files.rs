@@ -1,4 +1,4 @@
-//! `skiagraph report RUN --figures DIR`: the figures of a run, a comparison of methods or a sweep as SVG files.
+//! `skiagraph report RUN --figures DIR`: the figures of a run or a comparison of methods as SVG files.
 
 use std::path::Path;
 
@@ -8,7 +8,6 @@ use super::error::read_file;
 use super::run_picture::{stored_columns, stored_methods};
 use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
 use super::search_file::{SearchRecord, search_from_npz};
-use super::sweep::{PLAN_FILE, PlannedSweep, page_input};
 use super::tracking::{POSES_FILE, SEARCH_FILE};
 use super::{COMPARISON_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
@@ -16,20 +15,24 @@ use crate::body::Markers;
 use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
 use crate::input::limits;
 use crate::npz::Npz;
-use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures, sweep_figures};
+use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures};
 
 /// The name of the list of captions.
 const CAPTIONS: &str = "README.txt";
 
-/// Writes the figures of what lies in `source` into a folder of their own, with their captions; `within` is as of
-/// `skiagraph report`. How many there are.
+/// Writes the figures that `draw` makes of what lies in `source` into a folder of their own, with their captions. How
+/// many there are.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.
-pub fn write_figures(source: &Path, within: Option<f64>, to: Destination<'_>) -> Result<usize, ExperimentError> {
+pub fn write_figures(
+    source: &Path,
+    draw: impl FnOnce(&Path) -> Result<Vec<FigureFile>, ExperimentError>,
+    to: Destination<'_>,
+) -> Result<usize, ExperimentError> {
     Inputs::new([source.to_owned()]).keep_from(to.path)?;
     let folder = Artefact::begin(to, ArtefactKind::Figures)?;
-    let figures = figures_of(source, within)?;
+    let figures = draw(source)?;
     let mut captions = String::new();
     for FigureFile { name, caption, svg } in &figures {
         folder.write(&format!("{name}.svg"), svg.as_bytes())?;
@@ -40,10 +43,11 @@ pub fn write_figures(source: &Path, within: Option<f64>, to: Destination<'_>) ->
     Ok(figures.len())
 }
 
-fn figures_of(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, ExperimentError> {
-    if source.join(PLAN_FILE).is_file() {
-        return Ok(sweep_figures(&page_input(&PlannedSweep::open(source)?, within)?)?);
-    }
+/// The figures of a run, or of a run with several methods.
+///
+/// # Errors
+/// [`ExperimentError`] where `source` is neither, or cannot be read.
+pub fn stored_figures(source: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
     if source.join(COMPARISON_FILE).is_file() {
         let (comparison, methods) = stored_methods(source)?;
         return Ok(comparison_figures(&comparison.input(&methods))?);

@@ -6,11 +6,10 @@ use serde_json::Value;
 
 use super::run_reading::hints_of_runs;
 use super::seed_advice::{seed_advice, set_advice};
-use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
-use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, find_metric, gate};
+use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, METRICS, find_metric, gate};
 use crate::input::{self, excerpt, foreign, is_own_output, limits, unquoted};
-use crate::scenario::json_tree;
+use crate::scenario::{did_you_mean, json_tree};
 
 /// The file of rules in the working directory.
 pub const GATE_FILE: &str = "gate.toml";
@@ -94,6 +93,12 @@ pub fn check_metric(name: &str) -> Result<(), String> {
         Some(_) => Ok(()),
         None => Err(format!("there is no metric `{}`{}", excerpt(name), metric_named_like(name))),
     }
+}
+
+/// The metric that is probably meant, as the end of a message; empty where none is alike.
+fn metric_named_like(name: &str) -> String {
+    let guess = did_you_mean(name, METRICS.iter().map(|metric| metric.name));
+    guess.map(|guess| format!("; did you mean `{guess}`?")).unwrap_or_default()
 }
 
 #[cfg(test)]

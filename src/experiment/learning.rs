@@ -57,7 +57,7 @@ impl Models {
     }
 
     /// The same, which learn what is not in this folder yet and leave it there for other processes.
-    pub(super) fn sharing(self, folder: PathBuf) -> Self {
+    pub(crate) fn sharing(self, folder: PathBuf) -> Self {
         Self { store: Some(ModelStore::new(folder)), ..self }
     }
 

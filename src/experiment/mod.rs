@@ -1,4 +1,4 @@
-//! Scenarios and what is done with them: the only room that knows every other.
+//! Scenarios and what is done with them: this room knows every other but `sweep` and `cli`, which use it.
 //!
 //! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three
 //! apart, by way of a benchmark set on disk, with the same numbers.
@@ -38,9 +38,9 @@ mod check;
 mod clip_file;
 mod comparison;
 mod contact_facts;
-mod cost;
+pub(crate) mod cost;
 mod distractors;
-mod error;
+pub(crate) mod error;
 mod export;
 mod external;
 mod figure_files;
@@ -71,16 +71,16 @@ mod playback;
 mod poses_file;
 mod progress;
 mod rendering;
-mod results;
+pub(crate) mod results;
 mod retargeted_motion;
 mod retargeting;
 mod rig;
 mod robots;
-mod run;
+pub(crate) mod run;
 mod run_picture;
 mod run_reading;
 mod same_set;
-mod scenario_copy;
+pub(crate) mod scenario_copy;
 mod scene_check;
 mod scene_hash;
 mod scene_preparation;
@@ -90,10 +90,9 @@ mod segmenting;
 mod set_tracking;
 mod skins;
 mod start_check;
-pub mod sweep;
 mod track_timing;
 mod tracker_factory;
-mod tracking;
+pub(crate) mod tracking;
 mod training;
 mod unfinished_run;
 mod unfinished_set;
@@ -110,7 +109,7 @@ pub use external::{
     AnswerCount, Conformance, ExternalRecord, Incident, LeftBehind, LeftFile, ProgramOptions, ProgramSandbox,
     ProgramSettings, Programmed, ProtocolCheck, SeedEnding, dry_run, track_with_program,
 };
-pub use figure_files::write_figures;
+pub use figure_files::{stored_figures, write_figures};
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use hints::Hint;
 pub use inspect::{
@@ -146,7 +145,7 @@ pub use verification::verify_set;
 pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
-fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
+pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
     let mut bytes = serde_json::to_vec_pretty(value)
         .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
     bytes.push(b'\n');

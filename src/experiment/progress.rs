@@ -23,14 +23,16 @@ pub enum Stage {
     Verify,
     /// Frames of a set are written in another format.
     Export,
+    /// Cells of a sweep are run.
+    Sweep,
 }
 
 /// Observes an experiment, from any thread.
 pub trait Progress: Sync {
-    /// A stage of so many frames begins.
+    /// A stage of so many frames, or cells, begins.
     fn begin(&self, stage: Stage, frames: usize);
 
-    /// One more frame is done.
+    /// One more of them is done.
     fn advance(&self);
 
     /// Where the work stands, in words.

@@ -183,7 +183,7 @@ impl RunResults {
 }
 
 /// The verdict on a run, as its report has it.
-pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
     let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
         matched: set.truth.facts.matched,

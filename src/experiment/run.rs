@@ -205,17 +205,17 @@ pub fn run(
 }
 
 /// One tracker to be run on a set with all seeds.
-pub(super) struct MethodRun<'a> {
-    pub(super) directory: &'a Artefact,
+pub(crate) struct MethodRun<'a> {
+    pub(crate) directory: &'a Artefact,
     /// Folder of the run inside the directory, which is there; empty for the directory itself.
-    pub(super) folder: &'a str,
-    pub(super) scenario: &'a Scenario,
-    pub(super) set: &'a BenchmarkSet,
-    pub(super) seeds: &'a [u64],
+    pub(crate) folder: &'a str,
+    pub(crate) scenario: &'a Scenario,
+    pub(crate) set: &'a BenchmarkSet,
+    pub(crate) seeds: &'a [u64],
 }
 
 /// What came of an attempt.
-pub(super) struct MethodOutcome {
+pub(crate) struct MethodOutcome {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
     pub(super) tracker_in_words: String,
@@ -225,7 +225,7 @@ pub(super) struct MethodOutcome {
 
 impl MethodRun<'_> {
     /// Tracks, measures and writes the run's files.
-    pub(super) fn run(&self, models: &mut Models, progress: &dyn Progress) -> Result<MethodOutcome, ExperimentError> {
+    pub(crate) fn run(&self, models: &mut Models, progress: &dyn Progress) -> Result<MethodOutcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, progress)?;
         // As when tracking and evaluating separately: the files on disk are measured.

@@ -16,7 +16,7 @@ pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentErr
 }
 
 /// What a command reads of a scenario: its file, recordings, robots and models.
-pub(super) fn inputs_of(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Inputs {
+pub(crate) fn inputs_of(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Inputs {
     let scenario = &file.scenario;
     let training = scenario.training.iter().flat_map(|training| &training.clips);
     let others = scenario.distractor.iter().map(|other| &other.motion);

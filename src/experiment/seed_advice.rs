@@ -7,10 +7,9 @@ use serde_json::Value;
 use super::Baseline;
 use super::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
-use super::sweep::quoted;
 use super::tracking::TRACK_FILE;
 use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, seeds_in_words};
-use crate::input::{self, limits};
+use crate::input::{self, limits, shell_word};
 
 /// Commands that are spelt out at most.
 const MOST_COMMANDS: usize = 3;
@@ -107,7 +106,7 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
         .map(|block| {
             let (first, count) = (block[0], block.len());
             let place = shown(&folder.join(format!("{MORE_SEEDS}{first}-{}", block[count - 1])));
-            let program = format!("{}{}", command_of(&record.command), record.options.in_words());
+            let program = format!("{}{}", shell_word(&record.command), record.options.in_words());
             let truth = if record.without_truth { " --truth DIR" } else { "" };
             format!(
                 "skiagraph track SET --exec {program} --seed {first} --seeds {count} --out {place}, then skiagraph \
@@ -126,7 +125,7 @@ fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
     let seeds = clip.seeds.len() + more;
     let run = match program(clip) {
         Some(command) => {
-            let program = format!("{}{}", command_of(command), options(clip).in_words());
+            let program = format!("{}{}", shell_word(command), options(clip).in_words());
             format!("skiagraph track SET --exec {program}{seed} --seeds {seeds} --out DIR, skiagraph evaluate SET DIR")
         }
         None => format!("skiagraph run SCENARIO{seed} --seeds {seeds} --out DIR"),
@@ -147,11 +146,7 @@ fn options(clip: &MeasuredClip) -> ProgramOptions {
 }
 
 fn shown(path: &Path) -> String {
-    quoted(path)
-}
-
-fn command_of(command: &str) -> String {
-    quoted(Path::new(command))
+    shell_word(&path.to_string_lossy())
 }
 
 #[cfg(test)]

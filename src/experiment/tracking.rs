@@ -168,7 +168,7 @@ fn follow(
 ///
 /// # Errors
 /// As [`track`], before the first frame.
-pub(super) fn prepare(
+pub(crate) fn prepare(
     set: &BlindSet,
     settings: &TrackerSettings,
     truth: Option<&Motion>,

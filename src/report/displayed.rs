@@ -3,7 +3,7 @@
 use crate::evaluation::{MetricSummary, Unit};
 
 /// A displayed value: shares as percentages, others with suitable decimals.
-pub(super) fn number(value: f64, unit: Unit) -> String {
+pub(crate) fn number(value: f64, unit: Unit) -> String {
     with_decimals(value, unit, decimals(unit))
 }
 
@@ -31,11 +31,11 @@ fn with_decimals(value: f64, unit: Unit, decimals: usize) -> String {
     if text.trim_start_matches(['-', '0', '.']).is_empty() { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-pub(super) fn symbol(unit: Unit) -> &'static str {
+pub(crate) fn symbol(unit: Unit) -> &'static str {
     if unit == Unit::Fraction { "%" } else { unit.symbol() }
 }
 
-pub(super) fn between(low: f64, high: f64, unit: Unit) -> String {
+pub(crate) fn between(low: f64, high: f64, unit: Unit) -> String {
     format!("{} to {}", number(low, unit), number(high, unit))
 }
 

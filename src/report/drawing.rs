@@ -9,45 +9,45 @@ use super::lettering::{CAPITAL_OF_FONT_SIZE, draw_text, text_width};
 use super::plots::{Colour, Drawing, Shape, Side};
 use super::{GENERATOR, ReportError};
 
-pub(super) const WIDTH: u32 = 1200;
-pub(super) const MARGIN: f32 = 28.0;
-pub(super) const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-pub(super) const CARD: [u8; 3] = [0x17, 0x20, 0x29];
-pub(super) const INK: [u8; 3] = Colour::Ink.on_dark();
-pub(super) const FAINT: [u8; 3] = Colour::Faint.on_dark();
-pub(super) const LINE: [u8; 3] = Colour::Blue.on_dark();
-pub(super) const FLOOR: [u8; 3] = Colour::Grey.on_dark();
+pub(crate) const WIDTH: u32 = 1200;
+pub(crate) const MARGIN: f32 = 28.0;
+pub(crate) const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
+pub(crate) const CARD: [u8; 3] = [0x17, 0x20, 0x29];
+pub(crate) const INK: [u8; 3] = Colour::Ink.on_dark();
+pub(crate) const FAINT: [u8; 3] = Colour::Faint.on_dark();
+pub(crate) const LINE: [u8; 3] = Colour::Blue.on_dark();
+pub(crate) const FLOOR: [u8; 3] = Colour::Grey.on_dark();
 /// Lines of the grid, and the ground of bars.
-pub(super) const GRID: [u8; 3] = Colour::Grid.on_dark();
+pub(crate) const GRID: [u8; 3] = Colour::Grid.on_dark();
 /// Bars of the left side, limits, and silhouettes of the model alone.
-pub(super) const BLUE: [u8; 3] = [0x4f, 0x7f, 0xe0];
+pub(crate) const BLUE: [u8; 3] = [0x4f, 0x7f, 0xe0];
 /// Bars of the right side, and what is used of limits.
-pub(super) const ORANGE: [u8; 3] = [0xe0, 0x8a, 0x3c];
+pub(crate) const ORANGE: [u8; 3] = [0xe0, 0x8a, 0x3c];
 /// Silhouettes.
-pub(super) const FIGURE: [u8; 3] = [0xa9, 0xb8, 0xc6];
+pub(crate) const FIGURE: [u8; 3] = [0xa9, 0xb8, 0xc6];
 
-pub(super) fn colour([red, green, blue]: [u8; 3]) -> Color {
+pub(crate) fn colour([red, green, blue]: [u8; 3]) -> Color {
     Color::from_rgba8(red, green, blue, 255)
 }
 
 /// A pixel of an opaque colour.
-pub(super) fn pixel(tone: [u8; 3]) -> PremultipliedColorU8 {
+pub(crate) fn pixel(tone: [u8; 3]) -> PremultipliedColorU8 {
     colour(tone).premultiply().to_color_u8()
 }
 
-pub(super) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
+pub(crate) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError> {
     Pixmap::new(width, height).ok_or(ReportError::Size { width, height })
 }
 
 /// A picture of [`PAPER`].
-pub(super) fn new_sheet(width: u32, height: u32) -> Result<Pixmap, ReportError> {
+pub(crate) fn new_sheet(width: u32, height: u32) -> Result<Pixmap, ReportError> {
     let mut picture = new_picture(width, height)?;
     picture.fill(colour(PAPER));
     Ok(picture)
 }
 
 /// Lines of at most `room` pixels.
-pub(super) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
+pub(crate) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut().filter(|line| text_width(&format!("{line} {word}"), height) <= room) {
@@ -62,12 +62,12 @@ pub(super) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
 }
 
 /// The height at which a line is at most `room` wide, at most `height`.
-pub(super) fn fitting(text: &str, height: f32, room: f32) -> f32 {
+pub(crate) fn fitting(text: &str, height: f32, room: f32) -> f32 {
     height * room / text_width(text, height).max(room)
 }
 
 /// The head of a picture [`WIDTH`] wide: its title, what it is about, and lines of so high letters.
-pub(super) fn draw_head(picture: &mut Pixmap, title: &str, about: &str, lines: &[String], height: f32) {
+pub(crate) fn draw_head(picture: &mut Pixmap, title: &str, about: &str, lines: &[String], height: f32) {
     let room = WIDTH as f32 - 2.0 * MARGIN;
     draw_text(picture, title, [MARGIN, 26.0], fitting(title, 30.0, room), INK);
     draw_text(picture, about, [MARGIN, 70.0], fitting(about, 14.0, room), FAINT);
@@ -76,13 +76,13 @@ pub(super) fn draw_head(picture: &mut Pixmap, title: &str, about: &str, lines: &
     }
 }
 
-pub(super) fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
+pub(crate) fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
     paint.set_color(Color::from_rgba8(red, green, blue, alpha));
     paint
 }
 
-pub(super) fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], colour: [u8; 3], alpha: u8) {
+pub(crate) fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], colour: [u8; 3], alpha: u8) {
     if let Some(rect) = Rect::from_xywh(left, top, width, height) {
         picture.fill_rect(rect, &paint(colour, alpha), Transform::identity(), None);
     }
@@ -96,7 +96,7 @@ fn path(points: &[[f32; 2]]) -> PathBuilder {
     path
 }
 
-pub(super) fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], width: f32, dashed: bool) {
+pub(crate) fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], width: f32, dashed: bool) {
     let dash = if dashed { StrokeDash::new(vec![6.0, 4.0], 0.0) } else { None };
     if let Some(path) = path(points).finish() {
         let stroke = Stroke { width, dash, ..Stroke::default() };
@@ -113,25 +113,25 @@ fn fill_outline(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], alph
 }
 
 /// A filled circle.
-pub(super) fn dot(picture: &mut Pixmap, [x, y]: [f32; 2], radius: f32, colour: [u8; 3]) {
+pub(crate) fn dot(picture: &mut Pixmap, [x, y]: [f32; 2], radius: f32, colour: [u8; 3]) {
     if let Some(path) = PathBuilder::from_circle(x, y, radius) {
         picture.fill_path(&path, &paint(colour, 255), FillRule::Winding, Transform::identity(), None);
     }
 }
 
 /// Text that ends at `right`.
-pub(super) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
+pub(crate) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [right - text_width(text, height), top], height, colour);
 }
 
 /// Text about a centre.
-pub(super) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
+pub(crate) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [x - 0.5 * text_width(text, height), top], height, colour);
 }
 
 impl Drawing {
     /// Draws all onto a part of a dark picture, so many pixels a CSS pixel.
-    pub(super) fn draw_on(&self, picture: &mut Pixmap, [left, top]: [f32; 2], scale: f32) {
+    pub(crate) fn draw_on(&self, picture: &mut Pixmap, [left, top]: [f32; 2], scale: f32) {
         let place = |[x, y]: [f64; 2]| [left + scale * x as f32, top + scale * y as f32];
         let all = |points: &[[f64; 2]]| points.iter().copied().map(place).collect::<Vec<_>>();
         for shape in &self.shapes {
@@ -165,17 +165,17 @@ impl Drawing {
 }
 
 /// Red, green and blue of every pixel.
-pub(super) fn rgb(picture: &Pixmap) -> Vec<u8> {
+pub(crate) fn rgb(picture: &Pixmap) -> Vec<u8> {
     picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }
 
 /// As PNG, with the mark by which this program recognises its own files.
-pub(super) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
     to_png([picture.width(), picture.height()], ColorType::Rgb, &rgb(picture))
 }
 
 /// Pixels as PNG with our mark.
-pub(super) fn to_png([width, height]: [u32; 2], colours: ColorType, pixels: &[u8]) -> Result<Vec<u8>, ReportError> {
+pub(crate) fn to_png([width, height]: [u32; 2], colours: ColorType, pixels: &[u8]) -> Result<Vec<u8>, ReportError> {
     let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, width, height);

@@ -14,7 +14,7 @@ pub struct FigureFile {
 }
 
 impl FigureFile {
-    pub(super) fn new(name: &str, caption: String, svg: &Svg) -> Self {
+    pub(crate) fn new(name: &str, caption: String, svg: &Svg) -> Self {
         Self { name: name.to_owned(), caption, svg: svg.for_paper() }
     }
 }

@@ -16,7 +16,7 @@ const TRANSPORT: &str = include_str!("transport.html");
 const STYLE: &str = include_str!("page.css");
 
 /// A self-contained page: `template` extends `shell.html`, `page` names what it shows.
-pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<String, ReportError> {
+pub(crate) fn render_page(template: &str, page: &impl Serialize) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);

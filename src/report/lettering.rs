@@ -16,14 +16,14 @@ pub(super) const CAPITAL_OF_FONT_SIZE: f32 = CAPITAL / 2048.0;
 const CAPITAL: f32 = 1462.0;
 
 /// Width of a line of text whose capitals are `height` pixels high.
-pub(super) fn text_width(text: &str, height: f32) -> f32 {
+pub(crate) fn text_width(text: &str, height: f32) -> f32 {
     let Some(font) = FONT.as_ref() else { return 0.0 };
     placed(font, text).last().map_or(0.0, |(left, glyph)| left + font.h_advance_unscaled(glyph)) * height / CAPITAL
 }
 
 /// Writes a line of text whose capitals are `height` pixels high and begin at `at`, left and top, with a dark rim by
 /// which it can be read on any ground. A letter that the font lacks is a box.
-pub(super) fn draw_text(picture: &mut Pixmap, text: &str, at: [f32; 2], height: f32, [red, green, blue]: [u8; 3]) {
+pub(crate) fn draw_text(picture: &mut Pixmap, text: &str, at: [f32; 2], height: f32, [red, green, blue]: [u8; 3]) {
     let Some(path) = FONT.as_ref().and_then(|font| outline(font, text, at, height)) else { return };
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
     paint.set_color(Color::from_rgba8(0, 0, 0, 200));

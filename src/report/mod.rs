@@ -17,7 +17,7 @@
 mod animation;
 mod base64;
 mod body_sheet;
-mod cell;
+pub(crate) mod cell;
 mod comparison;
 mod comparison_picture;
 mod contact_chart;
@@ -26,8 +26,8 @@ mod difference_page;
 mod difference_rows;
 mod difference_sentence;
 mod difference_text;
-mod displayed;
-mod drawing;
+pub(crate) mod displayed;
+pub(crate) mod drawing;
 mod figure_file;
 mod figure_files;
 mod figures;
@@ -35,9 +35,9 @@ mod figures;
 mod fixture;
 mod gate_text;
 mod grading;
-mod html;
+pub(crate) mod html;
 mod input;
-mod lettering;
+pub(crate) mod lettering;
 mod metric_groups;
 mod model_distances;
 mod model_figures;
@@ -49,10 +49,9 @@ mod page;
 mod page_tables;
 mod playback;
 pub mod plots;
-mod round_ticks;
+pub(crate) mod round_ticks;
 mod set_page;
 mod summary_picture;
-mod sweep;
 mod verdict;
 
 pub use animation::write_animation;
@@ -81,11 +80,7 @@ pub use page::render;
 pub use playback::{PackedView, Playback, PlaybackPlan};
 pub use set_page::{LayerPicture, SetLayers, SetMap, SetPage};
 pub use summary_picture::{SummaryPicture, summary_picture};
-pub use sweep::{
-    Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
-    effects, pareto_front, sweep_figures, sweep_markdown, sweep_page, sweep_picture,
-};
 pub use verdict::{Verdict, verdict};
 
 /// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
-const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));
+pub(crate) const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));

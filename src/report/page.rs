@@ -446,7 +446,7 @@ mod tests {
             include_str!("model_page.html"),
             include_str!("body_page.html"),
             include_str!("contact_page.html"),
-            include_str!("sweep/page.html"),
+            include_str!("../sweep/page/page.html"),
         ] {
             for before in template.match_indices("<table").map(|(at, _)| &template[..at]) {
                 let inside = before.rfind("class=\"scroll\"").is_some_and(|at| !before[at..].contains("</div>"));

@@ -1,13 +1,8 @@
 //! Round values along an axis of a picture.
 
-/// Values that are whole multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, about five,
-/// each with its words: all with the decimals that the step needs. None of a range that is empty or not finite.
-pub(super) fn round_ticks(range: [f64; 2]) -> Vec<(f64, String)> {
-    round_ticks_within(range, 6)
-}
-
-/// As [`round_ticks`], at most so many.
-pub(super) fn round_ticks_within(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
+/// Values that are whole multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, at most so
+/// many, each with its words: all with the decimals that the step needs. None of a range that is empty or not finite.
+pub(super) fn round_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     let [low, high] = range;
     if !(low.is_finite() && high.is_finite() && high > low) {
         return Vec::new();
@@ -26,7 +21,7 @@ pub(super) fn round_ticks_within(range: [f64; 2], most: u32) -> Vec<(f64, String
     values.into_iter().map(|value| value + 0.0).map(|value| (value, format!("{value:.decimals$}"))).collect()
 }
 
-/// As [`round_ticks_within`], at whole numbers alone.
+/// As [`round_ticks`], at whole numbers alone.
 pub(super) fn whole_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     let steps = (0..15).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * libm::pow(10.0, f64::from(power))));
     let fitting = steps.map(|step| multiples(range, step, most as usize + 1));
@@ -81,7 +76,7 @@ mod tests {
     use super::*;
 
     fn words(range: [f64; 2]) -> String {
-        round_ticks(range).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ")
+        round_ticks(range, 6).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ")
     }
 
     /// They were 0, 3, 5, 8 and 11: quarters of the range, rounded when they were written.
@@ -100,7 +95,7 @@ mod tests {
     #[test]
     fn what_is_written_is_the_value_itself_and_none_is_outside_of_the_range() {
         for (low, high) in [(0.0, 10.8), (2.0, 2.3), (0.0, 7.7e5), (-1e-4, 3e-4), (0.1, 0.7)] {
-            let ticks = round_ticks([low, high]);
+            let ticks = round_ticks([low, high], 6);
             assert!((3..=6).contains(&ticks.len()), "{low} {high}: {ticks:?}");
             for (value, words) in ticks {
                 let written: f64 = words.parse().unwrap();
@@ -108,7 +103,7 @@ mod tests {
                 assert!(value >= low - 1e-9 * (high - low) && value <= high + 1e-9 * (high - low), "{value}");
             }
         }
-        assert!([[1.0, 1.0], [2.0, 1.0], [0.0, f64::NAN]].map(round_ticks).iter().all(Vec::is_empty));
+        assert!([[1.0, 1.0], [2.0, 1.0], [0.0, f64::NAN]].map(|range| round_ticks(range, 6)).iter().all(Vec::is_empty));
     }
 
     fn logarithmic(low: f64, high: f64, most: usize) -> Vec<f64> {

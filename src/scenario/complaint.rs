@@ -56,7 +56,7 @@ impl LineSpan {
     }
 
     /// The same of a file's text; the line is shown only if the file says that it is of this program.
-    pub(super) fn of_file(text: &str, span: &Range<usize>) -> Self {
+    pub(crate) fn of_file(text: &str, span: &Range<usize>) -> Self {
         let place = Self::from_span(text, span);
         if is_own_output(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
     }
@@ -109,13 +109,13 @@ pub(super) fn about_file(text: &str, message: String) -> String {
 }
 
 /// Position of a dotted key in a TOML text, and its value.
-pub(super) struct KeySpan {
-    pub(super) key: Range<usize>,
-    pub(super) value: Range<usize>,
+pub(crate) struct KeySpan {
+    pub(crate) key: Range<usize>,
+    pub(crate) value: Range<usize>,
 }
 
 /// Position of a dotted key; `None` if the text does not contain it.
-pub(super) fn locate(text: &str, key: &str) -> Option<KeySpan> {
+pub(crate) fn locate(text: &str, key: &str) -> Option<KeySpan> {
     let document = DeTable::parse(text).ok()?;
     let mut segments = key.split(['.', '[', ']']).filter(|s| !s.is_empty());
     let (mut key, mut value) = find(document.get_ref(), segments.next()?)?;

@@ -35,8 +35,6 @@ mod read;
 mod rig;
 mod similar_file;
 mod survey;
-mod sweep;
-mod sweep_file;
 mod template;
 mod tracker;
 mod tracker_kind;
@@ -47,25 +45,27 @@ pub use bodies::{
     ActorSettings, ContactMode, DistractorSettings, Mismatch, MismatchBy, PopulationName, PushSettings, ShapeSettings,
     SolidsSource, TrackerBodySettings,
 };
-pub(crate) use complaint::did_you_mean;
 pub use complaint::{Diagnostic, LineSpan};
+pub(crate) use complaint::{did_you_mean, locate};
 pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode, SwitchingGpdmSettings,
 };
 pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
+pub use overrides::as_toml;
+pub(crate) use overrides::{parse_value, split_at_commas};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
+pub(crate) use ranges::MOST_SEEDS;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
-pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
-pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings};
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
+pub(crate) use tree::{settings_of, tree_of};
 
 use std::collections::BTreeMap;
 
@@ -179,7 +179,7 @@ fn one() -> u32 {
 }
 
 /// A schema whose descriptions end in the defaults of keys that are plain values, where they do not tell them already.
-fn with_defaults(mut part: Value) -> Value {
+pub(crate) fn with_defaults(mut part: Value) -> Value {
     if let Value::Object(table) = &mut part {
         let default = table.get("default").and_then(plain_default);
         if let (Some(default), Some(Value::String(description))) = (default, table.get_mut("description"))

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::overrides::parse_value;
-use super::sweep::split_at_commas;
+use super::overrides::{parse_value, split_at_commas};
 use crate::input::AllowedFolders;
 
 /// What a user typed: folders, assignments (`key=value` or `key=value,value`), and whether all files may be named.

@@ -15,7 +15,7 @@ const MAX_IMAGE_SIDE: u32 = 8192;
 const GREATEST_PIXELS: f64 = 1e7;
 /// Greatest coefficient of a lens's distortion.
 const GREATEST_DISTORTION: f64 = 1e4;
-pub(super) const MOST_SEEDS: u32 = 100_000;
+pub(crate) const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
 /// Other people in a scene.

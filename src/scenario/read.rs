@@ -175,8 +175,17 @@ impl TrackerSettings {
     }
 }
 
+const OVERRIDE: &str = "override ";
+
 pub(super) fn named(assignment: &str) -> String {
-    format!("override {assignment}")
+    format!("{OVERRIDE}{assignment}")
+}
+
+impl Diagnostic {
+    /// The override that it is about; `None` of one about a file.
+    pub(crate) fn assignment(&self) -> Option<&str> {
+        self.origin.strip_prefix(OVERRIDE).filter(|_| self.place.is_none())
+    }
 }
 
 /// An override of a scenario with its short key expanded.

@@ -11,7 +11,7 @@ use super::range_checks::RangeCheck;
 use crate::input::{self, excerpt};
 
 /// The tree of a text.
-pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
+pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
     toml::from_str(text).map_err(|e| Diagnostic {
         origin: origin.to_owned(),
         place: e.span().map(|span| LineSpan::of_file(text, &span)),
@@ -35,7 +35,7 @@ pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
 }
 
 /// The settings of a tree.
-pub(super) fn settings_of<T: DeserializeOwned>(
+pub(crate) fn settings_of<T: DeserializeOwned>(
     tree: Value,
     complain: impl FnOnce(SettingsMistake) -> Diagnostic,
 ) -> Result<T, Diagnostic> {
@@ -74,7 +74,7 @@ const DATE: &str = "$__toml_private_datetime";
 
 /// An error of reading settings.
 #[derive(Clone)]
-pub(super) struct SettingsMistake {
+pub(crate) struct SettingsMistake {
     /// Dotted; empty for the whole.
     pub(super) key: String,
     /// The word that is unknown there.
@@ -110,7 +110,7 @@ impl SettingsMistake {
     }
 
     /// As an error of a text, with its line.
-    pub(super) fn in_text(self, origin: &str, text: &str) -> Diagnostic {
+    pub(crate) fn in_text(self, origin: &str, text: &str) -> Diagnostic {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
         let place = span.map(|span| LineSpan::of_file(text, &span));

@@ -66,7 +66,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 ];
 
 /// Rooms of the application that know every other.
-const FREE: &[&str] = &["experiment", "cli"];
+const FREE: &[&str] = &["experiment", "sweep", "cli"];
 
 /// Things of other crates that only some places may name: the path's beginning, and where.
 const SEAMS: &[(&str, &[&str])] = &[
@@ -78,7 +78,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),
     ("image", &["experiment/pictures.rs", "observing/imaging/jpeg.rs"]),
-    ("tiny_skia", &["report"]),
+    ("tiny_skia", &["report", "sweep/page/picture.rs"]),
     ("ab_glyph", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
@@ -86,12 +86,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("signal_hook", &["cli/interrupt.rs"]),
     (
         "rustix",
-        &[
-            "benchmark_set/set_writer.rs",
-            "artefacts/place.rs",
-            "experiment/external/program.rs",
-            "experiment/sweep/processor_time.rs",
-        ],
+        &["benchmark_set/set_writer.rs", "artefacts/place.rs", "experiment/external/program.rs", "sweep/cell.rs"],
     ),
     (
         "std::fs",
@@ -103,6 +98,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "artefacts",
             "report",
             "experiment",
+            "sweep",
             "scenario/similar_file.rs",
             // in their tests
             "body/skin/skin_file.rs",
@@ -111,7 +107,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "cli",
         ],
     ),
-    ("std::time", &["experiment", "cli"]),
+    ("std::time", &["experiment", "sweep", "cli"]),
 ];
 
 #[test]

@@ -155,15 +155,6 @@ impl SetError {
         Self::Malformed { file: file.to_string(), detail: detail.into() }
     }
 
-    /// What is wrong, without the name of the file: for errors that name it themselves.
-    #[doc(hidden)]
-    pub fn into_detail(self) -> String {
-        match self {
-            Self::Malformed { detail, .. } => detail,
-            other => other.to_string(),
-        }
-    }
-
     pub(super) fn inconsistent(detail: impl Into<String>) -> Self {
         Self::Inconsistent { detail: detail.into() }
     }

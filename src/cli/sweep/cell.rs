@@ -7,11 +7,11 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::super::file_access::FileAccess;
+use super::super::progress::TerminalProgress;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
-use super::progress::SweepProgress;
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
+use crate::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
 
 /// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
 ///
@@ -73,7 +73,7 @@ impl FromStr for ListPart {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let sweep = arguments.access.open_sweep(&arguments.sweep)?;
     let cells = sweep.cells()?;
-    let progress = SweepProgress::new(volume, &sweep.plan.objective);
+    let progress = TerminalProgress::new(volume);
     if let Some(ListPart { part, parts }) = arguments.shard {
         let part_of = &cells[shard(&cells, part, parts)];
         let options = RunOptions { jobs: usize::from(arguments.jobs), retry_failed: false };

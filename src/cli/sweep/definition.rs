@@ -1,18 +1,20 @@
-//! `SWEEP|SCENARIO [KEY=VALUE,VALUE...]` and the options that define a sweep.
+//! `SWEEP|SCENARIO [KEY=VALUE,VALUE...]` and the options that define a sweep;
+//! `skiagraph sweep check` and `plan`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use serde_json::json;
 
 use super::super::CommandError;
 use super::super::file_access::FileAccess;
 use super::super::output;
-use super::cores::all_cores;
-use super::words::cost_in_words;
+use super::super::volume::duration;
+use super::jobs_or_all_cores;
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{Draft, sweep_cost};
-use crate::scenario::{Expansion, ScenarioError, ScenarioFile, Sweep, SweepFile};
+use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::sweep::{Draft, Expansion, Planned, Sweep, SweepCost, SweepFile, sweep_cost};
 
 /// What is varied.
 #[derive(Args, Clone, Debug, Default)]
@@ -117,18 +119,93 @@ impl Definition {
     fn mocap_directory(&self) -> Option<PathBuf> {
         self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
     }
+}
 
+/// Count the cells of a sweep and estimate its time from a timed sample
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
+                        skiagraph sweep check scenarios/walk.toml particles=50,100 --seeds 5 -j 16")]
+pub(super) struct CheckArguments {
+    #[command(flatten)]
+    definition: Definition,
+
+    /// Cells at a time that the time is estimated for [default: all cores]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    jobs: Option<u32>,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl CheckArguments {
     /// Says how many cells there are, and what they cost with so many at a time.
-    pub(super) fn check(&self, jobs: usize, json: bool) -> Result<ExitCode, CommandError> {
-        let draft = self.draft()?;
-        let cost = sweep_cost(&draft, jobs)?;
-        if json {
+    pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
+        let cost = sweep_cost(&self.definition.draft()?, jobs_or_all_cores(self.jobs))?;
+        if self.json {
             output::print_json(&cost)?;
         } else {
-            output::print(&cost_in_words(&cost))?;
+            output::print(&describe_cost(&cost))?;
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Plan a sweep: write its cells into a directory
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Examples:\n  skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
+                        skiagraph sweep plan scenarios/walk.toml particles=50,100 --seeds 10 --out sweeps/mine --extend\n\n\
+                        DIR then has plan.json and cells.jsonl. Run it with `skiagraph sweep run DIR`, cell by cell with\n\
+                        `skiagraph sweep cell DIR --index N`, or on a cluster."
+)]
+pub(super) struct PlanArguments {
+    #[command(flatten)]
+    definition: Definition,
+
+    /// Directory of the sweep
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Replace another plan in DIR and keep the results of cells that both have
+    #[arg(long)]
+    extend: bool,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn plan(arguments: &PlanArguments) -> Result<ExitCode, CommandError> {
+    let draft = arguments.definition.draft()?;
+    let planned = draft.freeze(&arguments.out, arguments.extend)?;
+    let record = &draft.record;
+    if arguments.json {
+        output::print_json(&json!({
+            "schema": "skiagraph.sweep_planned/1",
+            "out": arguments.out,
+            "cells": record.cells,
+            "settings": record.settings,
+            "seeds": record.seeds,
+            "sets": record.sets,
+            "new": planned != Planned::Same,
+        }))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let out = arguments.out.display();
+    let what = match planned {
+        Planned::New => "planned",
+        Planned::Same => "was planned before",
+        Planned::Replaced => "planned again; results of unchanged cells are kept",
+    };
+    output::print(&format!(
+        "{out}: {} ({} x {}) on {}, {what}\n  run it: skiagraph sweep run {out}",
+        output::counted(record.cells, "cell"),
+        output::counted(record.settings, "setting"),
+        output::counted(record.seeds.len(), "seed"),
+        output::counted(record.sets, "set"),
+    ))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// `skiagraph check SWEEP`.
@@ -139,5 +216,28 @@ pub(in crate::cli) fn check_file(
     json: bool,
 ) -> Result<ExitCode, CommandError> {
     let definition = Definition { file: Some(path.to_owned()), mocap_dir, access, ..Definition::default() };
-    definition.check(all_cores(), json)
+    CheckArguments { definition, jobs: None, json }.run()
+}
+
+fn describe_cost(cost: &SweepCost) -> String {
+    let learning = match cost.models_to_learn {
+        0 => String::new(),
+        _ => ", plus the time to learn motion models".to_owned(),
+    };
+    let [least, most] = cost.cell_s;
+    format!(
+        "{} is valid: {} ({} x {}) on {}\n  cost     a cell takes {} to {} on one core (measured on {})\n  \
+         cost     all: about {} of one core, {} with {} at a time{learning}",
+        cost.name,
+        output::counted(cost.cells, "cell"),
+        output::counted(cost.settings, "setting"),
+        output::counted(cost.seeds, "seed"),
+        output::counted(cost.sets, "set"),
+        duration(least),
+        duration(most),
+        output::counted(cost.sampled, "setting"),
+        duration(cost.core_s),
+        duration(cost.run_s),
+        output::counted(cost.jobs, "cell"),
+    )
 }

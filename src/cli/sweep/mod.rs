@@ -1,15 +1,10 @@
 //! `skiagraph sweep`.
 
 mod cell;
-mod cores;
 mod definition;
-mod gather;
-mod plan;
-mod progress;
+mod results;
 mod run;
-mod status;
 mod submit;
-mod words;
 
 use std::process::ExitCode;
 
@@ -50,24 +45,29 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum SweepAction {
-    Check(plan::CheckArguments),
-    Plan(plan::Arguments),
+    Check(definition::CheckArguments),
+    Plan(definition::PlanArguments),
     Run(run::Arguments),
     Cell(cell::Arguments),
-    Status(status::Arguments),
-    Gather(gather::Arguments),
+    Status(results::StatusArguments),
+    Gather(results::GatherArguments),
     Submit(submit::Arguments),
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     match &arguments.action {
         None => run::directly(&arguments.definition, &arguments.direct, volume),
-        Some(SweepAction::Check(arguments)) => plan::check(arguments, volume),
-        Some(SweepAction::Plan(arguments)) => plan::run(arguments, volume),
+        Some(SweepAction::Check(arguments)) => arguments.run(),
+        Some(SweepAction::Plan(arguments)) => definition::plan(arguments),
         Some(SweepAction::Run(arguments)) => run::run(arguments, volume),
         Some(SweepAction::Cell(arguments)) => cell::run(arguments, volume),
-        Some(SweepAction::Status(arguments)) => status::run(arguments),
-        Some(SweepAction::Gather(arguments)) => gather::run(arguments),
+        Some(SweepAction::Status(arguments)) => results::status(arguments),
+        Some(SweepAction::Gather(arguments)) => results::gather_all(arguments),
         Some(SweepAction::Submit(arguments)) => submit::run(arguments),
     }
+}
+
+/// As many cells at a time as there are cores, or as `--threads` says, unless it is said.
+fn jobs_or_all_cores(jobs: Option<impl Into<u32>>) -> usize {
+    jobs.map_or_else(rayon::current_num_threads, |jobs| jobs.into() as usize)
 }

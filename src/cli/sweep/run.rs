@@ -7,18 +7,21 @@ use clap::Args;
 use serde_json::json;
 
 use super::super::file_access::FileAccess;
+use super::super::progress::TerminalProgress;
+use super::super::summary::number;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
-use super::cores::all_cores;
 use super::definition::Definition;
-use super::progress::SweepProgress;
-use super::words::{failures_in_words, ranking};
+use super::jobs_or_all_cores;
 use crate::artefacts::ArtefactError;
+use crate::evaluation::FEWEST_RUNS;
 use crate::experiment::ExperimentError;
-use crate::experiment::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SweepSummary, gather, run_sweep};
+use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
 
 /// Settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
+/// Failed cells that are told.
+const FAILURES: usize = 5;
 
 /// Run all cells of a sweep that have no result, one cell per core
 #[derive(Args, Debug)]
@@ -72,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume) -> Result<ExitCode, CommandError> {
     let draft = definition.draft()?;
     let root = freeze(&draft, direct.out.as_deref())?;
-    let record = draft.record();
+    let record = &draft.record;
     if !volume.quiet && !direct.how.json {
         volume.notes(&[format!(
             "{}: {} ({} x {})",
@@ -91,7 +94,7 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
         draft.freeze(path, false)?;
         return Ok(path.to_owned());
     }
-    let name = &draft.record().name;
+    let name = &draft.record.name;
     let first = Path::new("sweeps").join(name);
     for number in 1_u32.. {
         let path = if number == 1 { first.clone() } else { first.with_file_name(format!("{name}-{number}")) };
@@ -105,8 +108,8 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
 
 fn work(root: &Path, how: &How, access: FileAccess, volume: Volume) -> Result<ExitCode, CommandError> {
     let sweep = access.open_sweep(root)?;
-    let jobs = how.jobs.map_or_else(all_cores, usize::from);
-    let progress = SweepProgress::new(volume, &sweep.plan.objective);
+    let jobs = jobs_or_all_cores(how.jobs);
+    let progress = TerminalProgress::new(volume);
     let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
     drop(progress);
     let ran = ran.map_err(|error| resumable(error, root))?;
@@ -138,8 +141,8 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}\n  page: skiagraph report {}",
         summary.name,
         output::counted(ran.run, "cell"),
-        ranking(summary, SHOWN),
-        failures_in_words(&ran.failed),
+        ranking(summary),
+        describe_failures(&ran.failed),
         root.join(RUNS_TABLE).display(),
         root.display(),
     )
@@ -151,4 +154,51 @@ fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
         ExperimentError::Interrupted => ArtefactError::ProgressSaved { partial: root.to_owned() }.into(),
         error => error,
     }
+}
+
+/// The best settings, the best first.
+fn ranking(summary: &SweepSummary) -> String {
+    let ranked = summary.ranked();
+    let width = ranked.iter().take(SHOWN).map(|setting| setting.words.chars().count()).max().unwrap_or(0).max(8);
+    let title = summary.metric().map_or(summary.objective.as_str(), |metric| metric.name);
+    let mut lines = vec![format!(
+        "  {:<width$}  {title:>14}   {:^20}  {:>11}  {:>12}  {:>4}",
+        "setting", "95 % interval", "evaluations", "processor ms", "lost"
+    )];
+    lines.extend(ranked.iter().take(SHOWN).map(|setting| row(setting, width)));
+    if ranked.len() > SHOWN {
+        lines.push(format!("  and {} more", output::counted(ranked.len() - SHOWN, "setting")));
+    }
+    lines.push(format!(
+        "\n  means over {}{}; evaluations and processor time are those of a frame; lost: seeds that lost the body",
+        output::counted(summary.seeds.len(), "seed"),
+        if summary.seeds.len() < FEWEST_RUNS { ", no interval below 3" } else { "" }
+    ));
+    lines.join("\n")
+}
+
+fn row(setting: &SettingSummary, width: usize) -> String {
+    let interval = setting.ci95.map_or("-".to_owned(), |i| format!("{} to {}", number(i.low), number(i.high)));
+    let value = |value: Option<f64>| value.map_or("-".to_owned(), number);
+    format!(
+        "  {:<width$}  {:>14}   {:^20}  {:>11}  {:>12}  {:>4}",
+        setting.words,
+        value(setting.mean),
+        interval,
+        value(setting.evaluations_per_frame),
+        value(setting.processor_ms_per_frame),
+        setting.diverged,
+    )
+}
+
+fn describe_failures(failed: &[(usize, String)]) -> String {
+    if failed.is_empty() {
+        return String::new();
+    }
+    let mut lines = vec![format!("\n\n  {} cannot be run:", output::counted(failed.len(), "cell"))];
+    lines.extend(failed.iter().take(FAILURES).map(|(index, error)| format!("  cell {index}: {error}")));
+    if failed.len() > FAILURES {
+        lines.push(format!("  and {} more", failed.len() - FAILURES));
+    }
+    lines.join("\n")
 }

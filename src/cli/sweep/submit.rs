@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::super::{CommandError, output};
-use crate::experiment::sweep::{PlannedSweep, SubmitOptions, submit};
+use crate::sweep::{PlannedSweep, SubmitOptions, submit};
 
 /// Submit a sweep to a Slurm cluster
 ///
@@ -62,16 +62,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
         output::print(&done.commands.join("\n"))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let text = match done.array.is_empty() {
-        true => format!("{}: all cells have results; nothing was submitted", arguments.sweep.display()),
-        false => format!(
+    let text = if done.array.is_empty() {
+        format!("{}: all cells have results; nothing was submitted", arguments.sweep.display())
+    } else {
+        format!(
             "{}: {} submitted (of {}), jobs {}\n  how far it is: skiagraph sweep status {}",
             arguments.sweep.display(),
             done.array,
             output::counted(done.shards, "shard"),
             done.jobs.join(", "),
             arguments.sweep.display(),
-        ),
+        )
     };
     output::print(&text)?;
     Ok(ExitCode::SUCCESS)

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::sandbox::ProgramSandbox;
 use super::workplace::LeftBehind;
 use crate::experiment::track_timing::TrackTiming;
-use crate::input::excerpt;
+use crate::input::{excerpt, shell_word};
 
 /// The record of a program's run.
 pub(in crate::experiment) const EXTERNAL_FILE: &str = "program.json";
@@ -157,10 +157,7 @@ impl ProgramOptions {
         let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
         let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
         let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
-        let plain = |path: &str| path.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+~".contains(c));
-        let quoted =
-            |path: &String| if plain(path) { path.clone() } else { format!("'{}'", path.replace('\'', "'\\''")) };
-        let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", quoted(path))));
+        let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", shell_word(path))));
         [inline, frame, start, restarts, sandbox].into_iter().chain(readable).flatten().collect()
     }
 }

@@ -1,9 +1,7 @@
 //! Whether an estimate's joint angles are in radians, and those that a user declares to be degrees.
 
-use std::path::Path;
-
+use super::rewriting::changed;
 use crate::benchmark_set::{Articulation, Estimates};
-use crate::experiment::ExperimentError;
 use crate::npz::{Array, Npz};
 
 const NAME: &str = "estimate_angles";
@@ -14,39 +12,31 @@ const SEVERAL: usize = 3;
 /// An angle counts that is too far in one of so many frames.
 const ONE_OF: usize = 10;
 
-/// The bytes of an `.npz` with its joint angles in radians; `declared` is what the user says, radians per unit.
+/// An archive with its joint angles in radians; `declared` is what the user says, radians per unit.
 ///
 /// # Errors
-/// [`ExperimentError`] where angles seem to be degrees and nothing is declared, or there are none to declare.
-pub(super) fn in_radians(path: &Path, bytes: Vec<u8>, declared: Option<f64>) -> Result<Vec<u8>, ExperimentError> {
-    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    let file = path.display().to_string();
-    let npz = Npz::from_bytes(&file, &bytes)?;
+/// What is wrong: angles seem to be degrees and nothing is declared, or there are none to declare.
+pub(super) fn in_radians(npz: Npz, file: &str, declared: Option<f64>) -> Result<Npz, String> {
     let Some(shape) = npz.get(NAME).map(|array| array.shape.clone()) else {
-        return match declared {
-            None => Ok(bytes),
-            Some(_) => Err(malformed(format!("has no {NAME}; leave out --angles"))),
-        };
+        return if declared.is_none() { Ok(npz) } else { Err(format!("has no {NAME}; leave out --angles")) };
     };
     // the axis of seeds may be left out
     let columns = match shape.as_slice() {
         &[_, _, columns] | &[_, columns] => columns,
-        _ => return Ok(bytes),
+        _ => return Ok(npz),
     };
-    let numbers = npz.numbers(&file, NAME, &vec![None; shape.len()])?;
+    let numbers = npz.numbers(file, NAME, &vec![None; shape.len()]).map_err(|e| e.detail)?;
     match declared {
-        Some(1.0) => Ok(bytes),
+        Some(1.0) => Ok(npz),
         Some(radians) => {
-            let scaled: Vec<f64> = numbers.iter().map(|angle| radians * angle).collect();
-            let scaled = Array::new(&shape, scaled);
-            let arrays = npz.iter().map(|(name, array)| (name, if name == NAME { &scaled } else { array }.clone()));
-            Ok(Npz::from_iter(arrays).to_bytes(&file)?)
+            let scaled = Array::new(&shape, numbers.iter().map(|angle| radians * angle).collect::<Vec<f64>>());
+            changed(&npz, |name, _| Ok((name == NAME).then(|| scaled.clone())))
         }
         None => match seem_degrees(numbers.chunks_exact(columns.max(1))) {
-            None => Ok(bytes),
-            Some(found) => Err(malformed(format!(
+            None => Ok(npz),
+            Some(found) => Err(format!(
                 "{NAME}: {found}; if they are degrees, say --angles deg, and --angles rad if they are right"
-            ))),
+            )),
         },
     }
 }
@@ -117,22 +107,21 @@ mod tests {
 
     #[test]
     fn declared_degrees_become_radians_and_nothing_else_changes() {
-        let path = Path::new("theirs.npz");
         // with the axis of seeds and without it
         for shape in [&[1, 1, 3][..], &[1, 3]] {
-            let bytes = |angles: [f64; 3]| {
-                let angles = Array::new(shape, angles.to_vec());
-                Npz::from_iter([("fps", Array::new(&[], vec![60.0])), (NAME, angles)]).to_bytes("theirs.npz").unwrap()
+            let archive = |angles: [f64; 3]| {
+                Npz::from_iter([("fps", Array::new(&[], vec![60.0])), (NAME, Array::new(shape, angles.to_vec()))])
             };
-            let given = bytes([90.0, -45.0, 180.0]);
-            let refused = in_radians(path, given.clone(), None).unwrap_err().to_string();
+            let given = archive([90.0, -45.0, 180.0]);
+            let read = |declared: Option<f64>| in_radians(given.clone(), "theirs.npz", declared);
+            let refused = read(None).unwrap_err();
             assert!(refused.contains("estimate_angles: 3 of 3") && refused.contains("--angles deg"), "{refused}");
             let degree = 1_f64.to_radians();
-            let radians = bytes([90.0, -45.0, 180.0].map(|angle: f64| degree * angle));
-            assert_eq!(in_radians(path, given.clone(), Some(degree)).unwrap(), radians);
-            assert_eq!(in_radians(path, given.clone(), Some(1.0)).unwrap(), given);
+            let radians = archive([90.0, -45.0, 180.0].map(|angle: f64| degree * angle));
+            assert_eq!(read(Some(degree)).unwrap(), radians);
+            assert_eq!(read(Some(1.0)).unwrap(), given);
         }
-        let points = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]).to_bytes("theirs.npz").unwrap();
-        assert!(in_radians(path, points, Some(1.0)).unwrap_err().to_string().contains("leave out --angles"));
+        let points = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]);
+        assert!(in_radians(points, "theirs.npz", Some(1.0)).unwrap_err().contains("leave out --angles"));
     }
 }

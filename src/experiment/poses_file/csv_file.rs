@@ -39,7 +39,7 @@ fn check_separator(text: &str) -> Result<(), String> {
 }
 
 /// An error of the table with its line.
-fn in_words(error: csv::Error) -> String {
+fn with_line(error: csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
@@ -106,7 +106,7 @@ fn wide(reader: &mut CsvReader<'_>, headers: &[String], frame_column: Option<usi
     }
     let mut frames: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(in_words)?;
+        let record = record.map_err(with_line)?;
         let line = record.position().map_or(0, csv::Position::line);
         let frame = match frame_column {
             Some(column) => frame_number(record.get(column), line)?,
@@ -133,7 +133,7 @@ fn rows(reader: &mut CsvReader<'_>, name: usize, frame: usize, axes: [usize; 3])
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     let mut found: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(in_words)?;
+        let record = record.map_err(with_line)?;
         let line = record.position().map_or(0, csv::Position::line);
         let at = frame_number(record.get(frame), line)?;
         let called = record.get(name).unwrap_or_default().to_owned();

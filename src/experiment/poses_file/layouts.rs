@@ -2,13 +2,15 @@
 
 use crate::body::Landmark;
 
+/// A keypoint as [`canonical`] spells it, with the marker that lies there.
+type Keypoint = (&'static str, Option<Landmark>);
+
 /// The keypoints of a dataset or program.
 #[derive(Debug)]
 pub(super) struct KeypointLayout {
     /// What people call it.
     pub(super) name: &'static str,
-    /// Its keypoints as [`canonical`] spells them, with the marker that lies there.
-    points: &'static [(&'static str, Option<Landmark>)],
+    parts: &'static [&'static [Keypoint]],
 }
 
 use Landmark::{
@@ -16,63 +18,65 @@ use Landmark::{
     RightHip, RightKnee, RightShoulder, RightWrist, Thorax,
 };
 
-macro_rules! with_limbs {
-    ($($name:literal => $marker:expr),* $(,)?) => {
-        &[
-            ("leftshoulder", Some(LeftShoulder)), ("rightshoulder", Some(RightShoulder)),
-            ("leftelbow", Some(LeftElbow)), ("rightelbow", Some(RightElbow)),
-            ("leftwrist", Some(LeftWrist)), ("rightwrist", Some(RightWrist)),
-            ("lefthip", Some(LeftHip)), ("righthip", Some(RightHip)),
-            ("leftknee", Some(LeftKnee)), ("rightknee", Some(RightKnee)),
-            $(($name, $marker)),*
-        ]
-    };
-}
+const LIMBS: &[Keypoint] = &[
+    ("leftshoulder", Some(LeftShoulder)),
+    ("rightshoulder", Some(RightShoulder)),
+    ("leftelbow", Some(LeftElbow)),
+    ("rightelbow", Some(RightElbow)),
+    ("leftwrist", Some(LeftWrist)),
+    ("rightwrist", Some(RightWrist)),
+    ("lefthip", Some(LeftHip)),
+    ("righthip", Some(RightHip)),
+    ("leftknee", Some(LeftKnee)),
+    ("rightknee", Some(RightKnee)),
+];
+const ANKLES: &[Keypoint] = &[("leftankle", Some(LeftAnkle)), ("rightankle", Some(RightAnkle))];
+const FACE: &[Keypoint] =
+    &[("nose", None), ("lefteye", None), ("righteye", None), ("leftear", None), ("rightear", None)];
+const FEET: &[Keypoint] = &[
+    ("leftbigtoe", None),
+    ("rightbigtoe", None),
+    ("leftsmalltoe", None),
+    ("rightsmalltoe", None),
+    ("leftheel", None),
+    ("rightheel", None),
+];
+const SMPL_TRUNK: &[Keypoint] = &[
+    ("pelvis", Some(Pelvis)),
+    ("spine1", None),
+    ("spine2", None),
+    ("spine3", None),
+    ("leftfoot", None),
+    ("rightfoot", None),
+    ("neck", Some(Thorax)),
+    ("leftcollar", None),
+    ("rightcollar", None),
+    ("head", None),
+    ("lefthand", None),
+    ("righthand", None),
+];
+const HUMAN36M_TRUNK: &[Keypoint] = &[
+    ("leftfoot", Some(LeftAnkle)),
+    ("rightfoot", Some(RightAnkle)),
+    ("hip", Some(Pelvis)),
+    ("spine", None),
+    ("thorax", Some(Thorax)),
+    ("neck", None),
+    ("neckbase", None),
+    ("necknose", None),
+    ("nose", None),
+    ("head", Some(HeadTop)),
+];
+const HALPE_TRUNK: &[Keypoint] = &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis))];
+const BODY25_TRUNK: &[Keypoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
 
 /// The head of Human3.6M and HALPE is its top; that of SMPL is where it joins the neck, which no marker is.
 static LAYOUTS: [KeypointLayout; 5] = [
-    KeypointLayout {
-        name: "COCO-17",
-        points: with_limbs![
-            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
-            "righteye" => None, "leftear" => None, "rightear" => None,
-        ],
-    },
-    KeypointLayout {
-        name: "HALPE-26",
-        points: with_limbs![
-            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
-            "righteye" => None, "leftear" => None, "rightear" => None, "head" => Some(HeadTop), "neck" => Some(Thorax),
-            "hip" => Some(Pelvis), "leftbigtoe" => None, "rightbigtoe" => None, "leftsmalltoe" => None,
-            "rightsmalltoe" => None, "leftheel" => None, "rightheel" => None,
-        ],
-    },
-    KeypointLayout {
-        name: "BODY-25",
-        points: with_limbs![
-            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "nose" => None, "lefteye" => None,
-            "righteye" => None, "leftear" => None, "rightear" => None, "neck" => Some(Thorax),
-            "midhip" => Some(Pelvis), "leftbigtoe" => None, "rightbigtoe" => None, "leftsmalltoe" => None,
-            "rightsmalltoe" => None, "leftheel" => None, "rightheel" => None,
-        ],
-    },
-    KeypointLayout {
-        name: "Human3.6M",
-        points: with_limbs![
-            "leftfoot" => Some(LeftAnkle), "rightfoot" => Some(RightAnkle), "hip" => Some(Pelvis), "spine" => None,
-            "thorax" => Some(Thorax), "neck" => None, "neckbase" => None, "necknose" => None, "nose" => None,
-            "head" => Some(HeadTop),
-        ],
-    },
-    KeypointLayout {
-        name: "SMPL",
-        points: with_limbs![
-            "leftankle" => Some(LeftAnkle), "rightankle" => Some(RightAnkle), "pelvis" => Some(Pelvis),
-            "spine1" => None, "spine2" => None, "spine3" => None, "leftfoot" => None, "rightfoot" => None,
-            "neck" => Some(Thorax), "leftcollar" => None, "rightcollar" => None, "head" => None, "lefthand" => None,
-            "righthand" => None,
-        ],
-    },
+    KeypointLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
+    KeypointLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
+    KeypointLayout { name: "BODY-25", parts: &[LIMBS, ANKLES, FACE, BODY25_TRUNK, FEET] },
+    KeypointLayout { name: "Human3.6M", parts: &[LIMBS, HUMAN36M_TRUNK] },
+    KeypointLayout { name: "SMPL", parts: &[LIMBS, ANKLES, SMPL_TRUNK] },
 ];
 
 impl KeypointLayout {
@@ -80,15 +84,19 @@ impl KeypointLayout {
     /// there.
     pub(super) fn marker(&self, name: &str) -> Option<Option<Landmark>> {
         let name = canonical(name);
-        self.points.iter().find(|(known, _)| *known == name).map(|(_, marker)| *marker)
+        self.parts.iter().copied().flatten().find(|(known, _)| *known == name).map(|(_, marker)| *marker)
+    }
+
+    fn size(&self) -> usize {
+        self.parts.iter().map(|part| part.len()).sum()
     }
 }
 
 /// The layout that has all these names and the fewest besides; `None` unless they are more than half of it.
 pub(super) fn layout_of(names: &[&str]) -> Option<&'static KeypointLayout> {
     let has_all = |layout: &&KeypointLayout| names.iter().all(|name| layout.marker(name).is_some());
-    let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.points.len();
-    LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.points.len())
+    let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.size();
+    LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.size())
 }
 
 /// All names of the layouts, for messages.

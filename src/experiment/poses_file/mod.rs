@@ -23,7 +23,7 @@ use self::read_as::FormatUsage;
 use super::ExperimentError;
 use super::error::read_file;
 use super::tracking::Tracked;
-use crate::benchmark_set::{BenchmarkSet, Estimates};
+use crate::benchmark_set::{BenchmarkSet, Estimates, with_seed_axis};
 use crate::body::Humanoid;
 use crate::evaluation::AxisOrder;
 use crate::input::{self, limits};
@@ -100,7 +100,10 @@ pub(super) fn read_poses(
             return Err(malformed(detail));
         }
     };
-    into_tracked(points, path, set, declared, &extension)
+    let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.blind.frames_per_second));
+    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
+    let read_as = ReadAs::new(path, usage(&points, &extension), declared);
+    tracked_from(npz, Some(first), path, set, declared, read_as, points.notes)
 }
 
 /// What an `.npz` file, and any file that says nothing, is taken for.
@@ -113,37 +116,40 @@ const ASSUMED: FormatUsage = FormatUsage {
 };
 
 fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
-    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
-    let bytes = angles::in_radians(path, read_file(path, limits::ARRAYS)?, declared.radians_per_unit)?;
-    let mut read_as = ReadAs::new(path, ASSUMED, declared);
-    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
-    let body = &set.blind.start.body;
-    let named = npz_names::named(Npz::from_bytes(&file, &bytes)?, &file, map.as_ref(), body).map_err(malformed)?;
-    read_as.columns = named.columns;
-    read_as.layout = named.layout.map(str::to_owned);
-    read_as.left_out = named.left_out;
-    tracked_from(named.npz, path, set, read_as, Vec::new())
+    let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
+    let npz = angles::in_radians(npz, &file, declared.radians_per_unit)
+        .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
+    let read_as = ReadAs::new(path, ASSUMED, declared);
+    tracked_from(with_seed_axis(&file, npz)?, None, path, set, declared, read_as, Vec::new())
 }
 
-/// The estimates of an archive in the file's units, axes and frames.
+/// The estimates of an archive in the file's names, units, axes and frames. `points` is what its names are before all
+/// else where it is a file of points.
 fn tracked_from(
     npz: Npz,
+    points: Option<NameKind>,
     path: &Path,
     set: &BenchmarkSet,
+    declared: &PosesDeclared,
     read_as: ReadAs,
     notes: Vec<String>,
 ) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
     let body = &set.blind.start.body;
-    let left_out = read_as.left_out.as_ref().map(|names| format!("has names that were left out: {names}"));
-    let notes: Vec<String> = notes.into_iter().chain(left_out.map(|note| format!("{file} {note}"))).collect();
-    let npz = rewriting::rewritten(npz, &file, &read_as, body, set.blind.frame_count)
-        .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
+    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let named = npz_names::named(npz, &file, map.as_ref(), body, points).map_err(malformed)?;
+    let read_as =
+        ReadAs { columns: named.columns, layout: named.layout.map(str::to_owned), left_out: named.left_out, ..read_as };
+    // of joints the reader has applied the unit
+    let unit = read_as.metres_per_unit.filter(|_| points != Some(NameKind::Joint));
+    let in_file = ReadAs { metres_per_unit: unit, ..read_as.clone() };
+    let npz = rewriting::rewritten(named.npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
-    estimates.notes.extend(notes);
-    let start = &set.blind.start.pose.world_from_root.rotation;
-    let doubt = quaternions::note(&estimates, &read_as, start);
+    let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that were left out: {names}"));
+    estimates.notes.extend(notes.into_iter().chain(left_out));
+    let doubt = quaternions::note(&estimates, &read_as, &set.blind.start.pose.world_from_root.rotation);
     Ok(Tracked {
         record: None,
         estimates,
@@ -211,70 +217,39 @@ fn extend_to(points: &mut PointFile, frames: usize) {
 
 /// What the format says of units and axes.
 fn usage(points: &PointFile, extension: &str) -> FormatUsage {
-    let usage = match (points.metres_per_unit, points.up) {
-        (metres, up) if extension != "bvh" => FormatUsage {
-            metres: metres.or(Some(1.0)),
-            units_from: if metres.is_some() { "declared in the file" } else { "assumed" },
-            order: if up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
-            axes_from: match up {
-                Some(_) if !points.up_is_usual => "declared in the file",
-                _ => "assumed",
-            },
-            ..ASSUMED
-        },
-        _ => FormatUsage {
+    if extension == "bvh" {
+        return FormatUsage {
             metres: None,
             units_from: "guessed by the size of the body",
             order: AxisOrder::BVH,
-            axes_from: "assumed",
+            axes_from: "assumed for .bvh",
             y_up: AxisOrder::BVH,
+        };
+    }
+    let is_declared = points.up.is_some() && !points.up_is_usual;
+    FormatUsage {
+        metres: points.metres_per_unit.or(Some(1.0)),
+        units_from: if points.metres_per_unit.is_some() { "declared in the file" } else { "assumed" },
+        order: if points.up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
+        axes_from: match extension {
+            "trc" => "assumed for .trc",
+            _ if is_declared => "declared in the file",
+            _ => "assumed",
         },
-    };
-    let assumed = match extension {
-        "trc" => "assumed for .trc",
-        "bvh" => "assumed for .bvh",
-        _ => return usage,
-    };
-    FormatUsage { axes_from: assumed, ..usage }
+        ..ASSUMED
+    }
 }
 
-fn into_tracked(
-    points: PointFile,
-    path: &Path,
-    set: &BenchmarkSet,
-    declared: &PosesDeclared,
-    extension: &str,
-) -> Result<Tracked, ExperimentError> {
-    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    let body = &set.blind.start.body;
-    let mut read_as = ReadAs::new(path, usage(&points, extension), declared);
-    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
-    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
-    let columns = names::columns(&points.names, map.as_ref(), body, first).map_err(malformed)?;
-    let rate = points.frames_per_second.unwrap_or(set.blind.frames_per_second);
-    let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate])), ("seeds", Array::new(&[1], vec![0_i64]))]);
-    for (array, names_array, kind) in [
-        ("estimate_markers", "marker_names", &columns.markers),
-        ("estimate_joints", "estimate_joint_names", &columns.joints),
-    ] {
-        if kind.is_empty() {
-            continue;
-        }
-        let place = |frame: &Vec<Option<[f64; 3]>>| -> Vec<f64> {
-            kind.iter().flat_map(|(column, _)| frame[*column].unwrap_or([f64::NAN; 3])).collect()
-        };
-        let numbers: Vec<f64> = points.frames.iter().flat_map(place).collect();
-        npz.push(array, Array::new(&[1, points.frames.len(), kind.len(), 3], numbers));
-        npz.push(names_array, Array::names(kind.iter().map(|(_, name)| name.as_str())));
-    }
-    read_as.columns = columns.by_marker(&points.names, body);
-    read_as.layout = columns.layout.map(str::to_owned);
-    read_as.left_out = columns.left_out;
-    // of BVH the reader has applied the unit
-    let in_file = ReadAs { metres_per_unit: read_as.metres_per_unit.filter(|_| extension != "bvh"), ..read_as.clone() };
-    let mut tracked = tracked_from(npz, path, set, in_file, points.notes)?;
-    tracked.read_as = Some(read_as);
-    Ok(tracked)
+/// Points as the arrays that any program may write, with the names of the file.
+fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
+    let places = points.frames.iter().flatten().flat_map(|place| place.unwrap_or([f64::NAN; 3]));
+    let shape = [1, points.frames.len(), points.names.len(), 3];
+    Npz::from_iter([
+        ("fps", Array::new(&[], vec![frames_per_second])),
+        ("seeds", Array::new(&[1], vec![0_i64])),
+        ("estimate_markers", Array::new(&shape, places.collect::<Vec<f64>>())),
+        ("marker_names", Array::names(points.names.iter().map(String::as_str))),
+    ])
 }
 
 /// Whether this body's markers are known by this name of a joint.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::markers_on;
 use super::names::{NameKind, NamedColumns, columns};
-use crate::benchmark_set::{SetError, with_seed_axis};
 use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use crate::npz::{Array, Npz};
@@ -26,40 +25,47 @@ const KINDS: [(&str, &str, NameKind); 2] = [
 ];
 const COVARIANCE: &str = "estimate_covariance";
 
-/// Renames the columns by the map, and those of a layout of keypoints. A file whose names are all those of this program
-/// stays as it is, and so does one whose names are unknown: the reader says which.
+/// Renames the columns by the map, and those of a layout of keypoints. A file whose names are all those of this
+/// program stays as it is, and so does one whose names are unknown: the reader says which. Of a file of points
+/// (`points` is what its names are before all else) names that are unknown are left out.
 ///
 /// # Errors
 /// What the map or the names lack.
 pub(super) fn named(
-    npz: Npz,
+    mut npz: Npz,
     file: &str,
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
+    points: Option<NameKind>,
 ) -> Result<NamedArchive, String> {
-    let mut npz = with_seed_axis(file, npz).map_err(SetError::into_detail)?;
-    check_map(&npz, file, map)?;
-    let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
+    let mut given = Vec::new();
     for (array, names_array, kind) in KINDS {
-        let Some(names) = npz.names(file, names_array).map_err(|e| e.detail)?.map(<[String]>::to_vec) else {
-            continue;
+        let names = npz.names(file, names_array).map_err(|e| e.detail)?;
+        given.extend(names.map(|names| (array, names_array, kind, names.to_vec())));
+    }
+    if points.is_none() {
+        check_map(given.iter().flat_map(|(.., names)| names), map)?;
+    }
+    let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
+    for (array, names_array, kind, names) in given {
+        let found = if let Some(first) = points {
+            columns(&names, map, body, first)?
+        } else {
+            let here = |map: &BTreeMap<String, String>| -> BTreeMap<String, String> {
+                map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect()
+            };
+            let map = map.map(here).filter(|map| !map.is_empty());
+            if map.is_none() && is_own_output(&names, kind, body) {
+                by_marker.extend(own_columns(&names, kind, body));
+                continue;
+            }
+            match columns(&names, map.as_ref(), body, kind) {
+                Ok(found) if map.is_some() || found.layout.is_some() => found,
+                Err(detail) if map.is_some() => return Err(format!("{names_array}: {detail}")),
+                // a misspelt name is told by the reader
+                _ => continue,
+            }
         };
-        let map: Option<BTreeMap<String, String>> = map.map(|map| {
-            map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect()
-        });
-        let has_map = map.as_ref().is_some_and(|map| !map.is_empty());
-        if !has_map && is_own_output(&names, kind, body) {
-            by_marker.extend(own_columns(&names, kind, body));
-            continue;
-        }
-        let found = match columns(&names, map.as_ref(), body, kind) {
-            Ok(found) => found,
-            Err(detail) if has_map => return Err(format!("{names_array}: {detail}")),
-            Err(_) => continue,
-        };
-        if !has_map && found.layout.is_none() {
-            continue; // a misspelt name is told by the reader
-        }
         by_marker.extend(found.by_marker(&names, body));
         layout = layout.or(found.layout);
         left_out.extend(found.left_out.clone());
@@ -69,12 +75,11 @@ pub(super) fn named(
     Ok(NamedArchive { npz, columns: by_marker, layout, left_out })
 }
 
-fn check_map(npz: &Npz, file: &str, map: Option<&BTreeMap<String, String>>) -> Result<(), String> {
-    let mut names = Vec::new();
-    for (_, names_array, _) in KINDS {
-        names.extend(npz.names(file, names_array).map_err(|e| e.detail)?.unwrap_or_default());
-    }
-    match map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
+fn check_map<'a>(
+    names: impl Iterator<Item = &'a String> + Clone,
+    map: Option<&BTreeMap<String, String>>,
+) -> Result<(), String> {
+    match map.into_iter().flatten().find(|(theirs, _)| !names.clone().any(|name| name == *theirs)) {
         Some((theirs, _)) => Err(format!(
             "the joint map names {:?}, which neither marker_names nor estimate_joint_names has; of poses it can name nothing",
             excerpt(theirs)
@@ -163,7 +168,7 @@ mod tests {
         let rows = (0..2).flat_map(|_| (0..names.len()).flat_map(|column| [column as f64; 3]));
         Npz::from_iter([
             ("fps", Array::new(&[], vec![60.0])),
-            ("estimate_markers", Array::new(&[2, names.len(), 3], rows.collect::<Vec<f64>>())),
+            ("estimate_markers", Array::new(&[1, 2, names.len(), 3], rows.collect::<Vec<f64>>())),
             ("marker_names", Array::names(names.iter().copied())),
         ])
     }
@@ -172,13 +177,13 @@ mod tests {
     fn a_map_renames_and_drops_columns_and_must_name_some() {
         let map = |theirs: &str, ours: &str| BTreeMap::from([(theirs.to_owned(), ours.to_owned())]);
         let npz = archive(&["LKnee", "tail", "pelvis"]);
-        let found = named(npz.clone(), "p", Some(&map("LKnee", "left_knee")), &person()).unwrap();
+        let found = named(npz.clone(), "p", Some(&map("LKnee", "left_knee")), &person(), None).unwrap();
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["left_knee", "pelvis"]);
         let numbers = found.npz.f64s("p", "estimate_markers", &[Some(1), Some(2), Some(2), Some(3)]).unwrap();
         assert_eq!(numbers, [[0.0; 3], [2.0; 3], [0.0; 3], [2.0; 3]].as_flattened());
         assert_eq!(found.left_out.as_deref(), Some("tail"));
         assert_eq!(found.columns["left_knee"], "LKnee");
-        let refused = named(npz, "p", Some(&map("RKnee", "left_knee")), &person()).err().unwrap();
+        let refused = named(npz, "p", Some(&map("RKnee", "left_knee")), &person(), None).err().unwrap();
         assert!(refused.contains("\"RKnee\"") && refused.contains("marker_names"), "{refused}");
     }
 
@@ -188,21 +193,11 @@ mod tests {
         let names: Vec<String> =
             sides.iter().flat_map(|part| [format!("left_{part}"), format!("right_{part}")]).collect();
         let names: Vec<&str> = std::iter::once("nose").chain(names.iter().map(String::as_str)).collect();
-        let found = named(archive(&names), "p", None, &person()).unwrap();
+        let found = named(archive(&names), "p", None, &person(), None).unwrap();
         assert_eq!(found.layout, Some("COCO-17"));
         assert_eq!(found.npz.get("estimate_markers").unwrap().shape, [1, 2, 12, 3]);
         let misspelt = archive(&["pelvis", "left_kne"]);
-        let found = named(misspelt.clone(), "p", None, &person()).unwrap();
+        let found = named(misspelt.clone(), "p", None, &person(), None).unwrap();
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["pelvis", "left_kne"]);
-    }
-
-    /// The file's name stood twice in the message: the caller puts it in front.
-    #[test]
-    fn what_is_wrong_is_said_without_the_name_of_the_file() {
-        let mut npz = archive(&["pelvis"]);
-        npz.push("seeds", Array::new(&[2], vec![0_i64, 1]));
-        let refused = named(npz, "theirs.npz", None, &person()).err().unwrap();
-        assert!(refused.starts_with("has several seeds, and arrays without an axis of seeds"), "{refused}");
-        assert!(!refused.contains("theirs.npz"), "{refused}");
     }
 }

@@ -9,8 +9,8 @@ use crate::evaluation::quantile;
 const TOO_LARGE: f64 = 5.0;
 /// A unit is named where the size fits it to this factor.
 const FITS: f64 = 1.5;
-const UNITS: [(&str, f64); 3] =
-    [("millimetres (--units mm)", 1000.0), ("centimetres (--units cm)", 100.0), ("inches (--units in)", 39.37)];
+/// Units that are guessed, in metres: a body in any larger one may be right.
+const LARGEST_GUESS: f64 = 0.1;
 
 /// A size so near to the ratio of two units is no tracker that collapses.
 const NEARLY: f64 = 1.15;
@@ -32,8 +32,9 @@ pub(in crate::experiment) fn check_scale(
     let mut ratios: Vec<f64> = frames.filter_map(|frame| ratio(frame, &start)).collect();
     ratios.sort_by(f64::total_cmp);
     let Some(typical) = quantile(&ratios, 0.5) else { return Ok(()) };
-    let fits = |factor: f64| (typical / factor).max(factor / typical) < FITS;
-    if UNITS.iter().any(|(_, factor)| fits(1.0 / factor)) {
+    let fits = |size: f64| (typical / size).max(size / typical) < FITS;
+    let mut small_units = UNITS_OF_LENGTH.iter().filter(|(.., metres)| *metres < LARGEST_GUESS);
+    if small_units.clone().any(|(.., metres)| fits(*metres)) {
         return Err(format!(
             "the estimated body has {typical:.4} of the size of the start pose: its numbers seem to be metres, declared as \
              another unit; say --units m"
@@ -48,8 +49,9 @@ pub(in crate::experiment) fn check_scale(
     if typical <= TOO_LARGE {
         return Ok(());
     }
-    let unit = UNITS.iter().find(|(_, factor)| fits(*factor));
-    let guess = unit.map_or_else(|| "in other units".to_owned(), |(unit, _)| format!("in {unit}"));
+    let unit = small_units.find(|(.., metres)| fits(1.0 / metres));
+    let guess =
+        unit.map_or_else(|| "in other units".to_owned(), |(word, plural, _)| format!("in {plural} (--units {word})"));
     Err(format!(
         "the estimated body is {typical:.0} times as large as the start pose: it seems to be {guess}, expected metres"
     ))

@@ -2,7 +2,7 @@
 
 use super::shapes::{Drawing, Side};
 use super::{Colour, Stroke};
-use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks_within, whole_ticks};
+use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks, whole_ticks};
 
 /// An axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub(super) struct Axis {
 impl Axis {
     /// With about so many ticks at round numbers.
     pub(super) fn round(values: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
-        Self { values, pixels, ticks: round_ticks_within(values, most) }
+        Self { values, pixels, ticks: round_ticks(values, most) }
     }
 
     /// As [`Self::round`], at whole numbers where all values along it are whole: there is no half camera.

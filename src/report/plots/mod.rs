@@ -25,8 +25,6 @@ pub use shapes::Svg;
 pub(super) use shapes::{Drawing, Shape, Side};
 pub use spans::{SpanPlot, SpanRow};
 
-pub(super) use super::round_ticks::log_ticks;
-
 /// Size of a plot in CSS pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {

@@ -53,7 +53,7 @@ impl ScatterPlot {
     }
 
     /// The shapes of the plot.
-    pub(in crate::report) fn drawing(&self, Size { width, height }: Size) -> Drawing {
+    pub(crate) fn drawing(&self, Size { width, height }: Size) -> Drawing {
         let mut entries: Vec<(&str, Stroke)> =
             self.groups.iter().map(|group| (group.name.as_str(), Stroke::solid(group.colour))).collect();
         if !self.front.is_empty() {
@@ -78,14 +78,14 @@ impl ScatterPlot {
     }
 
     /// Whether an interval continues above the plot.
-    pub(in crate::report) fn cuts_off(&self) -> bool {
+    pub(crate) fn cuts_off(&self) -> bool {
         let [_, [_, top]] = self.ranges();
         self.groups.iter().flat_map(ScatterGroup::drawn).any(|point| point.interval.is_some_and(|[_, high]| high > top))
     }
 
     /// Ranges of exponents and of values, with a margin; values begin at zero. Intervals are in it whole, but for what
     /// goes further than twice the greatest value.
-    pub(in crate::report) fn ranges(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let [left, right] = ends(points().map(|p| libm::log10(p.x))).unwrap_or([0.0, 1.0]);
         let [least, most] = ends(points().map(|p| p.y)).unwrap_or([0.0, 1.0]);
@@ -100,7 +100,7 @@ impl ScatterPlot {
 
 impl ScatterGroup {
     /// The points that have a place.
-    pub(in crate::report) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
+    pub(crate) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
         self.points.iter().copied().filter(|p| p.x > 0.0 && p.x.is_finite() && p.y.is_finite())
     }
 }

@@ -8,7 +8,7 @@ use crate::report::{GENERATOR, ReportError};
 
 /// Shapes in the order in which they are drawn; CSS pixels from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::report) struct Drawing {
+pub(crate) struct Drawing {
     pub(in crate::report) shapes: Vec<Shape>,
     /// Where the horizontal axis of a plot over frames is, so that a page's script can point at a frame: left, right,
     /// top and bottom of the plot, and the values at the ends of the axis.

@@ -88,6 +88,16 @@ pub fn table_cell(text: &str) -> String {
     if is_formula { format!("'{text}") } else { text }
 }
 
+/// A word or path as a shell takes it.
+pub fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
 /// The character, or a replacement if it would control a terminal or change the direction of writing.
 pub fn harmless(character: char) -> char {
     match character {

@@ -1,0 +1,168 @@
+//! A sweep: many settings of one scenario, as in `scenarios/sweeps/*.toml`.
+//!
+//! The doc comments of these types are the documentation of the format: `skiagraph schema --sweep` prints them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::scenario::{Diagnostic, parse_value, split_at_commas};
+
+/// Many settings of one scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// The version of this format; always `"skiagraph.sweep/1"`.
+    pub schema: SweepTag,
+    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME` unless `--out` says otherwise.
+    pub name: String,
+    /// Description in one or two sentences. Default: empty.
+    #[serde(default)]
+    pub description: String,
+    /// The scenario that is varied: a path relative to this file. Default: the built-in walk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
+    /// Overrides of the scenario for all cells, as on the command line: `["motion.loop_to_s=2"]`. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+    /// First random seed. Default: the scenario's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u32>,
+    /// Number of seeds of every setting. Default: the scenario's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seeds: Option<u32>,
+    /// How settings are made of the axes.
+    #[serde(default)]
+    pub method: Expansion,
+    /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table
+    /// `{ name = "...", set = ["key=value", ...] }` sets several keys at once, and its axis may have any name. With
+    /// `method = "random"` an axis may be `{ uniform = [low, high] }` or `{ log_uniform = [low, high] }`, with
+    /// `integer = true` for whole numbers. Default: none.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    pub axes: Map<String, Value>,
+    /// The settings of `method = "list"`: tables of keys and values. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<Map<String, Value>>,
+    /// Number of settings of `method = "random"`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Seed of `method = "random"`.
+    #[serde(default)]
+    pub random_seed: u32,
+    /// A product of keys that is the same in all cells. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<SweepBudget>,
+    /// Settings are kept where all of these are true: `["particles * layers <= 2000"]`. Names are those of axes, or
+    /// dotted keys of the scenario. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep: Vec<String>,
+    /// The metric that settings are compared by.
+    #[serde(default = "default_objective")]
+    pub objective: String,
+    /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean
+    /// over their values. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub average_over: Vec<String>,
+    /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers.
+    #[serde(default)]
+    pub reports: bool,
+}
+
+/// The version of the sweep format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SweepTag {
+    /// The only one so far.
+    #[serde(rename = "skiagraph.sweep/1")]
+    V1,
+}
+
+/// How settings are made of axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Expansion {
+    /// Every combination of the values.
+    #[default]
+    Grid,
+    /// The first values of all axes, the second, and so on.
+    Zip,
+    /// Values drawn at random.
+    Random,
+    /// The settings of `[[points]]`.
+    List,
+}
+
+/// A product of keys that is held constant: the same amount of work for every setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepBudget {
+    /// The keys that are multiplied: `["particles", "layers"]`.
+    pub product: Vec<String>,
+    /// What the product has to be.
+    pub equals: f64,
+    /// The key that is set to what is left of the budget, rounded to a whole number; it must be no axis. Default: none;
+    /// settings that miss the budget are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solve: Option<String>,
+    /// By what share the product may miss the budget. Default: 0 without `solve`, 0.05 with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+}
+
+impl Sweep {
+    /// A sweep without axes.
+    pub fn named(name: &str) -> Self {
+        Self {
+            schema: SweepTag::V1,
+            name: name.to_owned(),
+            description: String::new(),
+            base: None,
+            set: Vec::new(),
+            seed: None,
+            seeds: None,
+            method: Expansion::Grid,
+            axes: Map::new(),
+            points: Vec::new(),
+            samples: None,
+            random_seed: 0,
+            budget: None,
+            keep: Vec::new(),
+            objective: default_objective(),
+            average_over: Vec::new(),
+            reports: false,
+        }
+    }
+
+    /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line.
+    ///
+    /// # Errors
+    /// [`Diagnostic`] for what is neither.
+    pub fn assign(&mut self, assignment: &str) -> Result<(), Diagnostic> {
+        let complain = |message: String| Diagnostic {
+            origin: format!("axis {assignment}"),
+            place: None,
+            key: String::new(),
+            message,
+        };
+        let (key, values) = assignment
+            .split_once('=')
+            .ok_or_else(|| complain("expected key=value,value,... such as particles=50,100,200".to_owned()))?;
+        let values = split_at_commas(values);
+        if values.len() == 1 {
+            self.set.push(assignment.to_owned());
+            return Ok(());
+        }
+        let values = values.iter().map(|value| parse_value(value.trim()));
+        let values = values.collect::<Result<Vec<Value>, _>>().map_err(complain)?;
+        self.axes.insert(key.trim().to_owned(), Value::Array(values));
+        Ok(())
+    }
+
+    /// The JSON schema of the format, for editors.
+    pub fn json_schema() -> Value {
+        crate::scenario::with_defaults(schemars::schema_for!(Self).to_value())
+    }
+}
+
+fn default_objective() -> String {
+    "humaneva_mm".to_owned()
+}

@@ -1,0 +1,427 @@
+//! A sweep's file: read, checked, and its axes with all their values.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use super::definition::{Expansion, Sweep, SweepBudget};
+use crate::input::{self, AllowedFolders, limits};
+use crate::scenario::{
+    Diagnostic, LineSpan, MOST_SEEDS, ScenarioError, as_toml, did_you_mean, locate, settings_of, tree_of,
+};
+
+/// Most values of one axis.
+const MOST_VALUES: usize = 100_000;
+/// Most axes.
+const MOST_AXES: usize = 32;
+/// Characters of the longest condition. It is taken apart by recursion, so this bounds its depth too.
+const LONGEST_CONDITION: usize = 1_000;
+
+/// The values of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SweepAxis {
+    /// Exactly these.
+    Values(Vec<AxisValue>),
+    /// Drawn from a range; on a logarithmic scale or not, whole numbers or not.
+    Range {
+        /// Least and greatest value.
+        ends: [f64; 2],
+        /// Whether logarithms are uniform.
+        logarithmic: bool,
+        /// Whether values are rounded to whole numbers.
+        integer: bool,
+    },
+}
+
+/// One value of an axis: what it is called and what it sets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisValue {
+    /// The value itself, or the name of a table of several keys.
+    pub label: Value,
+    /// Whether it is such a name, as in `{ name = "...", set = [...] }`.
+    pub is_name: bool,
+    /// Overrides.
+    pub set: Vec<String>,
+}
+
+/// A sweep and where its relative paths start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepFile {
+    /// The sweep.
+    pub sweep: Sweep,
+    /// The file as it was named.
+    pub origin: String,
+    /// The scenario's path is relative to this folder.
+    pub folder: PathBuf,
+    /// Where the scenario may lie, and the files that settings name, beside the places that the scenario itself allows.
+    pub(crate) allowed: AllowedFolders,
+    text: String,
+}
+
+impl SweepFile {
+    /// Reads a sweep file.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
+    pub fn open(path: &Path) -> Result<Self, ScenarioError> {
+        let text = input::read_to_string(path, limits::SETTINGS)
+            .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
+        Self::parse(&text, &path.display().to_string(), path.parent().map(Path::to_owned).unwrap_or_default())
+    }
+
+    /// As [`Self::open`], from a text.
+    ///
+    /// # Errors
+    /// As [`Self::open`], except reading errors.
+    pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
+        let tree = tree_of(text, origin)?;
+        let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
+        let allowed = AllowedFolders::of_folder(&folder);
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: text.to_owned() };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// A sweep that no file holds.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], except errors of the text.
+    pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
+        let allowed = AllowedFolders::default();
+        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: String::new() };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// The same file, which may name these files too.
+    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
+        self.allowed.allow_all_of(allowed);
+        self
+    }
+
+    /// The same file with another sweep, such as one that was changed on the command line.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], except errors of the text.
+    pub fn with(self, sweep: Sweep) -> Result<Self, ScenarioError> {
+        let file = Self { sweep, ..self };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Whether a file says that it is a sweep; `false` for one that cannot be read.
+    pub fn is_one(path: &Path) -> bool {
+        let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
+        let schema = |tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with("skiagraph.sweep/"));
+        tree_of(&text, "").is_ok_and(schema)
+    }
+
+    /// An error about a key of the file, with its line.
+    pub fn complaint(&self, key: &str, message: String) -> Diagnostic {
+        let place = locate(&self.text, key).map(|spot| LineSpan::of_file(&self.text, &spot.value));
+        Diagnostic { origin: self.origin.clone(), place, key: key.to_owned(), message }
+    }
+
+    /// The axes, by their full names, in alphabetical order.
+    ///
+    /// # Errors
+    /// [`Diagnostic`] for what is neither a list of values nor a range.
+    pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Diagnostic> {
+        let mut axes = BTreeMap::new();
+        for (name, value) in flat("", &self.sweep.axes, is_range) {
+            let axis = self.axis(&name, &value)?;
+            axes.insert(name, axis);
+        }
+        if axes.len() > MOST_AXES {
+            return Err(self.complaint("axes", format!("expected at most {MOST_AXES} axes, found {}", axes.len())));
+        }
+        Ok(axes)
+    }
+
+    /// The settings of `[[points]]`: axis and value, in alphabetical order of the axes.
+    ///
+    /// # Errors
+    /// [`Diagnostic`] for values that set nothing.
+    pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Diagnostic> {
+        let point = |(index, point): (usize, &Map<String, Value>)| {
+            let mut values = BTreeMap::new();
+            for (key, value) in flat("", point, is_value) {
+                let at = format!("points[{index}].{key}");
+                values.insert(key.clone(), self.axis_value(&at, &key, &value)?);
+            }
+            Ok(values)
+        };
+        self.sweep.points.iter().enumerate().map(point).collect()
+    }
+
+    fn axis(&self, name: &str, value: &Value) -> Result<SweepAxis, Diagnostic> {
+        let key = format!("axes.{name}");
+        match value {
+            Value::Array(values) if values.is_empty() => {
+                Err(self.complaint(&key, "expected at least one value, found none: the grid is empty".to_owned()))
+            }
+            Value::Array(values) if values.len() > MOST_VALUES => {
+                Err(self.complaint(&key, format!("expected at most {MOST_VALUES} values, found {}", values.len())))
+            }
+            Value::Array(values) => {
+                let values = values.iter().map(|value| self.axis_value(&key, name, value));
+                let values = values.collect::<Result<Vec<_>, _>>()?;
+                let twice = values.iter().enumerate().find(|(i, v)| values[..*i].iter().any(|w| w.label == v.label));
+                match twice {
+                    Some((_, value)) => {
+                        Err(self.complaint(&key, format!("expected different values, found {} twice", value.label)))
+                    }
+                    None => Ok(SweepAxis::Values(values)),
+                }
+            }
+            Value::Object(range) => self.range(&key, range),
+            other => {
+                let message = format!("expected a list of values such as [50, 100, 200], found {other}");
+                Err(self.complaint(&key, message))
+            }
+        }
+    }
+
+    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<SweepAxis, Diagnostic> {
+        let refuse = |message: String| Err(self.complaint(key, message));
+        if self.sweep.method != Expansion::Random {
+            return refuse("expected a list of values; ranges need method = \"random\"".to_owned());
+        }
+        let logarithmic = range.contains_key("log_uniform");
+        let known = ["uniform", "log_uniform", "integer"];
+        if let Some(key) = range.keys().find(|key| !known.contains(&key.as_str())) {
+            return refuse(format!("unknown key `{key}` (known here: {})", known.join(", ")));
+        }
+        let ends = range.get(if logarithmic { "log_uniform" } else { "uniform" });
+        let ends: Option<Vec<f64>> =
+            ends.and_then(Value::as_array).map(|e| e.iter().filter_map(Value::as_f64).collect());
+        let integer = range.get("integer").is_some_and(|integer| integer == &Value::Bool(true));
+        match ends.as_deref() {
+            Some(&[low, high]) if low < high && (low > 0.0 || !logarithmic) && range.len() <= 1 + usize::from(integer) => {
+                Ok(SweepAxis::Range { ends: [low, high], logarithmic, integer })
+            }
+            _ => refuse(
+                "expected { uniform = [low, high] } or { log_uniform = [low, high] } with low below high (and above 0 on \
+                a logarithmic scale), and integer = true for whole numbers"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    fn axis_value(&self, at: &str, name: &str, value: &Value) -> Result<AxisValue, Diagnostic> {
+        let several = value.as_object().and_then(|table| Some((table.get("name")?, table.get("set")?, table.len())));
+        let Some((label, set, parts)) = several else {
+            let set = vec![format!("{name}={}", as_toml(value))];
+            return Ok(AxisValue { label: value.clone(), is_name: false, set });
+        };
+        let set: Option<Vec<String>> =
+            set.as_array().and_then(|set| set.iter().map(|one| one.as_str().map(str::to_owned)).collect());
+        match (label.is_string(), set, parts) {
+            (true, Some(set), 2) => Ok(AxisValue { label: label.clone(), is_name: true, set }),
+            _ => Err(self.complaint(at, "expected { name = \"...\", set = [\"key=value\", ...] }".to_owned())),
+        }
+    }
+
+    fn check(&self) -> Result<(), Diagnostic> {
+        let sweep = &self.sweep;
+        let refuse = |key: &str, message: String| Err(self.complaint(key, message));
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+        if sweep.name.is_empty() || sweep.name.len() > 64 || !sweep.name.chars().all(plain) {
+            return refuse(
+                "name",
+                format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", input::excerpt(&sweep.name)),
+            );
+        }
+        if let Some(seeds) = sweep.seeds.filter(|seeds| !(1..=MOST_SEEDS).contains(seeds)) {
+            return refuse("seeds", format!("expected 1 to {MOST_SEEDS}, found {seeds}"));
+        }
+        for (index, condition) in sweep.keep.iter().enumerate() {
+            let length = condition.chars().count();
+            if length > LONGEST_CONDITION {
+                let message = format!("expected a condition of at most {LONGEST_CONDITION} characters, found {length}");
+                return refuse(&format!("keep[{index}]"), format!("{message}; split it, all of them must hold"));
+            }
+        }
+        let (axes, listed) = (self.axes()?, self.points()?);
+        match sweep.method {
+            Expansion::List if !axes.is_empty() => {
+                return refuse("axes", "expected none with method = \"list\"".to_owned());
+            }
+            Expansion::List if listed.is_empty() => {
+                return refuse("points", "expected [[points]] with method = \"list\", found none".to_owned());
+            }
+            Expansion::List => {}
+            _ if !listed.is_empty() => {
+                return refuse("points", "expected none without method = \"list\"".to_owned());
+            }
+            Expansion::Random if sweep.samples.is_none_or(|samples| samples == 0) => {
+                return refuse(
+                    "samples",
+                    "expected the number of settings to draw with method = \"random\"".to_owned(),
+                );
+            }
+            _ => {}
+        }
+        if sweep.samples.is_some() && sweep.method != Expansion::Random {
+            return refuse("samples", "expected it only with method = \"random\"".to_owned());
+        }
+        self.check_averages(&axes, &listed)?;
+        sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
+    }
+
+    /// Whether what is averaged over is varied. The methods of a scenario are an axis that no file names.
+    fn check_averages(
+        &self,
+        axes: &BTreeMap<String, SweepAxis>,
+        listed: &[BTreeMap<String, AxisValue>],
+    ) -> Result<(), Diagnostic> {
+        let known: BTreeSet<&String> = axes.keys().chain(listed.iter().flat_map(BTreeMap::keys)).collect();
+        let Some(other) = self.sweep.average_over.iter().find(|name| !known.contains(name) && *name != "method") else {
+            return Ok(());
+        };
+        let names = known.iter().map(|name| name.as_str());
+        let guess = did_you_mean(other, names.clone()).map(|guess| format!(" (did you mean `{guess}`?)"));
+        let names = names.collect::<Vec<_>>().join(", ");
+        let (other, guess) = (input::excerpt(other), guess.unwrap_or_default());
+        Err(self.complaint("average_over", format!("expected axes ({names}), found `{other}`{guess}")))
+    }
+
+    fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Diagnostic> {
+        let refuse = |key: &str, message: String| Err(self.complaint(&format!("budget.{key}"), message));
+        if budget.product.len() < 2 {
+            return refuse("product", format!("expected two keys or more, found {}", budget.product.len()));
+        }
+        if budget.equals.is_nan() || budget.equals <= 0.0 || budget.equals.is_infinite() {
+            return refuse("equals", format!("expected a number above 0, found {}", budget.equals));
+        }
+        if let Some(tolerance) = budget.tolerance.filter(|tolerance| !(0.0..=1.0).contains(tolerance)) {
+            return refuse("tolerance", format!("expected 0 to 1, found {tolerance}"));
+        }
+        match &budget.solve {
+            Some(key) if axes.contains_key(key) => {
+                let message = format!("`{key}` is an axis and cannot follow from the budget too; remove one of them");
+                refuse("solve", message)
+            }
+            Some(key) if !budget.product.contains(key) => {
+                refuse("solve", format!("expected one of the keys of `product`, found `{}`", input::excerpt(key)))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn is_range(table: &Map<String, Value>) -> bool {
+    ["uniform", "log_uniform", "integer"].iter().any(|key| table.contains_key(*key))
+}
+
+/// Whether a table is a value itself: `{ name, set }`, or a tracker's settings.
+fn is_value(table: &Map<String, Value>) -> bool {
+    table.contains_key("set") || table.is_empty()
+}
+
+/// Tables in tables by dotted keys (`[axes] rig.ring.count = [...]` is one); those that are values themselves stay.
+fn flat(prefix: &str, table: &Map<String, Value>, stays: fn(&Map<String, Value>) -> bool) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Object(inner) if !stays(inner) => found.extend(flat(&name, inner, stays)),
+            value => found.push((name, value.clone())),
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<SweepFile, String> {
+        let text = format!("schema = \"skiagraph.sweep/1\"\nname = \"a\"\n{text}");
+        SweepFile::parse(&text, "a.toml", PathBuf::new()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn axes_are_read_by_dotted_keys_quoted_or_not() {
+        for text in [
+            "[axes]\n\"rig.ring.count\" = [2, 4]\n",
+            "[axes]\nrig.ring.count = [2, 4]\n",
+            "[axes.rig]\nring.count = [2, 4]\n",
+        ] {
+            let axes = parse(text).unwrap().axes().unwrap();
+            let SweepAxis::Values(values) = &axes["rig.ring.count"] else { panic!("{axes:?}") };
+            assert_eq!(
+                values[1],
+                AxisValue { label: 4.into(), is_name: false, set: vec!["rig.ring.count=4".to_owned()] }
+            );
+        }
+    }
+
+    #[test]
+    fn a_value_may_set_several_keys_under_a_name() {
+        let text =
+            "[axes]\nclip = [{ name = \"run\", set = [\"motion.clip=embedded:run\", \"motion.loop_to_s=2\"] }]\n";
+        let SweepAxis::Values(values) = &parse(text).unwrap().axes().unwrap()["clip"] else { panic!() };
+        assert_eq!((values[0].label.as_str(), values[0].set.len()), (Some("run"), 2));
+        assert!(
+            parse("[axes]\nclip = [{ name = \"run\", set = 3 }]\n")
+                .unwrap_err()
+                .contains("a.toml:4: axes.clip: expected { name")
+        );
+    }
+
+    #[test]
+    fn the_command_line_gives_axes_and_values_for_all_cells() {
+        let mut sweep = Sweep::named("a");
+        for assignment in ["particles=50,100", "size_px=[160,120],[320,240]", "clip=a/b.bvh,embedded:run", "layers=3"] {
+            sweep.assign(assignment).unwrap();
+        }
+        let axes: Value = toml::from_str(
+            "particles = [50, 100]\nsize_px = [[160, 120], [320, 240]]\nclip = [\"a/b.bvh\", \"embedded:run\"]",
+        )
+        .unwrap();
+        assert_eq!(Value::Object(sweep.axes.clone()), axes);
+        assert_eq!(sweep.set, ["layers=3"]);
+        assert!(sweep.assign("particles").unwrap_err().to_string().contains("expected key=value,value,..."));
+        assert!(sweep.assign("particles=5,[").unwrap_err().to_string().contains("not TOML"));
+    }
+
+    #[test]
+    fn what_makes_no_sweep_is_refused_with_its_line() {
+        for (text, words) in [
+            (
+                "[axes]\nparticles = []\n",
+                "a.toml:4: axes.particles: expected at least one value, found none: the grid is empty",
+            ),
+            ("[axes]\nparticles = 50\n", "axes.particles: expected a list of values such as [50, 100, 200], found 50"),
+            ("[axes]\nparticles = [50, 50]\n", "expected different values, found 50 twice"),
+            ("[axes]\nparticles = { uniform = [1, 2] }\n", "ranges need method = \"random\""),
+            (
+                "method = \"random\"\nsamples = 3\n[axes]\na = { log_uniform = [0, 2] }\n",
+                "above 0 on a logarithmic scale",
+            ),
+            ("method = \"random\"\n[axes]\na = { uniform = [1, 2] }\n", "samples: expected the number of settings"),
+            ("samples = 3\n", "samples: expected it only with method = \"random\""),
+            ("method = \"list\"\n", "points: expected [[points]]"),
+            ("method = \"gird\"\n", "did you mean `grid`?"),
+            ("seeds = 0\n", "a.toml:3: seeds: expected 1 to 100000, found 0"),
+            ("seeds = 1000000000\n", "a.toml:3: seeds: expected 1 to 100000, found 1000000000"),
+            ("axis = 3\n", "unknown key `axis`, did you mean `axes`?"),
+            (
+                "[budget]\nproduct = [\"particles\"]\nequals = 100\n",
+                "budget.product: expected two keys or more, found 1",
+            ),
+            (
+                "[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 100\nsolve = \"particles\"\n[axes]\nparticles = [1]\n",
+                "budget.solve: `particles` is an axis and cannot follow from the budget too",
+            ),
+            ("[budget]\nproduct = [\"a\", \"b\"]\nequals = -3\n", "budget.equals: expected a number above 0, found -3"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        let other = SweepFile::parse("schema = \"skiagraph.sweep/2\"\nname = \"a\"", "a.toml", PathBuf::new());
+        assert!(other.unwrap_err().to_string().contains("schema"));
+    }
+}

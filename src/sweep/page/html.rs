@@ -1,0 +1,443 @@
+//! The page, and what it has in common with the other forms of it.
+
+use serde::Serialize;
+
+use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
+use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter, scatter_plot};
+use super::input::SweepPageInput;
+use super::shown;
+use crate::evaluation::Direction;
+use crate::report::ReportError;
+use crate::report::displayed::{between, number, symbol};
+use crate::report::html::render_page;
+use crate::report::plots::ScatterPlot;
+use crate::sweep::results::Status;
+use crate::sweep::summary::{CellSummary, SettingSummary};
+
+const TEMPLATE: &str = include_str!("page.html");
+/// Failed cells that have a row.
+const FAILURES: usize = 50;
+
+#[derive(Serialize)]
+struct SweepPage<'a> {
+    title: &'a str,
+    description: &'a str,
+    objective: &'a str,
+    unit: &'static str,
+    lower_is_better: bool,
+    settings: usize,
+    cells: usize,
+    missing: usize,
+    seeds: usize,
+    choices: Vec<String>,
+    scatters: Vec<TwoSizes>,
+    maps: Vec<Map>,
+    map_axes: Option<[&'a str; 2]>,
+    averaged: bool,
+    curves: Vec<ErrorCurve>,
+    effects: Option<Vec<EffectRow>>,
+    pairs: Vec<EffectRow>,
+    trouble: Vec<TroubleRow>,
+    failures: Vec<FailureRow<'a>>,
+    more_failures: usize,
+    averages: String,
+    axes: &'a [String],
+    rows: Vec<SettingRow<'a>>,
+    /// How many of the best and of the worst have a row, where not all have.
+    ends: Option<[usize; 2]>,
+    /// Dots of a plot, where not all settings have one.
+    dots: Option<usize>,
+    /// Whether an interval leaves a plot.
+    cut_off: bool,
+    facts: &'a [(String, String)],
+}
+
+#[derive(Serialize)]
+pub(super) struct EffectRow {
+    pub(super) axes: String,
+    pub(super) range: String,
+    pub(super) share: String,
+    pub(super) means: String,
+}
+
+#[derive(Serialize)]
+struct TroubleRow {
+    value: String,
+    diverged: String,
+    failed: String,
+}
+
+#[derive(Serialize)]
+struct FailureRow<'a> {
+    setting: String,
+    cell: usize,
+    seed: u64,
+    state: &'a str,
+    error: &'a str,
+    report: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct SettingRow<'a> {
+    pub(super) labels: &'a [String],
+    pub(super) mean: String,
+    pub(super) interval: String,
+    pub(super) evaluations: String,
+    pub(super) processor: String,
+    pub(super) diverged: usize,
+    pub(super) front: bool,
+    pub(super) best: bool,
+    cells: Vec<CellLink<'a>>,
+    more_cells: usize,
+}
+
+#[derive(Serialize)]
+struct CellLink<'a> {
+    index: usize,
+    state: &'a str,
+    report: Option<String>,
+}
+
+/// The page of a sweep: HTML with its plots inside, no network needed.
+///
+/// # Errors
+/// [`ReportError`] without a setting, or where a plot cannot be drawn.
+pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
+    if input.settings().is_empty() {
+        return Err(ReportError::NoRun);
+    }
+    let (map_axes, maps, averaged) = maps(input);
+    let (every_axes, every) = input.unaveraged();
+    let (single, pairs) = effects(every, every_axes.len()).unzip();
+    let strongest = effects(input.settings(), input.axes.len()).map(|(single, _)| single);
+    let rows = |effects: Vec<Effect>| -> Vec<EffectRow> {
+        effects.iter().map(|effect| effect_row(input, &every_axes, effect, " · ")).collect()
+    };
+    let is_bad = |status: Option<Status>| matches!(status, Some(Status::Diverged | Status::Failed));
+    let bad: Vec<(&SettingSummary, &CellSummary)> =
+        input.summary.all_cells().filter(|(_, cell)| is_bad(cell.status)).collect();
+    let shown = shown::rows(input.settings(), input.objective);
+    let scatter_plots = CostMeasure::ALL.map(|cost| scatter_plot(input, cost));
+    let page = SweepPage {
+        title: &input.summary.name,
+        description: &input.description,
+        objective: input.objective.title,
+        unit: symbol(input.objective.unit),
+        lower_is_better: input.objective.direction != Direction::HigherIsBetter,
+        settings: input.settings().len(),
+        cells: input.summary.all_cells().count(),
+        missing: input.summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count(),
+        seeds: input.summary.seeds.len(),
+        choices: CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)).collect(),
+        scatters: scatter_plots.iter().map(scatter).collect::<Result<_, _>>()?,
+        maps,
+        map_axes: map_axes.map(|axes| axes.map(|axis| input.axes[axis].as_str())),
+        averaged,
+        curves: curves(input, strongest.as_deref())?,
+        effects: single.map(rows),
+        pairs: pairs.map(rows).unwrap_or_default(),
+        trouble: trouble(input),
+        failures: bad.iter().take(FAILURES).map(|(setting, cell)| failure(input, setting, cell)).collect(),
+        more_failures: bad.len().saturating_sub(FAILURES),
+        averages: input.averages(),
+        axes: &input.axes,
+        rows: table(input, &shown.settings),
+        ends: shown.ends,
+        dots: shown::thinned(input.settings().len()),
+        cut_off: scatter_plots.iter().any(ScatterPlot::cuts_off),
+        facts: &input.facts,
+    };
+    render_page(TEMPLATE, &page)
+}
+
+fn failure<'a>(input: &SweepPageInput, setting: &SettingSummary, cell: &'a CellSummary) -> FailureRow<'a> {
+    FailureRow {
+        setting: input.words(setting),
+        cell: cell.index,
+        seed: cell.seed,
+        state: cell.state(),
+        error: cell.error.as_deref().unwrap_or_default(),
+        report: cell.report_file(),
+    }
+}
+
+fn describe_cost(cost: CostMeasure, point: &SettingSummary) -> String {
+    let value = cost.of_setting(point).map_or("?".to_owned(), three_digits);
+    match cost {
+        CostMeasure::Evaluations => format!("{value} likelihood evaluations a frame"),
+        CostMeasure::Processor => format!("{value} ms of processor time a frame"),
+    }
+}
+
+/// The best setting, and the cheapest that is about as good.
+pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String> {
+    let Choice { best, by_mean, surely } = cheapest_within(input.settings(), cost, input.objective, input.within)?;
+    let unit = input.objective.unit;
+    let told = |at: usize| {
+        let point = &input.settings()[at];
+        let mean = point.mean.map_or("?".to_owned(), |mean| number(mean, unit));
+        let ends = point.ci95.map(|i| format!(", 95 % interval {}", between(i.low, i.high, unit))).unwrap_or_default();
+        format!("{} ({mean} {}{ends}; {})", input.words(point), symbol(unit), describe_cost(cost, point))
+    };
+    let limit = format!("{} {}", three_digits(input.within), symbol(unit));
+    let sure = match surely {
+        Some(at)
+            if at == best
+                && input.settings().iter().all(|point| is_no_cheaper(point, &input.settings()[best], cost)) =>
+        {
+            "None is cheaper.".to_owned()
+        }
+        Some(at) if at == best => {
+            format!(
+                "None that is cheaper is surely within {limit} of it (the 95 % interval of the difference reaches beyond)."
+            )
+        }
+        Some(at) => {
+            format!("Cheapest that is surely within {limit} of it (95 % interval of the difference): {}.", told(at))
+        }
+        None => format!("Whether another is surely within {limit} of it cannot be told from one seed."),
+    };
+    let mean = if Some(by_mean) == surely || by_mean == best {
+        String::new()
+    } else {
+        format!(" By its mean alone {} would do.", told(by_mean))
+    };
+    Some(format!(
+        "By {}: best {}. {sure}{mean}",
+        if cost == CostMeasure::Evaluations { "evaluations" } else { "processor time" },
+        told(best)
+    ))
+}
+
+/// Whether a setting costs as much as another or more, or has no result.
+fn is_no_cheaper(point: &SettingSummary, than: &SettingSummary, cost: CostMeasure) -> bool {
+    let costs = (cost.of_setting(point).filter(|_| point.mean.is_some()), cost.of_setting(than));
+    !matches!(costs, (Some(one), Some(other)) if one < other)
+}
+
+/// An effect in words, its means with `between` between them.
+pub(super) fn effect_row(input: &SweepPageInput, axes: &[String], effect: &Effect, between: &str) -> EffectRow {
+    let unit = input.objective.unit;
+    let means: Vec<String> =
+        effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit))).collect();
+    EffectRow {
+        axes: effect.axes.iter().map(|axis| axes[*axis].as_str()).collect::<Vec<_>>().join(" x "),
+        range: format!("{} {}", number(effect.range, unit), symbol(unit)),
+        share: format!("{:.1} %", 100.0 * effect.share),
+        means: shown::means(&means, between),
+    }
+}
+
+/// How often the tracker lost the body, by the values of the axes, where that happened at all.
+fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
+    let count = |setting: &SettingSummary, status: Option<Status>| {
+        setting.cells.iter().filter(|cell| cell.status == status).count()
+    };
+    let bad = [Status::Diverged, Status::Failed].map(Some);
+    if input.settings().iter().all(|setting| bad.iter().all(|status| count(setting, *status) == 0)) {
+        return Vec::new();
+    }
+    let (axes, every) = input.unaveraged();
+    let share = |setting: &SettingSummary, status| {
+        let done = setting.cells.len() - count(setting, None);
+        count(setting, status) as f64 / done.max(1) as f64
+    };
+    let [diverged, failed] = bad.map(|status| every.iter().map(|p| share(p, status)).collect::<Vec<f64>>());
+    let percent = |value: f64| format!("{:.0} %", 100.0 * value);
+    let mut rows = Vec::new();
+    for (axis, name) in axes.iter().enumerate() {
+        let groups = by_value(every, &[axis], &diverged);
+        let failed = by_value(every, &[axis], &failed);
+        if groups.len() > 20 {
+            continue;
+        }
+        rows.extend(groups.iter().zip(&failed).map(|((label, lost, _), (_, failed, _))| TroubleRow {
+            value: format!("{name} = {}", label.join(" ")),
+            diverged: percent(*lost),
+            failed: percent(*failed),
+        }));
+    }
+    rows
+}
+
+/// The rows of these settings.
+pub(super) fn table<'a>(input: &'a SweepPageInput, shown: &[usize]) -> Vec<SettingRow<'a>> {
+    let front = pareto_front(input.settings(), CostMeasure::Evaluations, input.objective);
+    let best =
+        cheapest_within(input.settings(), CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+    let unit = input.objective.unit;
+    let links = shown::cells_per_row(shown.len());
+    shown
+        .iter()
+        .map(|&at| {
+            let point = &input.settings()[at];
+            SettingRow {
+                labels: &point.labels,
+                mean: point.mean.map_or("-".to_owned(), |mean| number(mean, unit)),
+                interval: point.ci95.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),
+                evaluations: point.evaluations_per_frame.map_or("-".to_owned(), three_digits),
+                processor: point.processor_ms_per_frame.map_or("-".to_owned(), three_digits),
+                diverged: point.diverged,
+                front: front.contains(&at),
+                best: best == Some(at),
+                more_cells: point.cells.len().saturating_sub(links),
+                cells: point
+                    .cells
+                    .iter()
+                    .take(links)
+                    .map(|cell| CellLink { index: cell.index, state: cell.state(), report: cell.report_file() })
+                    .collect(),
+            }
+        })
+        .collect()
+}
+
+pub(super) fn three_digits(value: f64) -> String {
+    match value.abs() {
+        v if v >= 100.0 => format!("{value:.0}"),
+        v if v >= 10.0 => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::evaluation::find_metric;
+    use crate::sweep::summary::SweepSummary;
+
+    /// Three particle counts by two numbers of layers; more of either is better.
+    pub(in super::super) fn grid() -> SweepPageInput {
+        let mut settings = Vec::new();
+        for (p, particles) in [50, 100, 200].into_iter().enumerate() {
+            for (l, layers) in [1, 5].into_iter().enumerate() {
+                let value = 90.0 - 20.0 * p as f64 - 15.0 * l as f64;
+                let index = settings.len() * 3;
+                let cell = |seed: usize| CellSummary {
+                    index: index + seed,
+                    cell: index.to_string(),
+                    seed: seed as u64,
+                    status: Some(if value > 80.0 && seed == 0 { Status::Diverged } else { Status::Ok }),
+                    report: seed == 1,
+                    ..CellSummary::default()
+                };
+                let serde_json::Value::Object(axes) = json!({ "layers": layers, "particles": particles }) else {
+                    unreachable!("an object")
+                };
+                settings.push(SettingSummary {
+                    axes,
+                    labels: vec![layers.to_string(), particles.to_string()],
+                    values: [value - 1.0, value, value + 1.0].map(Some).to_vec(),
+                    mean: Some(value),
+                    evaluations_per_frame: Some(f64::from(particles * layers)),
+                    processor_ms_per_frame: Some(0.1 * f64::from(particles * layers)),
+                    frozen: Some(200.0),
+                    diverged: usize::from(value > 80.0),
+                    cells: (0..3).map(cell).collect(),
+                    ..SettingSummary::default()
+                });
+            }
+        }
+        let axes = vec!["layers".to_owned(), "particles".to_owned()];
+        SweepPageInput {
+            summary: SweepSummary {
+                schema: "skiagraph.sweep_summary/1",
+                name: "planted".to_owned(),
+                objective: "humaneva_mm".to_owned(),
+                axes: axes.clone(),
+                seeds: vec![0, 1, 2],
+                cells: 18,
+                missing: 0,
+                settings,
+            },
+            axes,
+            every: None,
+            over: Vec::new(),
+            description: "Errors that are known.".to_owned(),
+            objective: find_metric("humaneva_mm").unwrap(),
+            within: 5.0,
+            command: "skiagraph sweep".to_owned(),
+            facts: vec![("version".to_owned(), "0".to_owned())],
+        }
+    }
+
+    #[test]
+    fn the_page_has_choice_map_curve_effects_failures_and_links() {
+        let page = sweep_page(&grid()).unwrap();
+        for words in [
+            "best layers=5 particles=200 (35",
+            "likelihood evaluations a frame",
+            "Pareto front",
+            "<td class=\"map\"",
+            "layers x particles",
+            "reports/0/report.html",
+            "particles = 50",
+            "diverged",
+        ] {
+            assert!(page.contains(words), "no {words:?}");
+        }
+        assert!(!page.contains("http://") || page.contains("www.w3.org"), "no network");
+    }
+
+    #[test]
+    fn the_page_of_very_many_settings_says_what_it_shows_and_stays_small() {
+        let mut many = grid();
+        many.axes = vec!["particles".to_owned()];
+        many.summary.axes = many.axes.clone();
+        let one = many.settings()[0].clone();
+        let setting = |at: usize| SettingSummary {
+            axes: serde_json::Map::from_iter([("particles".to_owned(), json!(at))]),
+            labels: vec![at.to_string()],
+            mean: Some(30.0 + at as f64),
+            evaluations_per_frame: Some(1.0 + at as f64),
+            cells: one.cells.iter().cycle().take(30).cloned().collect(),
+            ..one.clone()
+        };
+        many.summary.settings = (0..20_000).map(setting).collect();
+        let page = sweep_page(&many).unwrap();
+        assert!(page.len() < 4_000_000, "{} bytes", page.len());
+        for words in
+            ["the 1000 best, then the 1000 worst, of 20000", "2000 of 20000 settings", "and 20 more", "runs.csv"]
+        {
+            assert!(page.contains(words), "no {words:?}");
+        }
+        let small = sweep_page(&grid()).unwrap();
+        assert!(!small.contains("runs.csv") && !small.contains("evenly from the best"), "all is shown");
+    }
+
+    #[test]
+    fn what_is_averaged_over_is_no_choice_but_matters() {
+        let mut averaged = grid();
+        let of_clip = |clip: &str, more: f64| -> Vec<SettingSummary> {
+            let one = |p: &SettingSummary| SettingSummary {
+                labels: [vec![clip.to_owned()], p.labels.clone()].concat(),
+                mean: p.mean.map(|mean| mean + more),
+                ..p.clone()
+            };
+            averaged.settings().iter().map(one).collect()
+        };
+        let settings = [of_clip("walk", -40.0), of_clip("run", 40.0)].concat();
+        let axes = ["clip", "layers", "particles"].map(str::to_owned).to_vec();
+        averaged.every = Some(SweepSummary { axes, settings, ..averaged.summary.clone() });
+        averaged.over = vec!["clip".to_owned()];
+        let page = sweep_page(&averaged).unwrap();
+        for words in ["mean over all values of clip", "best layers=5 particles=200 (35", "80.0 mm", "clip = run"] {
+            assert!(page.contains(words), "no {words:?}");
+        }
+    }
+
+    #[test]
+    fn a_sweep_of_one_setting_and_one_without_a_result_have_pages_too() {
+        let mut one = grid();
+        one.summary.settings.truncate(1);
+        one.summary.settings[0].values.truncate(1);
+        assert!(sweep_page(&one).unwrap().contains("cannot be told from one seed"));
+        let labels = vec!["1".to_owned(), "50".to_owned()];
+        one.summary.settings[0] = SettingSummary { labels, ..SettingSummary::default() };
+        sweep_page(&one).unwrap();
+        one.summary.settings.clear();
+        assert!(sweep_page(&one).is_err());
+    }
+}

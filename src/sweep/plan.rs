@@ -1,0 +1,412 @@
+//! A sweep that is planned: its cells, frozen in a folder.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `plan.json` | [`PlanRecord`]: number of cells, seeds, digests; written last |
+//! | `cells.jsonl` | one line a cell, in the order of their indices: [`SweepCell`] |
+//! | `scenario.toml`, `sweep.toml` | base scenario and sweep as they were when it was planned |
+//! | `results/XX/ID.json` | one file a finished cell; `XX` are the first two digits of its id |
+//! | `sets/ID/` | benchmark sets, each rendered once |
+//! | `models/ID.model` | motion models that cells learned, each once |
+//! | `reports/ID/` | whole runs of cells, where they were asked for |
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::definition::Sweep;
+use super::file::SweepFile;
+use super::identity::{Identities, InputFile};
+use super::plan_file::{
+    BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited,
+    first_difference, lines, malformed, read_plan, there,
+};
+use super::settings::{Setting, settings, with_method};
+use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, parent_of, sync_parent, write_whole};
+use crate::experiment::error::read_file;
+use crate::experiment::{ExperimentError, check_metric, to_json};
+use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
+use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate};
+
+const BASE_FILE: &str = "scenario.toml";
+const DEFINITION_FILE: &str = "sweep.toml";
+/// Most cells of a sweep.
+const MOST_CELLS: usize = 2_000_000;
+/// Size of the largest list of cells.
+const LARGEST_LIST: u64 = 4 << 30;
+
+/// A sweep before it is frozen.
+#[derive(Debug)]
+pub struct Draft {
+    /// What is planned; without digests.
+    pub record: PlanRecord,
+    /// The cells.
+    pub cells: Vec<SweepCell>,
+    definition: Sweep,
+    template: ScenarioTemplate,
+}
+
+/// A sweep that is frozen in a folder.
+#[derive(Debug)]
+pub struct PlannedSweep {
+    /// The folder.
+    pub root: PathBuf,
+    /// The plan.
+    pub plan: PlanRecord,
+    template: ScenarioTemplate,
+}
+
+/// What became of a request to plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Planned {
+    /// The folder is new.
+    New,
+    /// The same plan was there.
+    Same,
+    /// Another plan was there and was replaced; its results stay.
+    Replaced,
+}
+
+impl Draft {
+    /// The cells of a sweep, with everything that they read.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the key or file.
+    pub fn new(file: &SweepFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+        let sweep = &file.sweep;
+        let complain = |key: &str, message: String| ScenarioError::from(file.complaint(key, message));
+        check_metric(&sweep.objective).map_err(|message| complain("objective", message))?;
+        let base = match &sweep.base {
+            Some(base) => {
+                let path = file.folder.join(base);
+                let outside = |e: std::io::Error| complain("base", format!("`{}` {e}", excerpt(base)));
+                file.allowed.check(&path).map_err(outside)?;
+                ScenarioFile::open(&path, &sweep.set)
+            }
+            None => ScenarioFile::built_in(&sweep.set),
+        }?;
+        // overrides of a sweep file are not typed by the user
+        let allowed = AllowedFolders::of_folder(&base.folder);
+        let base = base.naming_only(allowed);
+        let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
+        let identities = Identities::new(mocap_directory);
+        let mut made = settings(file, &template, |setting, scenario| {
+            Ok((identities.identify(scenario)?, weight(scenario), setting))
+        })?;
+        group_by_set(&mut made, |(identity, ..)| &identity.set);
+        let scenario = &template.file().scenario;
+        let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
+        let seeds: Vec<u64> = (0..u64::from(sweep.seeds.unwrap_or(scenario.seeds))).map(|n| first + n).collect();
+        let count = made.len().saturating_mul(seeds.len());
+        if count > MOST_CELLS {
+            let message =
+                format!("expected at most {MOST_CELLS} cells, found {} settings x {} seeds", made.len(), seeds.len());
+            return Err(complain("seeds", message).into());
+        }
+        let mut cells: Vec<SweepCell> = Vec::with_capacity(count);
+        for (number, (identity, weight, setting)) in made.iter().enumerate() {
+            let Setting { axes, set, method } = setting;
+            cells.extend(seeds.iter().map(|seed| SweepCell {
+                index: number * seeds.len() + (seed - first) as usize,
+                cell: identity.cell(*seed),
+                setting: number,
+                seed: *seed,
+                set: identity.set.clone(),
+                weight: *weight,
+                axes: axes.clone(),
+                overrides: set.clone(),
+                method: method.clone(),
+            }));
+        }
+        refuse_twins(file, &cells)?;
+        let mut sets: Vec<&String> = made.iter().map(|(identity, ..)| &identity.set).collect();
+        sets.dedup();
+        let axes: BTreeSet<&String> = made.iter().flat_map(|(.., setting)| setting.axes.keys()).collect();
+        let inputs = identities.into_inputs().into_iter().map(|i| InputFile { path: absolute(&i.path), ..i }).collect();
+        let base_file = template.file();
+        let record = PlanRecord {
+            schema: SCHEMA.to_owned(),
+            name: sweep.name.clone(),
+            description: sweep.description.clone(),
+            source: file.origin.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            cells: cells.len(),
+            settings: made.len(),
+            sets: sets.len(),
+            seeds,
+            axes: axes.into_iter().cloned().collect(),
+            objective: sweep.objective.clone(),
+            reports: sweep.reports,
+            base: BaseRecord {
+                file: base_file.path.as_deref().map(absolute),
+                sha256: hex_sha256(template.text().as_bytes()),
+                folder: absolute(&base_file.folder),
+                set: template.overrides().to_vec(),
+            },
+            mocap_directory: mocap_directory.map(absolute),
+            inputs,
+            cells_sha256: String::new(),
+            digest: String::new(),
+        };
+        Ok(Self { record, cells, definition: Sweep { base: None, ..sweep.clone() }, template })
+    }
+
+    /// The scenario of a cell.
+    ///
+    /// # Errors
+    /// None that planning has not met.
+    pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
+        scenario(&self.template, cell)
+    }
+
+    /// Freezes the sweep in a folder. A folder with the same plan is left as it is. With `extend` another plan is
+    /// replaced, and the results of cells that both have count.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Occupied`] where something else is, [`ExperimentError::OtherPlan`] where another plan is and
+    /// `extend` is not asked for, [`ArtefactError::Busy`] while another process plans there.
+    pub fn freeze(&self, root: &Path, extend: bool) -> Result<Planned, ExperimentError> {
+        let text = lines(&self.cells)?;
+        let mut record = PlanRecord { cells_sha256: hex_sha256(&text), ..self.record.clone() };
+        record.digest = digest(&record)?;
+        let place = LockedPlace::take(root)?;
+        if let Some(there) = there(root)? {
+            if there == record
+                && fs::read(root.join(CELLS_FILE)).is_ok_and(|cells| hex_sha256(&cells) == record.cells_sha256)
+            {
+                return Ok(Planned::Same);
+            }
+            if !extend {
+                return Err(ExperimentError::OtherPlan {
+                    path: root.to_owned(),
+                    difference: difference(&there, &record),
+                });
+            }
+            self.write(root, &record, &text)?;
+            return Ok(Planned::Replaced);
+        }
+        if fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some()) || root.is_file() {
+            return Err(ArtefactError::Occupied { path: root.to_owned() }.into());
+        }
+        let unfinished = Unfinished::begin(place.beside("partial"));
+        let folder = unfinished.path();
+        fs::create_dir(folder).map_err(output(folder, "create the directory"))?;
+        self.write(folder, &record, &text)?;
+        unfinished.finish(root, || fs::rename(folder, root).map_err(output(root, "write the plan")))?;
+        sync_parent(root);
+        Ok(Planned::New)
+    }
+
+    fn write(&self, folder: &Path, record: &PlanRecord, cells: &[u8]) -> Result<(), ExperimentError> {
+        let definition = serde_json::to_value(&self.definition).map_err(|e| malformed(folder, e.to_string()))?;
+        let definition = toml::to_string(&definition).map_err(|e| malformed(folder, e.to_string()))?;
+        write_whole(&folder.join(BASE_FILE), self.template.text().as_bytes())?;
+        write_whole(&folder.join(DEFINITION_FILE), definition.as_bytes())?;
+        write_whole(&folder.join(CELLS_FILE), cells)?;
+        Ok(write_whole(&folder.join(PLAN_FILE), &to_json(record)?)?)
+    }
+}
+
+impl PlannedSweep {
+    /// Opens a folder, and refuses one whose plan or inputs changed since it was frozen.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Malformed`] that names the file and says what to do.
+    pub fn open(root: &Path) -> Result<Self, ExperimentError> {
+        let path = root.join(PLAN_FILE);
+        if !path.exists() {
+            let detail = "no sweep is planned here; plan one with skiagraph sweep plan";
+            return Err(malformed(&path, detail));
+        }
+        let plan = read_plan(&path)?;
+        if plan.version != env!("CARGO_PKG_VERSION") {
+            let detail = format!(
+                "planned by version {}, and this is {}: results would not be comparable; plan it again elsewhere",
+                excerpt(&plan.version),
+                env!("CARGO_PKG_VERSION")
+            );
+            return Err(malformed(&path, detail));
+        }
+        let base = root.join(BASE_FILE);
+        let text = String::from_utf8_lossy(&read_file(&base, limits::SETTINGS)?).into_owned();
+        if hex_sha256(text.as_bytes()) != plan.base.sha256 {
+            return Err(edited(&base));
+        }
+        let origin = plan.base.file.as_ref().unwrap_or(&base).display().to_string();
+        let file = ScenarioFile::parse(&text, &origin, plan.base.folder.clone(), &plan.base.set)?;
+        let file = file.naming_only(AllowedFolders::of_folder(root));
+        let mut sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
+        sweep.check_base(&text)?;
+        sweep.check_inputs()?;
+        let allowed = sweep.allowed(&text);
+        sweep.template = sweep.template.allowing(&allowed);
+        Ok(sweep)
+    }
+
+    /// The same, whose scenarios may name files anywhere.
+    pub fn allowing_all_files(mut self) -> Self {
+        let mut anywhere = AllowedFolders::default();
+        anywhere.allow_anywhere();
+        self.template = self.template.allowing(&anywhere);
+        self
+    }
+
+    /// What the scenarios may name: the files that were read when it was planned, and what the base scenario may. A
+    /// plan of somebody else may name any folder as the base's, but cannot know what files there hold.
+    fn allowed(&self, frozen: &str) -> AllowedFolders {
+        let mut allowed = AllowedFolders::default();
+        self.plan.inputs.iter().for_each(|input| allowed.allow(&input.path));
+        let base = self.plan.base.file.as_deref();
+        let is_there = |path: &&Path| input::read(path, limits::SETTINGS).is_ok_and(|now| now == frozen.as_bytes());
+        if let Some(folder) = base.filter(is_there).and_then(Path::parent) {
+            allowed.allow_all_of(&AllowedFolders::of_folder(folder));
+        }
+        allowed
+    }
+
+    /// All cells, in order.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Malformed`] for a list that is not the one that was frozen.
+    pub fn cells(&self) -> Result<Vec<SweepCell>, ExperimentError> {
+        let path = self.root.join(CELLS_FILE);
+        let bytes = read_file(&path, LARGEST_LIST)?;
+        if hex_sha256(&bytes) != self.plan.cells_sha256 {
+            return Err(edited(&path));
+        }
+        let lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).collect();
+        let blocks: Vec<&[&[u8]]> = lines.chunks(1000).collect();
+        let parsed = crate::parallel::map(blocks.len(), |block| {
+            blocks[block].iter().map(|line| serde_json::from_slice(line)).collect::<Result<Vec<SweepCell>, _>>()
+        });
+        let mut cells = Vec::with_capacity(lines.len());
+        for block in parsed {
+            cells.extend(block.map_err(|e| malformed(&path, e.to_string()))?);
+        }
+        Ok(cells)
+    }
+
+    /// The scenario of a cell.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] where an override is refused.
+    pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
+        scenario(&self.template, cell)
+    }
+
+    /// The sweep as it was defined; its base scenario is the folder's own.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] where it cannot be read.
+    pub fn definition(&self) -> Result<SweepFile, ExperimentError> {
+        Ok(SweepFile::open(&self.root.join(DEFINITION_FILE))?)
+    }
+
+    /// The base scenario, where its file is still there, must be what was frozen.
+    fn check_base(&self, frozen: &str) -> Result<(), ExperimentError> {
+        let Some(path) = self.plan.base.file.as_deref() else { return Ok(()) };
+        let Ok(now) = input::read_to_string(path, limits::SETTINGS) else { return Ok(()) };
+        match first_difference(frozen, &now) {
+            None => Ok(()),
+            Some(_) if !is_own_output(now.as_bytes()) => {
+                Err(malformed(path, format!("is no scenario any more; {} was planned from it", self.root.display())))
+            }
+            Some((line, was, is)) => Err(malformed(
+                path,
+                format!(
+                    "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or plan again in another \
+                    folder (or with --extend, which keeps the results of cells that stay the same)",
+                    self.root.display(),
+                    excerpt(&was),
+                    excerpt(&is)
+                ),
+            )),
+        }
+    }
+
+    fn check_inputs(&self) -> Result<(), ExperimentError> {
+        for input in &self.plan.inputs {
+            let now = InputFile::read(&input.path)?;
+            if now.sha256 != input.sha256 {
+                let detail = format!(
+                    "changed since {} was planned: its SHA-256 was {} and is {}; restore it, or plan again",
+                    self.root.display(),
+                    excerpt(&input.sha256),
+                    now.sha256
+                );
+                return Err(malformed(&input.path, detail));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
+    let mut file = template.with(&cell.overrides)?;
+    if let Some(method) = &cell.method {
+        file = with_method(file, method);
+    }
+    file.scenario.seed = u32::try_from(cell.seed).unwrap_or(u32::MAX);
+    file.scenario.seeds = 1;
+    file.scenario.layers.clear();
+    Ok(file)
+}
+
+/// Two settings that are the same are a mistake: their cells would have one result.
+fn refuse_twins(file: &SweepFile, cells: &[SweepCell]) -> Result<(), ExperimentError> {
+    let mut ids: Vec<(&str, usize)> = cells.iter().enumerate().map(|(at, cell)| (cell.cell.as_str(), at)).collect();
+    ids.sort_unstable();
+    let Some(twins) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
+    let words = |at: usize| describe_axes(&cells[at].axes);
+    let key = if file.sweep.points.is_empty() { "axes" } else { "points" };
+    let message = format!(
+        "expected different settings, but `{}` and `{}` make the same scenario",
+        words(twins[0].1),
+        words(twins[1].1)
+    );
+    Err(ScenarioError::from(file.complaint(key, message)).into())
+}
+
+/// Settings of one set side by side, sets in the order in which they first occur: a shard then needs few sets.
+fn group_by_set<T>(made: &mut [T], set: impl Fn(&T) -> &String) {
+    let mut order = std::collections::HashMap::new();
+    for one in made.iter() {
+        let next = order.len();
+        order.entry(set(one).clone()).or_insert(next);
+    }
+    made.sort_by_key(|one| order[set(one)]);
+}
+
+fn weight(file: &ScenarioFile) -> u64 {
+    let trackers = file.scenario.trackers();
+    let evaluations: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
+    evaluations.max(1) * file.scenario.rig.count() as u64
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { parent_of(path) } else { path };
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sweep_that_ships_can_be_planned_and_is_the_same_from_anywhere() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/sweeps");
+        let mut count = 0;
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let draft = Draft::new(&SweepFile::open(&path).unwrap(), None).unwrap();
+            let record = &draft.record;
+            assert_eq!(record.cells, record.settings * record.seeds.len());
+            assert!(draft.cells.iter().all(|cell| draft.scenario(cell).is_ok()), "{}", path.display());
+            let mut sets: Vec<&String> = draft.cells.iter().map(|cell| &cell.set).collect();
+            sets.dedup();
+            assert_eq!(sets.len(), record.sets, "cells of a set stand side by side");
+            count += 1;
+        }
+        assert!(count >= 5, "{count}");
+    }
+}

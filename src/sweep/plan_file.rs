@@ -1,0 +1,211 @@
+//! The files of a plan, `plan.json` and `cells.jsonl`, and how two plans differ.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::identity::{InputFile, short};
+use crate::experiment::error::read_file;
+use crate::experiment::{ExperimentError, to_json};
+use crate::input::{self, excerpt, limits};
+use crate::scenario::{as_toml, json_tree};
+
+/// The name of a plan.
+pub const PLAN_FILE: &str = "plan.json";
+/// The name of the list of cells.
+pub const CELLS_FILE: &str = "cells.jsonl";
+/// The version of the format of plans.
+pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
+
+/// One cell: a setting and a seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepCell {
+    /// Its place in the plan, from 0.
+    pub index: usize,
+    /// What it is known by: a hash of all that its result depends on.
+    pub cell: String,
+    /// Which setting, from 0.
+    pub setting: usize,
+    /// Its random seed.
+    pub seed: u64,
+    /// The hash of the set that it tracks.
+    pub set: String,
+    /// What it costs to track a frame, in likelihood evaluations times cameras.
+    pub weight: u64,
+    /// Axes and values.
+    pub axes: Map<String, Value>,
+    /// Overrides of the base scenario.
+    pub overrides: Vec<String>,
+    /// Which of the base scenario's methods, where it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
+}
+
+/// A frozen sweep: `plan.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanRecord {
+    /// `skiagraph.sweep_plan/1`.
+    pub schema: String,
+    /// The sweep's name.
+    pub name: String,
+    /// Its description.
+    pub description: String,
+    /// The sweep file as it was named, or the scenario of a sweep that no file holds.
+    pub source: String,
+    /// Version of the program.
+    pub version: String,
+    /// Number of cells.
+    pub cells: usize,
+    /// Number of settings; every setting has a cell for every seed.
+    pub settings: usize,
+    /// Number of different sets.
+    pub sets: usize,
+    /// The seeds.
+    pub seeds: Vec<u64>,
+    /// The names of the axes.
+    pub axes: Vec<String>,
+    /// The metric that settings are compared by.
+    pub objective: String,
+    /// Whether every cell leaves a whole run with its report.
+    pub reports: bool,
+    /// The base scenario.
+    pub base: BaseRecord,
+    /// Where clips are searched for.
+    pub mocap_directory: Option<PathBuf>,
+    /// Recordings, robots and models that cells read.
+    pub inputs: Vec<InputFile>,
+    /// SHA-256 of `cells.jsonl`.
+    pub cells_sha256: String,
+    /// First digits of the SHA-256 of all that is above.
+    pub digest: String,
+}
+
+/// The base scenario of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaseRecord {
+    /// The file; absent for the built-in scenario.
+    pub file: Option<PathBuf>,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// The folder that its paths are relative to.
+    pub folder: PathBuf,
+    /// Overrides for all cells.
+    pub set: Vec<String>,
+}
+
+pub(super) fn lines(cells: &[SweepCell]) -> Result<Vec<u8>, ExperimentError> {
+    let blocks: Vec<&[SweepCell]> = cells.chunks(1000).collect();
+    let written = crate::parallel::map(blocks.len(), |block| {
+        let mut text = Vec::new();
+        for cell in blocks[block] {
+            serde_json::to_writer(&mut text, cell).map_err(|e| malformed(Path::new(CELLS_FILE), e.to_string()))?;
+            text.push(b'\n');
+        }
+        Ok(text)
+    });
+    Ok(written.into_iter().collect::<Result<Vec<Vec<u8>>, ExperimentError>>()?.concat())
+}
+
+pub(super) fn digest(record: &PlanRecord) -> Result<String, ExperimentError> {
+    let bare = PlanRecord { digest: String::new(), ..record.clone() };
+    Ok(short(&String::from_utf8_lossy(&to_json(&bare)?)))
+}
+
+pub(super) fn read_plan(path: &Path) -> Result<PlanRecord, ExperimentError> {
+    let plan: PlanRecord =
+        json_tree::value_of_file(&read_file(path, limits::RECORD)?).map_err(|detail| malformed(path, detail))?;
+    if plan.schema != SCHEMA {
+        let detail = format!("expected schema \"{SCHEMA}\", found {:?}", excerpt(&plan.schema));
+        return Err(malformed(path, detail));
+    }
+    if digest(&plan)? != plan.digest {
+        return Err(edited(path));
+    }
+    Ok(plan)
+}
+
+/// The plan in a folder; `None` where there is none.
+pub(super) fn there(root: &Path) -> Result<Option<PlanRecord>, ExperimentError> {
+    let path = root.join(PLAN_FILE);
+    if path.exists() { read_plan(&path).map(Some) } else { Ok(None) }
+}
+
+/// The first thing in which two plans differ.
+pub(super) fn difference(there: &PlanRecord, new: &PlanRecord) -> String {
+    let facts = |plan: &PlanRecord| {
+        [
+            ("name", plan.name.clone()),
+            ("version", plan.version.clone()),
+            ("base scenario", format!("{:?}", plan.base.file)),
+            ("overrides", plan.base.set.join(" ")),
+            ("axes", plan.axes.join(", ")),
+            ("seeds", format!("{:?}", plan.seeds)),
+            ("settings", plan.settings.to_string()),
+            ("objective", plan.objective.clone()),
+            ("content of the base scenario", plan.base.sha256.clone()),
+            ("inputs", plan.inputs.iter().map(|i| i.sha256.as_str()).collect::<Vec<_>>().join(" ")),
+            ("reports", plan.reports.to_string()),
+        ]
+    };
+    let differs = facts(there).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
+    match differs {
+        Some(((what, old), (_, new))) => format!("{what}: there `{}`, here `{}`", excerpt(&old), excerpt(&new)),
+        None => "the values of the axes".to_owned(),
+    }
+}
+
+/// The first line that differs: its number, and both.
+pub(super) fn first_difference(a: &str, b: &str) -> Option<(usize, String, String)> {
+    if a == b {
+        return None;
+    }
+    let (mut left, mut right) = (a.lines(), b.lines());
+    for number in 1.. {
+        match (left.next(), right.next()) {
+            (None, None) => return Some((number, "end of the file".to_owned(), "end of the file".to_owned())),
+            (a, b) if a == b => {}
+            (a, b) => return Some((number, a.unwrap_or("(nothing)").to_owned(), b.unwrap_or("(nothing)").to_owned())),
+        }
+    }
+    None
+}
+
+/// Axes and values but for some.
+pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String, Value> {
+    axes.iter().filter(|(key, _)| !over.contains(key)).map(|(key, value)| (key.clone(), value.clone())).collect()
+}
+
+/// Axes and values: `particles=50 rig.ring.count=2`.
+pub(super) fn describe_axes(axes: &Map<String, Value>) -> String {
+    let words: Vec<String> = axes.iter().map(|(key, value)| format!("{key}={}", table_text(value))).collect();
+    if words.is_empty() { "the scenario as it is".to_owned() } else { input::plain(words.join(" ")) }
+}
+
+/// A value as a table shows it: text without quotes.
+pub(super) fn table_text(value: &Value) -> String {
+    value.as_str().map_or_else(|| as_toml(value), str::to_owned)
+}
+
+pub(super) fn edited(path: &Path) -> ExperimentError {
+    malformed(
+        path,
+        "changed after the sweep was planned; undo the change, or plan again with skiagraph sweep plan --extend",
+    )
+}
+
+pub(super) fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
+    ExperimentError::Malformed { path: path.to_owned(), detail: detail.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_line_that_differs_is_told() {
+        assert_eq!(first_difference("a\nb\n", "a\nb\n"), None);
+        assert_eq!(first_difference("a\nb\n", "a\nc\n"), Some((2, "b".to_owned(), "c".to_owned())));
+        assert_eq!(first_difference("a\n", "a\nb\n"), Some((2, "(nothing)".to_owned(), "b".to_owned())));
+    }
+}

@@ -1,0 +1,226 @@
+//! Results of cells: one file each, whole or absent.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::identity::{DIGITS, short};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
+use crate::artefacts::{output, write_whole};
+use crate::experiment::{ExperimentError, to_json};
+use crate::input::{self, limits};
+use crate::parallel;
+
+const SCHEMA: &str = "skiagraph.sweep_cell/1";
+/// The folder of all results.
+pub(super) const RESULTS: &str = "results";
+/// As much of a result as says what became of its cell.
+const HEAD: u64 = 160;
+/// Results that are read at a time.
+const BLOCK: usize = 1000;
+
+/// What became of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It was tracked and measured.
+    Ok,
+    /// It was tracked and measured, and the tracker lost the body: graded `lost`, as reports say it.
+    Diverged,
+    /// It cannot be run: its scenario and its files do not fit together, or the tracker refused.
+    Failed,
+}
+
+impl Status {
+    /// As tables write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Diverged => "diverged",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// The result of a cell: `results/XX/ID.json`. All but `env` is the same to the byte wherever it was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellRecord {
+    /// `skiagraph.sweep_cell/1`.
+    pub schema: String,
+    /// The cell's id.
+    pub cell: String,
+    /// What became of it.
+    pub status: Status,
+    /// Its random seed.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: String,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Hash of the set's files; absent where there is no set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set_hash: Option<String>,
+    /// Grade of the run, as in its report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grade: Option<String>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of cameras.
+    pub cameras: usize,
+    /// Likelihood evaluations of all frames.
+    pub likelihood_evaluations: u64,
+    /// Mean of every metric.
+    pub metrics: BTreeMap<String, f64>,
+    /// Mean of the sweep's objective for a tracker that never moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frozen: Option<f64>,
+    /// First digits of the SHA-256 of all that is above.
+    pub digest: String,
+    /// What differs from run to run.
+    pub env: Environment,
+}
+
+/// What differs from run to run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Environment {
+    /// Seconds of tracking.
+    pub track_s: f64,
+    /// Processor seconds of tracking, where the system tells them.
+    pub track_processor_s: f64,
+    /// Processor seconds of all that was done for the cell alone: reading, tracking, measuring, writing.
+    pub processor_s: f64,
+    /// Name of the machine.
+    pub host: String,
+}
+
+impl CellRecord {
+    /// An empty result of a cell.
+    pub(super) fn new(cell: &SweepCell, status: Status) -> Self {
+        Self {
+            schema: SCHEMA.to_owned(),
+            cell: cell.cell.clone(),
+            status,
+            seed: cell.seed,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            error: None,
+            set_hash: None,
+            grade: None,
+            frames: 0,
+            cameras: 0,
+            likelihood_evaluations: 0,
+            metrics: BTreeMap::new(),
+            frozen: None,
+            digest: String::new(),
+            env: Environment::default(),
+        }
+    }
+
+    /// The text of all that does not differ from run to run.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Malformed`] where it cannot be written.
+    pub(super) fn lasting(&self) -> Result<serde_json::Map<String, serde_json::Value>, ExperimentError> {
+        let tree = serde_json::to_value(self)
+            .map_err(|e| ExperimentError::Malformed { path: RESULTS.into(), detail: e.to_string() })?;
+        let serde_json::Value::Object(mut tree) = tree else { return Ok(serde_json::Map::new()) };
+        tree.retain(|key, _| key != "digest" && key != "env");
+        Ok(tree)
+    }
+
+    fn digest(&self) -> Result<String, ExperimentError> {
+        Ok(short(&serde_json::Value::Object(self.lasting()?).to_string()))
+    }
+}
+
+/// The results of a sweep, as files.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SweepResults<'a> {
+    root: &'a Path,
+}
+
+impl<'a> SweepResults<'a> {
+    pub(super) fn new(sweep: &'a PlannedSweep) -> Self {
+        Self { root: &sweep.root }
+    }
+
+    fn path(&self, id: &str) -> PathBuf {
+        self.root.join(RESULTS).join(id.get(..2).unwrap_or_default()).join(format!("{id}.json"))
+    }
+
+    /// Puts a result in its place.
+    ///
+    /// # Errors
+    /// [`crate::artefacts::ArtefactError::Output`]; then there is none.
+    pub(super) fn put(&self, mut record: CellRecord) -> Result<CellRecord, ExperimentError> {
+        record.digest = record.digest()?;
+        let path = self.path(&record.cell);
+        let folder = path.parent().unwrap_or(self.root);
+        fs::create_dir_all(folder).map_err(output(folder, "create the directory"))?;
+        write_whole(&path, &to_json(&record)?)?;
+        Ok(record)
+    }
+
+    /// The result of a cell; `None` where there is none, or none that is whole.
+    pub(super) fn get(&self, id: &str) -> Option<CellRecord> {
+        let bytes = input::read(&self.path(id), limits::RECORD).ok()?;
+        let record: CellRecord = serde_json::from_slice(&bytes).ok()?;
+        let whole = record.schema == SCHEMA && record.cell == id && record.digest().ok()? == record.digest;
+        whole.then_some(record)
+    }
+
+    /// What became of a cell, by the head of its file; `None` where there is no result.
+    pub(super) fn status(&self, id: &str) -> Option<Status> {
+        let mut head = Vec::new();
+        fs::File::open(self.path(id)).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+        let head = String::from_utf8_lossy(&head);
+        let rest = head.split_once("\"cell\": \"")?.1;
+        let named = rest.get(..DIGITS)? == id;
+        let status = rest.split_once("\"status\": \"")?.1.split('"').next()?;
+        let all = [Status::Ok, Status::Diverged, Status::Failed];
+        all.into_iter().find(|one| named && one.name() == status)
+    }
+
+    /// What became of every cell.
+    pub(super) fn statuses(&self, cells: &[SweepCell]) -> Vec<Option<Status>> {
+        parallel::map(cells.len(), |at| self.status(&cells[at].cell))
+    }
+
+    /// Calls `each` with every cell and what `prepare` makes of its result, in order. Results are read a block at a
+    /// time, and `prepare` happens on all cores.
+    ///
+    /// # Errors
+    /// Those of `each`.
+    pub(super) fn for_each<T: Send + Sync>(
+        &self,
+        cells: &[SweepCell],
+        prepare: impl Fn(&SweepCell, Option<CellRecord>) -> T + Sync,
+        mut each: impl FnMut(&SweepCell, T) -> Result<(), ExperimentError>,
+    ) -> Result<(), ExperimentError> {
+        for block in cells.chunks(BLOCK) {
+            let prepared = parallel::map(block.len(), |at| prepare(&block[at], self.get(&block[at].cell)));
+            block.iter().zip(prepared).try_for_each(|(cell, made)| each(cell, made))?;
+        }
+        Ok(())
+    }
+
+    /// Removes the result of a cell.
+    pub(super) fn remove(&self, id: &str) {
+        fs::remove_file(self.path(id)).ok();
+    }
+
+    /// Removes what processes that were killed left behind.
+    pub(super) fn clear_leftovers(&self) {
+        let folders = fs::read_dir(self.root.join(RESULTS)).into_iter().flatten().flatten();
+        for entry in folders.flat_map(|folder| fs::read_dir(folder.path()).into_iter().flatten().flatten()) {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with('.') && name.contains(".json.writing-") {
+                fs::remove_file(entry.path()).ok();
+            }
+        }
+    }
+}

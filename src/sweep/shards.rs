@@ -1,0 +1,90 @@
+//! Parts of a sweep that take about the same time, and indices as job arrays write them.
+
+use std::ops::Range;
+
+use super::plan_file::SweepCell;
+
+/// Part `part` (from 1) of `parts`: a block of neighbouring cells with about the same share of the work. Blocks of one
+/// plan do not overlap and cover it.
+pub fn shard(cells: &[SweepCell], part: usize, parts: usize) -> Range<usize> {
+    let total: u128 = cells.iter().map(|cell| u128::from(cell.weight.max(1))).sum();
+    let end = |part: usize| {
+        let wanted = total * part as u128;
+        let mut sum = 0_u128;
+        let mut count = 0;
+        for cell in cells {
+            // a cell belongs where its middle lies
+            let middle = 2 * sum + u128::from(cell.weight.max(1));
+            if middle * parts as u128 > 2 * wanted {
+                break;
+            }
+            sum += u128::from(cell.weight.max(1));
+            count += 1;
+        }
+        count
+    };
+    if part == 0 || part > parts {
+        return 0..0;
+    }
+    let last = if part == parts { cells.len() } else { end(part) };
+    end(part - 1)..last
+}
+
+/// Indices in ascending order, ranges joined: `3,7-8`. Slurm's `--array` takes it.
+pub fn to_ranges(indices: &[usize]) -> String {
+    let mut ranges: Vec<[usize; 2]> = Vec::new();
+    for index in indices {
+        match ranges.last_mut() {
+            Some([_, last]) if *last + 1 == *index => *last = *index,
+            _ => ranges.push([*index, *index]),
+        }
+    }
+    let words = |[first, last]: &[usize; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    ranges.iter().map(words).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(weights: &[u64]) -> Vec<SweepCell> {
+        let cell = |(index, weight): (usize, &u64)| SweepCell {
+            index,
+            cell: String::new(),
+            setting: index,
+            seed: 0,
+            set: String::new(),
+            weight: *weight,
+            axes: serde_json::Map::new(),
+            overrides: Vec::new(),
+            method: None,
+        };
+        weights.iter().enumerate().map(cell).collect()
+    }
+
+    #[test]
+    fn shards_cover_all_cells_once_and_weigh_about_the_same() {
+        let weights: Vec<u64> = (0..97).map(|n| 10 + 37 * n % 101).collect();
+        let all = cells(&weights);
+        for parts in [1, 2, 7, 30, 97, 200] {
+            let ranges: Vec<Range<usize>> = (1..=parts).map(|part| shard(&all, part, parts)).collect();
+            assert_eq!((ranges[0].start, ranges[parts - 1].end), (0, 97));
+            assert!(ranges.windows(2).all(|pair| pair[0].end == pair[1].start), "{parts}: {ranges:?}");
+            let total: u64 = weights.iter().sum();
+            let share = total as f64 / parts as f64;
+            for range in &ranges {
+                let weight: u64 = weights[range.clone()].iter().sum();
+                assert!((weight as f64 - share).abs() <= 111.0, "{parts}: {range:?} weighs {weight} of {share}");
+            }
+        }
+        assert_eq!(shard(&all, 0, 3), 0..0);
+        assert_eq!(shard(&all, 4, 3), 0..0);
+    }
+    #[test]
+    fn neighbours_are_joined() {
+        for (indices, ranges) in [(&[][..], ""), (&[3], "3"), (&[3, 7, 8], "3,7-8"), (&[0, 1, 2, 4, 6, 7], "0-2,4,6-7")]
+        {
+            assert_eq!(to_ranges(indices), ranges);
+        }
+    }
+}

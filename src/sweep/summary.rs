@@ -1,0 +1,324 @@
+//! What a sweep found: every setting over its seeds.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::cell::REPORTS;
+use super::plan::PlannedSweep;
+use super::plan_file::{SweepCell, describe_axes, table_text, without};
+use super::results::{CellRecord, Environment, Status, SweepResults};
+use crate::evaluation::{Direction, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
+use crate::experiment::{ExperimentError, REPORT_FILE};
+use crate::parallel;
+
+/// All settings of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SweepSummary {
+    /// `skiagraph.sweep_summary/1`.
+    pub schema: &'static str,
+    /// The sweep's name.
+    pub name: String,
+    /// The metric that settings are compared by.
+    pub objective: String,
+    /// The names of the axes.
+    pub axes: Vec<String>,
+    /// The seeds.
+    pub seeds: Vec<u64>,
+    /// Number of cells.
+    pub cells: usize,
+    /// Cells without a result.
+    pub missing: usize,
+    /// The settings, in the order of the plan.
+    pub settings: Vec<SettingSummary>,
+}
+
+/// One setting over its seeds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SettingSummary {
+    /// Its number in the plan.
+    pub setting: usize,
+    /// Axes and values.
+    pub axes: Map<String, Value>,
+    /// The same in words.
+    pub words: String,
+    /// Value of every axis of the sweep as a table shows it; empty where the setting lacks the axis.
+    #[serde(skip)]
+    pub labels: Vec<String>,
+    /// The objective, one value a seed; `None` where there is none.
+    pub values: Vec<Option<f64>>,
+    /// Its mean over the seeds that have it.
+    pub mean: Option<f64>,
+    /// 95 % interval of the mean; `None` below three seeds and where all are equal.
+    pub ci95: Option<Interval>,
+    /// Likelihood evaluations of a frame.
+    pub evaluations_per_frame: Option<f64>,
+    /// Processor milliseconds of tracking a frame: this differs from run to run.
+    pub processor_ms_per_frame: Option<f64>,
+    /// Mean of the objective for a tracker that never moves.
+    pub frozen: Option<f64>,
+    /// Seeds whose tracker lost the body.
+    pub diverged: usize,
+    /// Its cells.
+    pub cells: Vec<CellSummary>,
+}
+
+/// One cell of a setting.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct CellSummary {
+    /// Its place in the plan.
+    pub index: usize,
+    /// Its id.
+    pub cell: String,
+    /// Its seed.
+    pub seed: u64,
+    /// What became of it; `None` without a result.
+    pub status: Option<Status>,
+    /// Why it failed.
+    pub error: Option<String>,
+    /// Whether it left a report.
+    pub report: bool,
+    /// What it cost.
+    #[serde(skip)]
+    pub env: Environment,
+}
+
+impl SweepSummary {
+    /// Of all results that are there.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] where the plan cannot be read.
+    pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
+        let (plan, cells) = (&sweep.plan, sweep.cells()?);
+        let mut summary = Self {
+            schema: "skiagraph.sweep_summary/1",
+            name: plan.name.clone(),
+            objective: plan.objective.clone(),
+            axes: plan.axes.clone(),
+            seeds: plan.seeds.clone(),
+            cells: cells.len(),
+            missing: 0,
+            settings: Vec::new(),
+        };
+        let reader = SettingReader {
+            results: SweepResults::new(sweep),
+            objective: &plan.objective,
+            range: summary.range(),
+            reports: Some(sweep.root.join(REPORTS)).filter(|reports| reports.is_dir()),
+        };
+        let of_settings: Vec<&[SweepCell]> = cells.chunk_by(|a, b| a.setting == b.setting).collect();
+        let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
+        summary.settings = parallel::map(of_settings.len(), read);
+        summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
+        Ok(summary)
+    }
+
+    /// All cells with their settings.
+    pub fn all_cells(&self) -> impl Iterator<Item = (&SettingSummary, &CellSummary)> {
+        self.settings.iter().flat_map(|setting| setting.cells.iter().map(move |cell| (setting, cell)))
+    }
+
+    /// The same with settings that differ in these axes alone made one. Its value for a seed is the mean over them, and
+    /// missing where one of them is, so that its interval is again one over seeds.
+    pub fn averaged_over(&self, over: &[String]) -> Self {
+        if over.is_empty() {
+            return self.clone();
+        }
+        let mut groups: Vec<(Map<String, Value>, Vec<&SettingSummary>)> = Vec::new();
+        let mut places: HashMap<String, usize> = HashMap::new();
+        for setting in &self.settings {
+            let axes = without(&setting.axes, over);
+            let place = *places.entry(describe_axes(&axes)).or_insert(groups.len());
+            match groups.get_mut(place) {
+                Some((_, members)) => members.push(setting),
+                None => groups.push((axes, vec![setting])),
+            }
+        }
+        let axes: Vec<String> = self.axes.iter().filter(|axis| !over.contains(axis)).cloned().collect();
+        let one = |(of_one, members): (_, Vec<_>)| together(of_one, &members, self.range()).labelled(&axes);
+        Self { settings: groups.into_iter().map(one).collect(), axes, ..self.clone() }
+    }
+
+    /// The metric that settings are compared by.
+    pub fn metric(&self) -> Option<&'static Metric> {
+        find_metric(&self.objective)
+    }
+
+    fn range(&self) -> ValueRange {
+        self.metric().map_or(ValueRange::Any, Metric::value_range)
+    }
+
+    /// Settings that were measured, the best first.
+    pub fn ranked(&self) -> Vec<&SettingSummary> {
+        let metric = self.metric();
+        let rank = |mean: f64| metric.map_or(mean, |metric| badness(mean, metric));
+        best_first(&self.settings, rank).into_iter().map(|at| &self.settings[at]).collect()
+    }
+}
+
+/// Lower is better.
+pub(super) fn badness(value: f64, metric: &Metric) -> f64 {
+    if metric.direction == Direction::HigherIsBetter { -value } else { value }
+}
+
+/// The places of settings with a mean, the best first.
+pub(super) fn best_first(settings: &[SettingSummary], rank: impl Fn(f64) -> f64) -> Vec<usize> {
+    let of = |(at, setting): (usize, &SettingSummary)| Some((rank(setting.mean?), at));
+    let mut known: Vec<(f64, usize)> = settings.iter().enumerate().filter_map(of).collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    known.into_iter().map(|(_, at)| at).collect()
+}
+
+impl SettingSummary {
+    /// The objective of the seeds that have it.
+    pub fn present(&self) -> Vec<f64> {
+        self.values.iter().flatten().copied().collect()
+    }
+
+    fn with_values(self, values: Vec<Option<f64>>, range: ValueRange) -> Self {
+        let with = Self { values, ..self };
+        let present = with.present();
+        let ci95 = mean_interval(std::slice::from_ref(&present), range).map(|(interval, _)| interval);
+        Self { mean: mean(&present), ci95, ..with }
+    }
+
+    fn labelled(self, axes: &[String]) -> Self {
+        let label = |axis: &String| self.axes.get(axis).map(table_text).unwrap_or_default();
+        Self { labels: axes.iter().map(label).collect(), ..self }
+    }
+}
+
+impl CellSummary {
+    /// What became of it: `ok`, `diverged`, `failed` or `missing`.
+    pub fn state(&self) -> &'static str {
+        self.status.map_or("missing", Status::name)
+    }
+
+    /// Its report, relative to the sweep's folder.
+    pub fn report_file(&self) -> Option<String> {
+        self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.cell))
+    }
+}
+
+/// Settings as one.
+fn together(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueRange) -> SettingSummary {
+    let seeds = members.iter().map(|member| member.values.len()).max().unwrap_or(0);
+    let of_seed = |seed: usize| -> Option<f64> {
+        let values = members.iter().map(|member| member.values.get(seed).copied().flatten());
+        mean(&values.collect::<Option<Vec<f64>>>()?)
+    };
+    let over_members = |of: fn(&SettingSummary) -> Option<f64>| -> Option<f64> {
+        mean(&members.iter().filter_map(|member| of(member)).collect::<Vec<f64>>())
+    };
+    let one = SettingSummary {
+        setting: members.first().map_or(0, |member| member.setting),
+        words: describe_axes(&axes),
+        axes,
+        evaluations_per_frame: over_members(|member| member.evaluations_per_frame),
+        processor_ms_per_frame: over_members(|member| member.processor_ms_per_frame),
+        frozen: over_members(|member| member.frozen),
+        diverged: members.iter().map(|member| member.diverged).sum(),
+        cells: members.iter().flat_map(|member| member.cells.iter().cloned()).collect(),
+        ..SettingSummary::default()
+    };
+    one.with_values((0..seeds).map(of_seed).collect(), range)
+}
+
+/// Reads the results of settings.
+struct SettingReader<'a> {
+    results: SweepResults<'a>,
+    objective: &'a str,
+    range: ValueRange,
+    /// The folder of reports, where there is one.
+    reports: Option<PathBuf>,
+}
+
+impl SettingReader<'_> {
+    /// The setting of these cells, at least one.
+    fn read(&self, cells: &[SweepCell]) -> SettingSummary {
+        let records: Vec<Option<CellRecord>> = cells.iter().map(|cell| self.results.get(&cell.cell)).collect();
+        let measured = || records.iter().flatten().filter(|record| record.status != Status::Failed);
+        let per_frame = |of: fn(&CellRecord) -> f64| {
+            let with_frames = measured().filter(|record| record.frames > 0);
+            mean(&with_frames.map(|record| of(record) / record.frames as f64).collect::<Vec<f64>>())
+        };
+        let axes = cells.first().map(|cell| cell.axes.clone()).unwrap_or_default();
+        let setting = SettingSummary {
+            setting: cells.first().map_or(0, |cell| cell.setting),
+            words: describe_axes(&axes),
+            axes,
+            evaluations_per_frame: per_frame(|record| record.likelihood_evaluations as f64),
+            processor_ms_per_frame: per_frame(|record| 1e3 * record.env.track_processor_s),
+            frozen: mean(&measured().filter_map(|record| record.frozen).collect::<Vec<f64>>()),
+            diverged: records.iter().flatten().filter(|record| record.status == Status::Diverged).count(),
+            cells: cells.iter().zip(&records).map(|(cell, record)| self.cell(cell, record.as_ref())).collect(),
+            ..SettingSummary::default()
+        };
+        let value = |record: &Option<CellRecord>| record.as_ref()?.metrics.get(self.objective).copied();
+        setting.with_values(records.iter().map(value).collect(), self.range)
+    }
+
+    fn cell(&self, cell: &SweepCell, record: Option<&CellRecord>) -> CellSummary {
+        let has_report = |reports: &PathBuf| reports.join(&cell.cell).join(REPORT_FILE).is_file();
+        CellSummary {
+            index: cell.index,
+            cell: cell.cell.clone(),
+            seed: cell.seed,
+            status: record.map(|record| record.status),
+            error: record.and_then(|record| record.error.clone()),
+            report: self.reports.as_ref().is_some_and(has_report),
+            env: record.map(|record| record.env.clone()).unwrap_or_default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setting(clip: &str, particles: u64, values: &[Option<f64>]) -> SettingSummary {
+        let mut axes = Map::new();
+        axes.insert("clip".to_owned(), clip.into());
+        axes.insert("particles".to_owned(), particles.into());
+        SettingSummary {
+            words: describe_axes(&axes),
+            axes,
+            values: values.to_vec(),
+            evaluations_per_frame: Some(10.0 * particles as f64),
+            diverged: 1,
+            ..SettingSummary::default()
+        }
+    }
+
+    #[test]
+    fn settings_that_differ_in_the_clip_alone_become_one_with_an_interval_over_seeds() {
+        let summary = SweepSummary {
+            schema: "skiagraph.sweep_summary/1",
+            name: "a".to_owned(),
+            objective: "humaneva_mm".to_owned(),
+            axes: vec!["clip".to_owned(), "particles".to_owned()],
+            seeds: vec![0, 1, 2],
+            cells: 12,
+            missing: 1,
+            settings: vec![
+                setting("walk", 5, &[Some(30.0), Some(32.0), Some(34.0)]),
+                setting("walk", 9, &[Some(10.0), Some(12.0), None]),
+                setting("run", 5, &[Some(50.0), Some(56.0), Some(60.0)]),
+                setting("run", 9, &[Some(20.0), Some(22.0), Some(24.0)]),
+            ],
+        };
+        let one = summary.averaged_over(&["clip".to_owned()]);
+        assert_eq!(one.axes, ["particles"]);
+        assert_eq!(one.settings[1].labels, ["9"]);
+        assert_eq!(one.settings.iter().map(|s| s.words.as_str()).collect::<Vec<_>>(), ["particles=5", "particles=9"]);
+        assert_eq!(one.settings[0].values, [Some(40.0), Some(44.0), Some(47.0)]);
+        assert_eq!((one.settings[0].diverged, one.settings[0].evaluations_per_frame), (2, Some(50.0)));
+        let expected = mean_interval(&[vec![40.0, 44.0, 47.0]], ValueRange::NonNegative).unwrap().0;
+        assert_eq!(one.settings[0].ci95, Some(expected));
+        // a clip without a result would make the others look better or worse than they are
+        assert_eq!(one.settings[1].values, [Some(15.0), Some(17.0), None]);
+        assert_eq!(summary.averaged_over(&[]), summary);
+    }
+}

@@ -1,0 +1,214 @@
+//! How far a sweep is, and its results in one place: `runs.csv` and `runs.jsonl`, the same to the byte whatever ran the
+//! cells, and `timing.csv`.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::plan::PlannedSweep;
+use super::plan_file::{SweepCell, table_text};
+use super::results::{CellRecord, Status, SweepResults};
+use super::shards::to_ranges;
+use crate::artefacts::{Unfinished, of_this_process, output, sync_parent};
+use crate::evaluation::METRICS;
+use crate::experiment::ExperimentError;
+use crate::input::table_cell;
+
+/// The table of all cells.
+pub const RUNS_TABLE: &str = "runs.csv";
+/// The same with one JSON object a line.
+pub const RUNS_LINES: &str = "runs.jsonl";
+/// What every cell cost: this differs from run to run.
+pub const TIMING_TABLE: &str = "timing.csv";
+
+/// How far a sweep is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SweepStatus {
+    /// `skiagraph.sweep_status/1`.
+    pub schema: &'static str,
+    /// The sweep's name.
+    pub name: String,
+    /// Number of cells.
+    pub cells: usize,
+    /// Cells with a result.
+    pub done: usize,
+    /// Those of them whose tracker lost the body.
+    pub diverged: usize,
+    /// Those of them that cannot be run.
+    pub failed: usize,
+    /// Indices of cells that cannot be run: `3,7-8`.
+    pub failed_cells: String,
+    /// Indices of cells without a result: `3,7-8`.
+    pub missing: String,
+}
+
+/// How far a sweep is. Nothing but the presence of result files counts: no clock, no engine.
+///
+/// # Errors
+/// [`ExperimentError`] where the plan cannot be read.
+pub fn sweep_status(sweep: &PlannedSweep) -> Result<SweepStatus, ExperimentError> {
+    Ok(SweepStatus::new(sweep, &SweepResults::new(sweep).statuses(&sweep.cells()?)))
+}
+
+impl SweepStatus {
+    /// Of what became of every cell, in their order.
+    fn new(sweep: &PlannedSweep, statuses: &[Option<Status>]) -> Self {
+        let indices = |wanted: Option<Status>| -> Vec<usize> {
+            (0..statuses.len()).filter(|index| statuses[*index] == wanted).collect()
+        };
+        let (missing, failed) = (indices(None), indices(Some(Status::Failed)));
+        Self {
+            schema: "skiagraph.sweep_status/1",
+            name: sweep.plan.name.clone(),
+            cells: statuses.len(),
+            done: statuses.len() - missing.len(),
+            diverged: indices(Some(Status::Diverged)).len(),
+            failed: failed.len(),
+            failed_cells: to_ranges(&failed),
+            missing: to_ranges(&missing),
+        }
+    }
+}
+
+/// Writes the tables of a sweep into its folder; with `partial` also where cells are missing, which then have no row.
+///
+/// # Errors
+/// [`ExperimentError::SweepIncomplete`] where cells are missing, or nothing can be written; then nothing has changed.
+pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, ExperimentError> {
+    let cells = sweep.cells()?;
+    let begin = |name: &str| WholeFile::begin(&sweep.root.join(name));
+    let (mut runs, mut lines, mut timing) = (begin(RUNS_TABLE)?, begin(RUNS_LINES)?, begin(TIMING_TABLE)?);
+    let columns = SweepColumns { axes: &sweep.plan.axes };
+    runs.write(&csv_line(&columns.header(), RUNS_TABLE)?)?;
+    let of_time = ["index", "cell", "track_s", "track_processor_s", "processor_s", "host"];
+    timing.write(&csv_line(&of_time, TIMING_TABLE)?)?;
+    let mut statuses = Vec::with_capacity(cells.len());
+    let in_text = |cell: &SweepCell, record: Option<CellRecord>| record.map(|record| columns.in_text(cell, &record));
+    SweepResults::new(sweep).for_each(&cells, in_text, |_, text| {
+        let text = text.transpose()?;
+        statuses.push(text.as_ref().map(|text| text.status));
+        let Some(text) = text else { return Ok(()) };
+        runs.write(&text.run)?;
+        lines.write(&text.line)?;
+        timing.write(&text.timing)
+    })?;
+    let status = SweepStatus::new(sweep, &statuses);
+    if status.done < status.cells && !partial {
+        return Err(ExperimentError::SweepIncomplete {
+            path: sweep.root.clone(),
+            done: status.done,
+            cells: status.cells,
+            missing: status.missing,
+        });
+    }
+    [runs, lines, timing].into_iter().try_for_each(WholeFile::finish)?;
+    sync_parent(&sweep.root.join(RUNS_TABLE));
+    Ok(status)
+}
+
+struct SweepColumns<'a> {
+    axes: &'a [String],
+}
+
+/// What the tables say of a cell, line by line.
+struct CellText {
+    status: Status,
+    run: Vec<u8>,
+    line: Vec<u8>,
+    timing: Vec<u8>,
+}
+
+impl SweepColumns<'_> {
+    fn in_text(&self, cell: &SweepCell, record: &CellRecord) -> Result<CellText, ExperimentError> {
+        Ok(CellText {
+            status: record.status,
+            run: csv_line(&self.row(cell, record), RUNS_TABLE)?,
+            line: format!("{}\n", of_line(cell, record)?).into_bytes(),
+            timing: csv_line(&of_timing(cell, record), TIMING_TABLE)?,
+        })
+    }
+
+    fn header(&self) -> Vec<String> {
+        let before = ["index", "cell", "setting", "seed"].map(str::to_owned);
+        let between = ["status", "grade", "frames", "cameras", "likelihood_evaluations"].map(str::to_owned);
+        let metrics = METRICS.iter().map(|metric| metric.name.to_owned());
+        let last = ["set_hash", "error"].map(str::to_owned);
+        before.into_iter().chain(self.axes.iter().cloned()).chain(between).chain(metrics).chain(last).collect()
+    }
+
+    fn row(&self, cell: &SweepCell, record: &CellRecord) -> Vec<String> {
+        let mut row = vec![cell.index.to_string(), cell.cell.clone(), cell.setting.to_string(), cell.seed.to_string()];
+        row.extend(self.axes.iter().map(|axis| cell.axes.get(axis).map(table_text).unwrap_or_default()));
+        row.extend([
+            record.status.name().to_owned(),
+            record.grade.clone().unwrap_or_default(),
+            record.frames.to_string(),
+            record.cameras.to_string(),
+            record.likelihood_evaluations.to_string(),
+        ]);
+        let value = |name: &str| record.metrics.get(name).map(ToString::to_string).unwrap_or_default();
+        row.extend(METRICS.iter().map(|metric| value(metric.name)));
+        row.extend([record.set_hash.clone().unwrap_or_default(), record.error.clone().unwrap_or_default()]);
+        row
+    }
+}
+
+/// A line of CSV, with its end.
+fn csv_line<S: AsRef<str>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
+    let failed = |detail: String| ExperimentError::Malformed { path: table.into(), detail };
+    // the usual room of 8 kB is zeroed for every line
+    let mut text = csv::WriterBuilder::new().buffer_capacity(2048).from_writer(Vec::new());
+    text.write_record(fields.iter().map(|field| table_cell(field.as_ref()))).map_err(|e| failed(e.to_string()))?;
+    text.into_inner().map_err(|e| failed(e.to_string()))
+}
+
+fn of_line(cell: &SweepCell, record: &CellRecord) -> Result<Value, ExperimentError> {
+    let mut line = serde_json::Map::new();
+    line.insert("index".to_owned(), cell.index.into());
+    line.insert("setting".to_owned(), cell.setting.into());
+    line.insert("axes".to_owned(), Value::Object(cell.axes.clone()));
+    line.extend(record.lasting()?);
+    Ok(Value::Object(line))
+}
+
+fn of_timing(cell: &SweepCell, record: &CellRecord) -> [String; 6] {
+    let env = &record.env;
+    [
+        cell.index.to_string(),
+        cell.cell.clone(),
+        env.track_s.to_string(),
+        env.track_processor_s.to_string(),
+        env.processor_s.to_string(),
+        env.host.clone(),
+    ]
+}
+
+/// A file of the sweep's folder that is written bit by bit, and put in its place when it is whole.
+struct WholeFile {
+    path: PathBuf,
+    meanwhile: Unfinished,
+    file: BufWriter<File>,
+}
+
+impl WholeFile {
+    fn begin(path: &Path) -> Result<Self, ExperimentError> {
+        let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
+        let file = File::create(meanwhile.path()).map_err(output(path, "write"))?;
+        Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
+    }
+
+    fn write(&mut self, text: &[u8]) -> Result<(), ExperimentError> {
+        Ok(self.file.write_all(text).map_err(output(&self.path, "write"))?)
+    }
+
+    fn finish(mut self) -> Result<(), ExperimentError> {
+        let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        let moved = written.and_then(|()| std::fs::rename(self.meanwhile.path(), &self.path));
+        moved.map_err(output(&self.path, "write"))?;
+        sync_parent(&self.path);
+        Ok(())
+    }
+}
