@@ -187,7 +187,7 @@ fn training_poses_are_tried_near_where_they_are() {
         let mut rng = stream(3, Purpose::Refinement, 0, 0, sample);
         refinement.drawn(&body(), &marching(0), 0, sample as usize, &mut rng).joint_angles[elbow]
     };
-    let near_training = (0..30).filter(|sample| sample % 3 == 2).map(angle);
+    let near_training = (0..60).filter(|sample| sample % 6 == 2).map(angle);
     let worst = near_training.map(|angle| (angle - 2.4).abs()).fold(0.0, f64::max);
     // Ten deviates of a tenth of a radian.
     assert!(worst > 0.0 && worst < 0.45, "{worst}");
