@@ -247,6 +247,9 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             self.past.remove(0);
         }
         self.past.push(estimate.clone());
+        if let Some(refinement) = &mut self.refinement {
+            refinement.remember(estimate);
+        }
     }
 }
 
@@ -259,6 +262,9 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         self.start = Some(start.clone());
         self.particles.clear();
         self.past.clear();
+        if let Some(refinement) = &mut self.refinement {
+            refinement.start(start);
+        }
     }
 
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {

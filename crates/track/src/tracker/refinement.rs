@@ -1,5 +1,7 @@
 //! After the layers: descent of the estimate, and a search for limbs that the particles lost.
 
+mod limb_memory;
+
 use std::sync::{Mutex, PoisonError};
 
 use rand::RngExt;
@@ -8,8 +10,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::limb_memory::{MirroredAngles, PoseMemory};
 use super::Likelihood;
-use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
+use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint, Pose};
 use crate::motion_model::{MotionModel, SettingError};
 use crate::rng::{Purpose, stream};
 
@@ -73,8 +76,13 @@ const WIDTHS: [f64; 2] = [8.0, FINAL_WIDTH];
 pub(super) const FINAL_WIDTH: f64 = 1.5;
 /// Spread of limbs that are tried near the estimate, radians.
 const NEAR_RAD: f64 = 0.4;
-/// Spread of limbs that are tried near a training pose, radians.
-const NEAR_TRAINING_RAD: f64 = 0.1;
+/// Spread of limbs that are tried near a pose that was seen before, in training or by the filter, radians.
+const NEAR_SEEN_RAD: f64 = 0.1;
+/// Spread of the other angles of a limb where one of them is tried over its whole range, radians.
+const NEAR_OTHERS_RAD: f64 = 0.2;
+/// The second of the samples that are descended differs by this in some angle, radians: neighbours of a pose that is
+/// stuck have the least energies, and would all end in it.
+const ELSEWHERE_RAD: f64 = 0.7;
 /// Angle up to which a limb without limits is tried, radians.
 const NO_LIMIT_RAD: f64 = std::f64::consts::PI;
 /// How many of a limb's samples are descended.
@@ -84,10 +92,11 @@ const LIMB_DESCENTS: usize = 2;
 ///
 /// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and
 ///    from the particle of least energy; the result of least energy is kept.
-/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits,
-///    a third near the estimate and a third near training poses; the best are descended. Legs that were taken for each
-///    other come free only together (after the limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick
-///    2000]`).
+/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, by turns near the estimate,
+///    near poses of training, near poses that the filter had before, near those of the other side in the mirror, with
+///    one angle anywhere within its limits, and with all of them so; the best is descended, and the best of those that
+///    differ from it and from the estimate. Legs that were taken for each other come free only together (after the
+///    limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick 2000]`).
 #[derive(Debug)]
 pub struct Refinement {
     settings: RefinementSettings,
@@ -96,6 +105,9 @@ pub struct Refinement {
     limbs: Vec<Vec<usize>>,
     /// Joint angles of the body in training.
     training: Vec<Pose>,
+    mirrored: MirroredAngles,
+    /// `None` before the filter was started.
+    memory: Option<PoseMemory>,
 }
 
 /// What came of a refinement.
@@ -123,7 +135,20 @@ impl Refinement {
             let expected = format!("training poses of {degrees} joint angles");
             return Err(SettingError::new("refinement", expected, other.joint_angles.len()));
         }
-        Ok(Self { settings, seed, limbs: limbs(body), training })
+        let mirrored = MirroredAngles::of_body(body);
+        Ok(Self { settings, seed, limbs: limbs(body), training, mirrored, memory: None })
+    }
+
+    /// Forgets all poses but the start.
+    pub(super) fn start(&mut self, start: &Pose) {
+        self.memory = Some(PoseMemory::new(start));
+    }
+
+    /// Limbs of later frames are looked for near this estimate too.
+    pub(super) fn remember(&mut self, estimate: &Pose) {
+        if let Some(memory) = &mut self.memory {
+            memory.remember(estimate);
+        }
     }
 
     /// Of `count` particles, the numbers of those that go on from the refined pose: evenly spread.
@@ -182,7 +207,9 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
         let tried = self.energies(&samples);
         let mut order: Vec<usize> = (0..tried.len()).filter(|i| tried[*i].is_finite()).collect();
         order.sort_by(|a, b| tried[*a].total_cmp(&tried[*b]));
-        let chosen: Vec<&M::State> = order.iter().take(LIMB_DESCENTS).map(|i| &samples[*i]).collect();
+        let poses: Vec<&Pose> = order.iter().map(|i| self.model.pose(&samples[*i])).collect();
+        let chosen = chosen(&poses, self.model.pose(state), &of.limbs[group]);
+        let chosen: Vec<&M::State> = chosen.into_iter().map(|place| &samples[order[place]]).collect();
         lowest(self.descend_all(&chosen, of.settings.limb_iterations))
     }
 
@@ -231,33 +258,77 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     }
 }
 
+/// Which of the samples are descended, of `poses` in the order of their energies: the first, and the first of those
+/// that are elsewhere than that and than the `present` pose, or else the second.
+fn chosen(poses: &[&Pose], present: &Pose, limb: &[usize]) -> Vec<usize> {
+    let is_elsewhere = |pose: &Pose, from: &Pose| {
+        limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > ELSEWHERE_RAD)
+    };
+    let Some(first) = poses.first() else { return Vec::new() };
+    let second = poses.iter().position(|pose| is_elsewhere(pose, present) && is_elsewhere(pose, first)).unwrap_or(1);
+    [0, second].into_iter().filter(|place| *place < poses.len()).collect()
+}
+
 /// The first of those of least energy; none of those that cannot be.
 fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
     states.into_iter().filter(|(_, energy)| energy.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }
 
+/// Where a sample of a limb is drawn.
+#[derive(Clone, Copy)]
+enum Draw {
+    /// Near the estimate.
+    Near,
+    /// Near a pose of training; near the estimate where there is none.
+    Training,
+    /// Near a pose that the filter had before.
+    Remembered,
+    /// Near such a pose of the other side, in the mirror.
+    RememberedMirrored,
+    /// One angle anywhere within its limits, the others near the estimate.
+    OneAngle,
+    /// All angles anywhere within their limits.
+    Anywhere,
+}
+
+/// The kinds of samples take turns.
+const DRAWS: [Draw; 6] =
+    [Draw::Remembered, Draw::Near, Draw::Training, Draw::RememberedMirrored, Draw::OneAngle, Draw::Anywhere];
+
 impl Refinement {
-    /// `pose` with a limb drawn anew: within its limits, near where it is, or near a training pose, by turns.
+    /// `pose` with a limb drawn anew, in the way that is `sample`'s turn.
     fn drawn(&self, body: &Humanoid, pose: &Pose, group: usize, sample: usize, rng: &mut ChaCha8Rng) -> Pose {
-        let mut drawn = pose.clone();
-        let kind = if self.training.is_empty() { sample % 2 } else { sample % 3 };
-        let seen = match kind {
-            2 => Some(&self.training[rng.random_range(0..self.training.len())]),
-            _ => None,
+        let (draw, limb) = (DRAWS[sample % DRAWS.len()], &self.limbs[group]);
+        let seen = match draw {
+            Draw::Training => any_of(&self.training, rng),
+            Draw::Remembered | Draw::RememberedMirrored => {
+                self.memory.as_ref().and_then(|memory| any_of(memory.poses(), rng))
+            }
+            Draw::Near | Draw::OneAngle | Draw::Anywhere => None,
         };
-        for &number in &self.limbs[group] {
+        let one = limb[rng.random_range(0..limb.len())];
+        let mut drawn = pose.clone();
+        for &number in limb {
             let limits = &body.degrees_of_freedom[number];
             let (lower, upper) = (limits.lower.max(-NO_LIMIT_RAD), limits.upper.min(NO_LIMIT_RAD));
             let noise: f64 = StandardNormal.sample(rng);
-            let angle = match seen {
-                Some(seen) => seen.joint_angles[number] + NEAR_TRAINING_RAD * noise,
-                None if kind == 1 => pose.joint_angles[number] + NEAR_RAD * noise,
-                None => lower + (upper - lower) * rng.random::<f64>(),
+            let anywhere = lower + (upper - lower) * rng.random::<f64>();
+            let angle = match (draw, seen) {
+                (Draw::Anywhere, _) => anywhere,
+                (Draw::OneAngle, _) if number == one => anywhere,
+                (Draw::OneAngle, _) => pose.joint_angles[number] + NEAR_OTHERS_RAD * noise,
+                (Draw::RememberedMirrored, Some(seen)) => self.mirrored.angle(seen, number) + NEAR_SEEN_RAD * noise,
+                (_, Some(seen)) => seen.joint_angles[number] + NEAR_SEEN_RAD * noise,
+                (_, None) => pose.joint_angles[number] + NEAR_RAD * noise,
             };
             drawn.joint_angles[number] = angle.clamp(limits.lower, limits.upper);
         }
         drawn
     }
+}
+
+fn any_of<'a>(poses: &'a [Pose], rng: &mut ChaCha8Rng) -> Option<&'a Pose> {
+    (!poses.is_empty()).then(|| &poses[rng.random_range(0..poses.len())])
 }
 
 /// The degrees of freedom of each arm and leg, and of both arms and both legs.
@@ -267,18 +338,22 @@ fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
     alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
 }
 
+/// The ends of the arms and of the legs, left and right.
+const LEFT_AND_RIGHT_ENDS: [[Landmark; 2]; 2] =
+    [[Landmark::LeftWrist, Landmark::RightWrist], [Landmark::LeftAnkle, Landmark::RightAnkle]];
+
+/// Where a landmark is on a body; `None` where it has none.
+fn landmark_point(body: &Humanoid, landmark: Landmark) -> Option<LinkPoint> {
+    let index = LANDMARKS.iter().position(|l| *l == landmark)?;
+    body.markers[index]
+}
+
 /// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other
 /// limb's end nor the head. Empty for a limb without an end.
 pub(super) fn arms_and_legs(body: &Humanoid) -> Vec<Vec<usize>> {
-    const ENDS: [Landmark; 5] =
-        [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::HeadTop];
-    let moving: Vec<Vec<usize>> = ENDS
-        .iter()
-        .map(|end| {
-            let marker = LANDMARKS.iter().position(|l| l == end).and_then(|index| body.markers[index]);
-            marker.map(|marker| moved_by(body, marker.link)).unwrap_or_default()
-        })
-        .collect();
+    let ends = LEFT_AND_RIGHT_ENDS.concat().into_iter().chain([Landmark::HeadTop]);
+    let moving: Vec<Vec<usize>> =
+        ends.map(|end| landmark_point(body, end).map(|end| moved_by(body, end.link)).unwrap_or_default()).collect();
     let own = |limb: usize| -> Vec<usize> {
         let others = |number: &usize| moving.iter().enumerate().any(|(i, m)| i != limb && m.contains(number));
         moving[limb].iter().copied().filter(|number| !others(number)).collect()

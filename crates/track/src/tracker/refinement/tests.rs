@@ -104,6 +104,47 @@ fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
     assert!(with < 0.25 * without, "{with:.1} mm with, {without:.1} mm without");
 }
 
+/// Both samples that were descended were neighbours of a pose that was stuck, and ended in it.
+#[test]
+fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
+    let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
+    let bent = |angle: f64| {
+        let mut pose = marching(0);
+        pose.joint_angles[elbow] = angle;
+        pose
+    };
+    let (present, samples) = (bent(2.6), [2.5, 2.4, 2.55, 1.2, 0.3].map(bent));
+    let samples: Vec<&Pose> = samples.iter().collect();
+    assert_eq!(chosen(&samples, &present, &[elbow]), [0, 3]);
+    assert_eq!(chosen(&samples[..3], &present, &[elbow]), [0, 1], "none is elsewhere");
+    assert_eq!(chosen(&samples[..1], &present, &[elbow]), [0]);
+    assert!(chosen(&[], &present, &[elbow]).is_empty());
+}
+
+#[test]
+fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_the_mirror() {
+    let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
+    let (left, right) = (number("left_elbow_flexion"), number("right_elbow_flexion"));
+    let mut start = marching(0);
+    (start.joint_angles[left], start.joint_angles[right]) = (2.2, 1.1);
+    let mut refinement = refinement(RefinementSettings::default());
+    refinement.start(&start);
+    let mut present = start.clone();
+    present.joint_angles[left] = 0.1;
+    let worst = |of: Draw, expected: f64| {
+        let turn = DRAWS.iter().position(|draw| std::mem::discriminant(draw) == std::mem::discriminant(&of)).unwrap();
+        let angle = |sample: usize| {
+            let mut rng = stream(3, Purpose::Refinement, 0, 0, sample as u64);
+            refinement.drawn(&body(), &present, 0, sample, &mut rng).joint_angles[left]
+        };
+        let angles = (0..10).map(|round| angle(turn + round * DRAWS.len()));
+        angles.map(|angle| (angle - expected).abs()).fold(0.0, f64::max)
+    };
+    // ten deviates of a tenth of a radian
+    let (own, mirrored) = (worst(Draw::Remembered, 2.2), worst(Draw::RememberedMirrored, 1.1));
+    assert!(own > 0.0 && own < 0.45 && mirrored > 0.0 && mirrored < 0.45, "{own} {mirrored}");
+}
+
 #[test]
 fn a_refined_filter_stays_within_millimetres_where_the_plain_one_is_centimetres_off() {
     let rig = rig(4);
@@ -171,7 +212,7 @@ fn training_poses_are_tried_near_where_they_are() {
         let mut rng = stream(3, Purpose::Refinement, 0, 0, sample);
         refinement.drawn(&body(), &marching(0), 0, sample as usize, &mut rng).joint_angles[elbow]
     };
-    let near_training = (0..30).filter(|sample| sample % 3 == 2).map(angle);
+    let near_training = (0..60).filter(|sample| sample % 6 == 2).map(angle);
     let worst = near_training.map(|angle| (angle - 2.4).abs()).fold(0.0, f64::max);
     // Ten deviates of a tenth of a radian.
     assert!(worst > 0.0 && worst < 0.45, "{worst}");
