@@ -158,11 +158,9 @@ fn folder_for(place: &Path) -> PathBuf {
     sibling(place, "", ".partial")
 }
 
-/// The first key in which two trees of settings differ, with both values.
+/// The first key in which two tables of settings differ, with both values. Their schemas were compared before.
 pub(crate) fn difference(there: &Value, here: &Value) -> Option<String> {
-    let (mut old, mut new) = (BTreeMap::new(), BTreeMap::new());
-    flatten("", there, &mut old);
-    flatten("", here, &mut new);
+    let (old, new) = (flattened(there), flattened(here));
     // another command differs in all keys; what it is says more than they do
     let keys = || std::iter::once("command").chain(old.keys().chain(new.keys()).map(String::as_str));
     let key = keys().find(|key| old.get(*key) != new.get(*key))?;
@@ -170,17 +168,22 @@ pub(crate) fn difference(there: &Value, here: &Value) -> Option<String> {
     Some(format!("{key}: there {}, here {}", value(&old), value(&new)))
 }
 
-/// Every value by its key from the top, as overrides name it. Keys without a value and empty tables count as absent.
+/// Every value by its key, as overrides name it: keys of the tables around the settings are left out.
+fn flattened(settings: &Value) -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    for (key, value) in settings.as_object().into_iter().flatten().filter(|(key, _)| *key != "schema") {
+        let is_around = ["scenario", "tracker", "options", "run", "files"].contains(&key.as_str());
+        flatten(if is_around { "" } else { key }, value, &mut all);
+    }
+    all
+}
+
+/// Keys without a value and empty tables count as absent.
 fn flatten(prefix: &str, tree: &Value, into: &mut BTreeMap<String, String>) {
     match tree {
         Value::Object(table) => {
             for (key, value) in table {
-                let is_around = ["scenario", "tracker", "options", "run", "files"].contains(&key.as_str());
-                let path = match (prefix, is_around) {
-                    ("", true) => String::new(),
-                    ("", false) => key.clone(),
-                    _ => format!("{prefix}.{key}"),
-                };
+                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
                 flatten(&path, value, into);
             }
         }

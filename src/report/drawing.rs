@@ -6,7 +6,7 @@ use tiny_skia::{
 };
 
 use super::lettering::{CAPITAL_OF_FONT_SIZE, draw_text, text_width};
-use super::plots::{Colour, Drawing, Shape, Side};
+use super::plots::{Colour, PlotDrawing, Shape, TextSide};
 use super::{GENERATOR, ReportError};
 
 pub(crate) const WIDTH: u32 = 1200;
@@ -129,7 +129,7 @@ pub(crate) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 
     draw_text(picture, text, [x - 0.5 * text_width(text, height), top], height, colour);
 }
 
-impl Drawing {
+impl PlotDrawing {
     /// Draws all onto a part of a dark picture, so many pixels a CSS pixel.
     pub(crate) fn draw_on(&self, picture: &mut Pixmap, [left, top]: [f32; 2], scale: f32) {
         let place = |[x, y]: [f64; 2]| [left + scale * x as f32, top + scale * y as f32];
@@ -153,9 +153,9 @@ impl Drawing {
                     let height = CAPITAL_OF_FONT_SIZE * scale * *pixels as f32;
                     let [x, y] = place(*at);
                     let draw = match side {
-                        Side::Start => draw_text,
-                        Side::Middle => draw_text_about,
-                        Side::End => draw_text_to,
+                        TextSide::Start => draw_text,
+                        TextSide::Middle => draw_text_about,
+                        TextSide::End => draw_text_to,
                     };
                     draw(picture, words, [x, y - 0.5 * height], height, colour.on_dark());
                 }

@@ -1,6 +1,6 @@
-//! Axes of plots, and the head above them.
+//! PlotAxes of plots, and the head above them.
 
-use super::shapes::{Drawing, Side};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Stroke};
 use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks, whole_ticks};
 
@@ -49,31 +49,31 @@ impl Axis {
 
 /// Two axes and the plot between them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Axes {
+pub(super) struct PlotAxes {
     pub(super) x: Axis,
     /// From bottom to top.
     pub(super) y: Axis,
 }
 
-impl Axes {
+impl PlotAxes {
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.x.place(x), self.y.place(y)]
     }
 
     /// Draws lines across the plot at the ticks of the vertical axis, if it has some, and this axis.
-    pub(super) fn draw_y(&self, drawing: &mut Drawing) {
+    pub(super) fn draw_y(&self, drawing: &mut PlotDrawing) {
         let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
         for (value, words) in &self.y.ticks {
             let y = self.y.place(*value);
             drawing.line(vec![[left, y], [right, y]], Stroke::solid(Colour::Grid), 1.0);
             drawing.line(vec![[left - 4.0, y], [left, y]], Stroke::solid(Colour::Faint), 1.0);
-            drawing.text(words, [left - 8.0, y], 12.0, Colour::Faint, Side::End);
+            drawing.text(words, [left - 8.0, y], 12.0, Colour::Faint, TextSide::End);
         }
         drawing.line(vec![[left, top], [left, bottom]], Stroke::solid(Colour::Faint), 1.0);
     }
 
     /// Draws the horizontal axis with its label, and lines across the plot at its ticks if so asked.
-    pub(super) fn draw_x(&self, drawing: &mut Drawing, label: &str, lines: bool) {
+    pub(super) fn draw_x(&self, drawing: &mut PlotDrawing, label: &str, lines: bool) {
         let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
         for (value, words) in &self.x.ticks {
             let x = self.x.place(*value);
@@ -81,10 +81,10 @@ impl Axes {
                 drawing.line(vec![[x, top], [x, bottom]], Stroke::solid(Colour::Grid), 1.0);
             }
             drawing.line(vec![[x, bottom], [x, bottom + 4.0]], Stroke::solid(Colour::Faint), 1.0);
-            drawing.text(words, [x, bottom + 12.0], 12.0, Colour::Faint, Side::Middle);
+            drawing.text(words, [x, bottom + 12.0], 12.0, Colour::Faint, TextSide::Middle);
         }
         drawing.line(vec![[left, bottom], [right, bottom]], Stroke::solid(Colour::Faint), 1.0);
-        drawing.text(label, [0.5 * (left + right), bottom + 29.0], 12.0, Colour::Faint, Side::Middle);
+        drawing.text(label, [0.5 * (left + right), bottom + 29.0], 12.0, Colour::Faint, TextSide::Middle);
     }
 
     /// What a page's script must know to point at a value of the horizontal axis.
@@ -123,21 +123,21 @@ impl<'a> PlotHead<'a> {
         Self { title, entries, places, height }
     }
 
-    pub(super) fn draw(&self, drawing: &mut Drawing) {
+    pub(super) fn draw(&self, drawing: &mut PlotDrawing) {
         if let Some(title) = self.title {
-            drawing.text(title, [0.0, 12.0], 16.0, Colour::Ink, Side::Start);
+            drawing.text(title, [0.0, 12.0], 16.0, Colour::Ink, TextSide::Start);
         }
         for ((name, stroke), [x, y]) in self.entries.iter().zip(&self.places) {
             let y = y + 0.5 * LEGEND_ROW;
             drawing.line(vec![[*x, y], [x + 24.0, y]], *stroke, 3.0);
-            drawing.text(name, [x + 30.0, y], 12.5, Colour::Ink, Side::Start);
+            drawing.text(name, [x + 30.0, y], 12.5, Colour::Ink, TextSide::Start);
         }
     }
 
     /// Draws the head and the label of the vertical axis below it.
-    pub(super) fn draw_with_label(&self, drawing: &mut Drawing, y_label: &str) {
+    pub(super) fn draw_with_label(&self, drawing: &mut PlotDrawing, y_label: &str) {
         self.draw(drawing);
-        drawing.text(y_label, [0.0, self.height + 11.0], 12.0, Colour::Faint, Side::Start);
+        drawing.text(y_label, [0.0, self.height + 11.0], 12.0, Colour::Faint, TextSide::Start);
     }
 
     /// Left, right, bottom and top of the plot below a head with such a label.

@@ -1,7 +1,7 @@
 //! Horizontal bars in groups, with intervals.
 
-use super::axes::{Axes, Axis, PlotHead, described};
-use super::shapes::{Drawing, Side};
+use super::axes::{Axis, PlotAxes, PlotHead, described};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -77,17 +77,17 @@ impl BarPlot {
         let (head, height) = (self.head(width), self.height(width));
         let (left, mut top) = (self.name_width(width), head.height + ABOVE);
         let across = [left, f64::from(width) - 44.0];
-        let axes = Axes {
+        let axes = PlotAxes {
             x: Axis::round([0.0, self.greatest()], across, width / 100),
             y: Axis::of_pixels([f64::from(height) - BELOW, top]),
         };
-        let mut drawing = Drawing::default();
+        let mut drawing = PlotDrawing::default();
         head.draw(&mut drawing);
         axes.draw_x(&mut drawing, &self.value_label, true);
         for group in &self.groups {
             let bars_top = top + 0.5 * BETWEEN_GROUPS;
             let middle = bars_top + 0.5 * BAR * group.bars.len() as f64;
-            drawing.text(&group.name, [left - 8.0, middle], 12.5, Colour::Ink, Side::End);
+            drawing.text(&group.name, [left - 8.0, middle], 12.5, Colour::Ink, TextSide::End);
             for (index, bar) in group.bars.iter().enumerate() {
                 bar.draw(&mut drawing, &axes.x, bars_top + BAR * index as f64, self.greatest());
             }
@@ -120,7 +120,7 @@ impl BarGroup {
 }
 
 impl Bar {
-    fn draw(&self, drawing: &mut Drawing, axis: &Axis, top: f64, edge: f64) {
+    fn draw(&self, drawing: &mut PlotDrawing, axis: &Axis, top: f64, edge: f64) {
         drawing.rectangle([[axis.place(0.0), top + 0.5], [axis.place(self.value), top + BAR - 0.5]], self.colour);
         let middle = top + 0.5 * BAR;
         let mut end = self.value;
@@ -131,7 +131,7 @@ impl Bar {
             end = end.max(high);
         }
         let beside = [axis.place(end) + 6.0, middle];
-        drawing.text(&format!("{:.0}", self.value), beside, 11.0, Colour::Faint, Side::Start);
+        drawing.text(&format!("{:.0}", self.value), beside, 11.0, Colour::Faint, TextSide::Start);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A heat map.
 
-use super::shapes::{Drawing, Side};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
@@ -44,23 +44,23 @@ impl HeatPlot {
         let across_width = LETTER * self.across.chars().count() as f64;
         let width = left + (COLUMN * self.columns.len() as f64).max(across_width) + 4.0;
         let height = ABOVE + ROW * self.rows.len() as f64 + 4.0;
-        let mut drawing = Drawing::default();
+        let mut drawing = PlotDrawing::default();
         let mut text = |words: &str, at: [f64; 2], colour, side| drawing.text(words, at, 12.5, colour, side);
-        text(&self.across, [left, 12.0], Colour::Faint, Side::Start);
-        text(&self.down, [left - 10.0, 34.0], Colour::Faint, Side::End);
+        text(&self.across, [left, 12.0], Colour::Faint, TextSide::Start);
+        text(&self.down, [left - 10.0, 34.0], Colour::Faint, TextSide::End);
         let place = |column: usize| left + COLUMN * column as f64;
         for (column, name) in self.columns.iter().enumerate() {
-            text(name, [place(column) + 0.5 * COLUMN, 34.0], Colour::Faint, Side::Middle);
+            text(name, [place(column) + 0.5 * COLUMN, 34.0], Colour::Faint, TextSide::Middle);
         }
         for (row, (name, cells)) in self.rows.iter().enumerate() {
             let top = ABOVE + ROW * row as f64;
-            drawing.text(name, [left - 10.0, top + 0.5 * ROW], 12.5, Colour::Ink, Side::End);
+            drawing.text(name, [left - 10.0, top + 0.5 * ROW], 12.5, Colour::Ink, TextSide::End);
             for (column, cell) in cells.iter().enumerate() {
                 let Some(HeatCell { text, ground }) = cell else { continue };
                 let (from, to) = ([place(column), top], [place(column) + COLUMN - 2.0, top + ROW - 2.0]);
                 drawing.rectangle([from, to], Colour::Fixed(*ground));
                 let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
-                drawing.text(text, middle, 12.5, Colour::Ink, Side::Middle);
+                drawing.text(text, middle, 12.5, Colour::Ink, TextSide::Middle);
             }
         }
         let size = Size { width: width.max(160.0) as u32, height: height.max(120.0) as u32 };

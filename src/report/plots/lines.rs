@@ -1,7 +1,7 @@
 //! Lines over a common axis, each with a band if it has one.
 
-use super::axes::{Axes, Axis, PlotHead, described, ends};
-use super::shapes::{Drawing, Side};
+use super::axes::{Axis, PlotAxes, PlotHead, described, ends};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -56,7 +56,7 @@ impl Line {
         Self { name: self.name.clone(), stroke: self.stroke, points, band }
     }
 
-    fn draw(&self, drawing: &mut Drawing, axes: &Axes, [least, greatest]: [f64; 2]) {
+    fn draw(&self, drawing: &mut PlotDrawing, axes: &PlotAxes, [least, greatest]: [f64; 2]) {
         for run in present_runs(&self.band) {
             let upper = run.iter().map(|(x, [_, high])| axes.at([*x, high.clamp(least, greatest)]));
             let lower = run.iter().rev().map(|(x, [low, _])| axes.at([*x, low.clamp(least, greatest)]));
@@ -88,7 +88,7 @@ impl LinePlot {
     }
 
     /// The shapes of the plot.
-    pub(in crate::report) fn drawing(&self, size: Size) -> Drawing {
+    pub(in crate::report) fn drawing(&self, size: Size) -> PlotDrawing {
         if !self.logarithmic {
             return self.drawn(size);
         }
@@ -97,18 +97,18 @@ impl LinePlot {
         Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() }.drawn(size)
     }
 
-    fn drawn(&self, Size { width, height }: Size) -> Drawing {
+    fn drawn(&self, Size { width, height }: Size) -> PlotDrawing {
         let named = self.lines.iter().filter(|line| !line.name.is_empty());
         let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
         let head = PlotHead::new(self.title.as_deref(), entries, width);
         let [across, up] = head.plot_below(width, height);
         let [x, y] = self.ranges();
         let ticks = (height / 45).max(2);
-        let axes = Axes {
+        let axes = PlotAxes {
             x: Axis::along(self.lines.iter().flat_map(Line::positions), x, across, width / 70),
             y: if self.logarithmic { Axis::logarithmic(y, up, ticks) } else { Axis::round(y, up, ticks) },
         };
-        let mut drawing = Drawing { axis: Some(axes.for_script()), ..Drawing::default() };
+        let mut drawing = PlotDrawing { axis: Some(axes.for_script()), ..PlotDrawing::default() };
         head.draw_with_label(&mut drawing, &self.y_label);
         axes.draw_y(&mut drawing);
         axes.draw_x(&mut drawing, &self.x_label, false);
@@ -130,10 +130,10 @@ impl LinePlot {
 }
 
 /// A vertical line at `x` with its name beside it, on the side with more room.
-fn draw_mark(drawing: &mut Drawing, x: f64, [[left, right], [bottom, top]]: [[f64; 2]; 2], name: &str) {
+fn draw_mark(drawing: &mut PlotDrawing, x: f64, [[left, right], [bottom, top]]: [[f64; 2]; 2], name: &str) {
     drawing.line(vec![[x, bottom], [x, top]], Stroke::dashed(Colour::Faint), 1.0);
     let near_right_end = x - left > 0.7 * (right - left);
-    let (side, offset) = if near_right_end { (Side::End, -5.0) } else { (Side::Start, 5.0) };
+    let (side, offset) = if near_right_end { (TextSide::End, -5.0) } else { (TextSide::Start, 5.0) };
     drawing.text(name, [x + offset, top + 8.0], 12.0, Colour::Faint, side);
 }
 

@@ -22,7 +22,7 @@ pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
 pub use scatter::{ScatterGroup, ScatterPlot, ScatterPoint};
 pub use shapes::Svg;
-pub(super) use shapes::{Drawing, Shape, Side};
+pub(super) use shapes::{PlotDrawing, Shape, TextSide};
 pub use spans::{SpanPlot, SpanRow};
 
 /// Size of a plot in CSS pixels.

@@ -1,7 +1,7 @@
 //! Paths through a plane, both axes to one scale, in panels beside each other or one above the other.
 
-use super::axes::{Axes, Axis, PlotHead, ends};
-use super::shapes::{Drawing, Side};
+use super::axes::{Axis, PlotAxes, PlotHead, ends};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -44,7 +44,7 @@ impl PathPlot {
     pub fn svg(&self, size: Size, columns: usize) -> Result<Svg, ReportError> {
         let entries = self.legend.iter().map(|(name, stroke)| (name.as_str(), *stroke)).collect();
         let head = PlotHead::new(None, entries, size.width);
-        let mut drawing = Drawing::default();
+        let mut drawing = PlotDrawing::default();
         head.draw(&mut drawing);
         let columns = columns.max(1);
         let rows = self.panels.len().div_ceil(columns).max(1);
@@ -59,12 +59,12 @@ impl PathPlot {
 }
 
 impl PathPanel {
-    fn draw(&self, drawing: &mut Drawing, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
-        drawing.text(&self.y_label, [left, top + 8.0], 12.0, Colour::Faint, Side::Start);
+    fn draw(&self, drawing: &mut PlotDrawing, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
+        drawing.text(&self.y_label, [left, top + 8.0], 12.0, Colour::Faint, TextSide::Start);
         let across = [left + 46.0, (left + width - 12.0).max(left + 47.0)];
         let up = [(top + height - 38.0).max(top + 23.0), top + 22.0];
         let [x, y] = self.ranges([across[1] - across[0], up[0] - up[1]]);
-        let axes = Axes { x: Axis::round(x, across, 5), y: Axis::round(y, up, 5) };
+        let axes = PlotAxes { x: Axis::round(x, across, 5), y: Axis::round(y, up, 5) };
         axes.draw_y(drawing);
         axes.draw_x(drawing, &self.x_label, true);
         for path in &self.paths {

@@ -1,7 +1,7 @@
 //! Points with vertical intervals over a logarithmic axis, and a front through some of them.
 
-use super::axes::{Axes, Axis, PlotHead, ends};
-use super::shapes::Drawing;
+use super::axes::{Axis, PlotAxes, PlotHead, ends};
+use super::shapes::PlotDrawing;
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -53,7 +53,7 @@ impl ScatterPlot {
     }
 
     /// The shapes of the plot.
-    pub(crate) fn drawing(&self, Size { width, height }: Size) -> Drawing {
+    pub(crate) fn drawing(&self, Size { width, height }: Size) -> PlotDrawing {
         let mut entries: Vec<(&str, Stroke)> =
             self.groups.iter().map(|group| (group.name.as_str(), Stroke::solid(group.colour))).collect();
         if !self.front.is_empty() {
@@ -62,8 +62,9 @@ impl ScatterPlot {
         let head = PlotHead::new(None, entries, width);
         let [across, up] = head.plot_below(width, height);
         let [x, y] = self.ranges();
-        let axes = Axes { x: Axis::logarithmic(x, across, width / 70), y: Axis::round(y, up, (height / 45).max(2)) };
-        let mut drawing = Drawing::default();
+        let axes =
+            PlotAxes { x: Axis::logarithmic(x, across, width / 70), y: Axis::round(y, up, (height / 45).max(2)) };
+        let mut drawing = PlotDrawing::default();
         head.draw_with_label(&mut drawing, &self.y_label);
         axes.draw_y(&mut drawing);
         axes.draw_x(&mut drawing, &format!("{} (logarithmic)", self.x_label), true);
@@ -120,7 +121,7 @@ fn steps(front: &[[f64; 2]]) -> Vec<(f64, f64)> {
 
 impl ScatterPoint {
     /// With an arrow at the top of an interval that continues above the plot.
-    fn draw(&self, drawing: &mut Drawing, axes: &Axes, [least, most]: [f64; 2], colour: Colour) {
+    fn draw(&self, drawing: &mut PlotDrawing, axes: &PlotAxes, [least, most]: [f64; 2], colour: Colour) {
         let x = libm::log10(self.x);
         if let Some(ends) = self.interval {
             let line = ends.map(|end| axes.at([x, end.clamp(least, most)]));

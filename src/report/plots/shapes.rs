@@ -8,7 +8,7 @@ use crate::report::{GENERATOR, ReportError};
 
 /// Shapes in the order in which they are drawn; CSS pixels from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Drawing {
+pub(crate) struct PlotDrawing {
     pub(in crate::report) shapes: Vec<Shape>,
     /// Where the horizontal axis of a plot over frames is, so that a page's script can point at a frame: left, right,
     /// top and bottom of the plot, and the values at the ends of the axis.
@@ -43,19 +43,19 @@ pub(in crate::report) enum Shape {
         at: [f64; 2],
         pixels: f64,
         colour: Colour,
-        side: Side,
+        side: TextSide,
     },
 }
 
 /// What of a text is at its place: its height is always centred there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::report) enum Side {
+pub(in crate::report) enum TextSide {
     Start,
     Middle,
     End,
 }
 
-impl Drawing {
+impl PlotDrawing {
     pub(super) fn line(&mut self, points: Vec<[f64; 2]>, stroke: Stroke, width: f64) {
         if points.len() > 1 {
             self.shapes.push(Shape::Line { points, stroke, width });
@@ -78,7 +78,7 @@ impl Drawing {
     }
 
     /// Text of a font size of so many pixels, vertically centred at its place.
-    pub(super) fn text(&mut self, words: &str, at: [f64; 2], pixels: f64, colour: Colour, side: Side) {
+    pub(super) fn text(&mut self, words: &str, at: [f64; 2], pixels: f64, colour: Colour, side: TextSide) {
         self.shapes.push(Shape::Text { words: words.to_owned(), at, pixels, colour, side });
     }
 
@@ -130,9 +130,9 @@ impl Shape {
             Self::Text { words, at: [x, y], pixels, colour, side } => {
                 let (x, y, words, colour) = (rounded(*x), rounded(*y), escaped(words), hex(colour.on_light()));
                 let anchor = match side {
-                    Side::Start => "start",
-                    Side::Middle => "middle",
-                    Side::End => "end",
+                    TextSide::Start => "start",
+                    TextSide::Middle => "middle",
+                    TextSide::End => "end",
                 };
                 writeln!(
                     text,

@@ -1,7 +1,7 @@
 //! Bars along a common axis, row by row: when something lasted.
 
-use super::axes::{Axes, Axis, described};
-use super::shapes::{Drawing, Side};
+use super::axes::{Axis, PlotAxes, described};
+use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
@@ -50,15 +50,15 @@ impl SpanPlot {
         let height = self.height();
         let [from, to] = self.x_range;
         let ends = if to > from { [from, to] } else { [from, from + 1.0] };
-        let axes = Axes {
+        let axes = PlotAxes {
             x: Axis::round(ends, [NAME_WIDTH, f64::from(width) - 14.0], width / 70),
             y: Axis::of_pixels([f64::from(height) - BELOW, ABOVE]),
         };
-        let mut drawing = Drawing { axis: Some(axes.for_script()), ..Drawing::default() };
+        let mut drawing = PlotDrawing { axis: Some(axes.for_script()), ..PlotDrawing::default() };
         axes.draw_x(&mut drawing, &self.x_label, true);
         for (index, row) in self.rows.iter().enumerate() {
             let middle = ABOVE + ROW * (index as f64 + 0.5);
-            drawing.text(&row.name, [NAME_WIDTH - 8.0, middle], 12.5, Colour::Ink, Side::End);
+            drawing.text(&row.name, [NAME_WIDTH - 8.0, middle], 12.5, Colour::Ink, TextSide::End);
             for [begin, end] in &row.spans {
                 let [left, right] = [begin.max(from), end.min(to)].map(|value| axes.x.place(value));
                 drawing.rectangle([[left, middle - 0.5 * BAR], [right, middle + 0.5 * BAR]], row.colour);

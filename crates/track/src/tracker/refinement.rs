@@ -92,11 +92,11 @@ const LIMB_DESCENTS: usize = 2;
 ///
 /// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and
 ///    from the particle of least energy; the result of least energy is kept.
-/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, by turns near the estimate,
-///    near poses of training, near poses that the filter had before, near those of the other side in the mirror, with
-///    one angle anywhere within its limits, and with all of them so; the best is descended, and the best of those that
-///    differ from it and from the estimate. Legs that were taken for each other come free only together (after the
-///    limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick 2000]`).
+/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, by turns near the
+///    estimate, near poses of training, near poses that the filter had before, near those of the other side in the
+///    mirror, with one angle anywhere within its limits, and with all of them so. The best is descended, and the best
+///    of those that differ from it and from the estimate. Legs that were taken for each other come free only together
+///    (after the limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick 2000]`).
 #[derive(Debug)]
 pub struct Refinement {
     settings: RefinementSettings,
@@ -276,7 +276,7 @@ fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
 
 /// Where a sample of a limb is drawn.
 #[derive(Clone, Copy)]
-enum Draw {
+enum LimbDraw {
     /// Near the estimate.
     Near,
     /// Near a pose of training; near the estimate where there is none.
@@ -292,19 +292,25 @@ enum Draw {
 }
 
 /// The kinds of samples take turns.
-const DRAWS: [Draw; 6] =
-    [Draw::Remembered, Draw::Near, Draw::Training, Draw::RememberedMirrored, Draw::OneAngle, Draw::Anywhere];
+const LIMB_DRAWS: [LimbDraw; 6] = [
+    LimbDraw::Remembered,
+    LimbDraw::Near,
+    LimbDraw::Training,
+    LimbDraw::RememberedMirrored,
+    LimbDraw::OneAngle,
+    LimbDraw::Anywhere,
+];
 
 impl Refinement {
     /// `pose` with a limb drawn anew, in the way that is `sample`'s turn.
     fn drawn(&self, body: &Humanoid, pose: &Pose, group: usize, sample: usize, rng: &mut ChaCha8Rng) -> Pose {
-        let (draw, limb) = (DRAWS[sample % DRAWS.len()], &self.limbs[group]);
+        let (draw, limb) = (LIMB_DRAWS[sample % LIMB_DRAWS.len()], &self.limbs[group]);
         let seen = match draw {
-            Draw::Training => any_of(&self.training, rng),
-            Draw::Remembered | Draw::RememberedMirrored => {
+            LimbDraw::Training => any_of(&self.training, rng),
+            LimbDraw::Remembered | LimbDraw::RememberedMirrored => {
                 self.memory.as_ref().and_then(|memory| any_of(memory.poses(), rng))
             }
-            Draw::Near | Draw::OneAngle | Draw::Anywhere => None,
+            LimbDraw::Near | LimbDraw::OneAngle | LimbDraw::Anywhere => None,
         };
         let one = limb[rng.random_range(0..limb.len())];
         let mut drawn = pose.clone();
@@ -314,10 +320,10 @@ impl Refinement {
             let noise: f64 = StandardNormal.sample(rng);
             let anywhere = lower + (upper - lower) * rng.random::<f64>();
             let angle = match (draw, seen) {
-                (Draw::Anywhere, _) => anywhere,
-                (Draw::OneAngle, _) if number == one => anywhere,
-                (Draw::OneAngle, _) => pose.joint_angles[number] + NEAR_OTHERS_RAD * noise,
-                (Draw::RememberedMirrored, Some(seen)) => self.mirrored.angle(seen, number) + NEAR_SEEN_RAD * noise,
+                (LimbDraw::Anywhere, _) => anywhere,
+                (LimbDraw::OneAngle, _) if number == one => anywhere,
+                (LimbDraw::OneAngle, _) => pose.joint_angles[number] + NEAR_OTHERS_RAD * noise,
+                (LimbDraw::RememberedMirrored, Some(seen)) => self.mirrored.angle(seen, number) + NEAR_SEEN_RAD * noise,
                 (_, Some(seen)) => seen.joint_angles[number] + NEAR_SEEN_RAD * noise,
                 (_, None) => pose.joint_angles[number] + NEAR_RAD * noise,
             };

@@ -49,10 +49,10 @@ impl PoseMemory {
 
 /// Which joint angle of the other side moves its limb as an angle moves this side's, seen in a mirror.
 #[derive(Debug)]
-pub(super) struct MirroredAngles(Vec<Option<Counterpart>>);
+pub(super) struct MirroredAngles(Vec<Option<MirroredAngle>>);
 
 #[derive(Clone, Copy, Debug)]
-struct Counterpart {
+struct MirroredAngle {
     number: usize,
     /// 1 or -1: whether equal or opposite angles are mirror images.
     sign: f64,
@@ -69,8 +69,8 @@ impl MirroredAngles {
             let [left, right] = [left, right].map(|end| twists(body, &frames, &end));
             for (number, twist) in &left {
                 let Some((other, sign)) = counterpart(twist, &right) else { continue };
-                counterparts[*number] = Some(Counterpart { number: other, sign });
-                counterparts[other] = Some(Counterpart { number: *number, sign });
+                counterparts[*number] = Some(MirroredAngle { number: other, sign });
+                counterparts[other] = Some(MirroredAngle { number: *number, sign });
             }
         }
         Self(counterparts)
@@ -79,7 +79,7 @@ impl MirroredAngles {
     /// Angle `number` of the mirror image of a pose; of the pose itself where the angle has no counterpart.
     pub(super) fn angle(&self, pose: &Pose, number: usize) -> f64 {
         match self.0[number] {
-            Some(Counterpart { number, sign }) => sign * pose.joint_angles[number],
+            Some(MirroredAngle { number, sign }) => sign * pose.joint_angles[number],
             None => pose.joint_angles[number],
         }
     }

@@ -131,17 +131,18 @@ fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_th
     refinement.start(&start);
     let mut present = start.clone();
     present.joint_angles[left] = 0.1;
-    let worst = |of: Draw, expected: f64| {
-        let turn = DRAWS.iter().position(|draw| std::mem::discriminant(draw) == std::mem::discriminant(&of)).unwrap();
+    let worst = |of: LimbDraw, expected: f64| {
+        let turn =
+            LIMB_DRAWS.iter().position(|draw| std::mem::discriminant(draw) == std::mem::discriminant(&of)).unwrap();
         let angle = |sample: usize| {
             let mut rng = stream(3, Purpose::Refinement, 0, 0, sample as u64);
             refinement.drawn(&body(), &present, 0, sample, &mut rng).joint_angles[left]
         };
-        let angles = (0..10).map(|round| angle(turn + round * DRAWS.len()));
+        let angles = (0..10).map(|round| angle(turn + round * LIMB_DRAWS.len()));
         angles.map(|angle| (angle - expected).abs()).fold(0.0, f64::max)
     };
     // ten deviates of a tenth of a radian
-    let (own, mirrored) = (worst(Draw::Remembered, 2.2), worst(Draw::RememberedMirrored, 1.1));
+    let (own, mirrored) = (worst(LimbDraw::Remembered, 2.2), worst(LimbDraw::RememberedMirrored, 1.1));
     assert!(own > 0.0 && own < 0.45 && mirrored > 0.0 && mirrored < 0.45, "{own} {mirrored}");
 }
 
