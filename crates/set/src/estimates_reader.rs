@@ -216,7 +216,8 @@ impl EstimatesReader<'_> {
             // a body without joints is where its root is
             let given = if degrees == 0 { roots[row].is_some() } else { self.is_given(NAME, row, found)? };
             if given && found.iter().any(|angle| angle.abs() > FARTHEST_ANGLE) {
-                let detail = format!("an angle is beyond {FARTHEST_ANGLE} radians, or a sliding joint beyond as many metres");
+                let detail =
+                    format!("an angle is beyond {FARTHEST_ANGLE} radians, or a sliding joint beyond as many metres");
                 return Err(self.refuse_row(NAME, row, &detail));
             }
             let mut angles = DVector::zeros(degrees);

@@ -90,10 +90,7 @@ pub enum CameraError {
         camera: String,
     },
     /// Keyframes that are not in the order of time.
-    #[error(
-        "camera {}: its keyframes are not in order of time: one at {after} s after {before} s",
-        excerpt(camera)
-    )]
+    #[error("camera {}: its keyframes are not in order of time: one at {after} s after {before} s", excerpt(camera))]
     KeyframeOrder {
         /// The camera's name.
         camera: String,

@@ -145,9 +145,7 @@ fn refuse_unheld(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetErro
             "its points are at the frame's time, but images of this set are exposed at other times"
         }
         ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap => return Ok(()),
-        ExportFormat::Bodytrack => {
-            "its cameras must stand still and expose every image at the frame's time"
-        }
+        ExportFormat::Bodytrack => "its cameras must stand still and expose every image at the frame's time",
     };
     Err(SetError::malformed(format.name(), format!("cannot hold this set: {detail}; export it to npz")))
 }
