@@ -252,7 +252,7 @@ impl EstimatesReader<'_> {
         }
         let names = self.npz.names(self.file, names_array)?;
         let names =
-            names.ok_or_else(|| self.refuse(&format!("{name} requires {names_array}, the names of its columns")))?;
+            names.ok_or_else(|| self.refuse(&format!("{name} needs {names_array}, the names of its columns")))?;
         let points = self.order(names_array, names, known)?;
         let numbers = self.numbers(name, &[Some(points.len()), Some(3)])?;
         let place = |(index, numbers): (usize, &[f64; 3])| match self.is_given(name, index / points.len(), numbers) {
