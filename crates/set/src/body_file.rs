@@ -198,7 +198,7 @@ impl BodyRecord {
             let slot =
                 landmark.ok_or_else(|| format!("marker {:?} is not one of HumanEva's fifteen", excerpt(&name)))?;
             if marker.link >= self.links.len() {
-                return Err(format!("marker {name:?}: there is no link {}", marker.link));
+                return Err(format!("marker {name:?}: the body has no link {}", marker.link));
             }
             markers[slot] = Some(LinkPoint { link: marker.link, point_in_link: marker.point.into() });
         }
@@ -353,7 +353,7 @@ impl JointRecord {
             KindRecord::Floating { first } => (JointKind::Floating { first }, Some(first.saturating_add(5))),
         };
         if last.is_some_and(|last| last >= degrees) {
-            return Err(format!("moves by a degree of freedom beyond the {degrees} there are"));
+            return Err(format!("refers to a degree of freedom outside the body's {degrees}"));
         }
         Ok(Joint { name: self.name, parent: self.parent, parent_from_joint: self.origin.transform()?, kind })
     }

@@ -50,7 +50,7 @@ impl Estimates {
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
         let frames_per_second = npz.numbers(file, "fps", rate)?[0];
         let seeds: Result<Vec<u64>, _> = npz.whole_numbers(file, "seeds")?.into_iter().map(u64::try_from).collect();
-        let seeds = seeds.map_err(|_| refuse("seeds: one is below zero"))?;
+        let seeds = seeds.map_err(|_| refuse("seeds: expected numbers >= 0"))?;
         let first = ["estimate_root", "estimate_markers", "estimate_joints"].into_iter().find_map(|name| npz.get(name));
         let first = first.ok_or_else(|| {
             refuse(
@@ -73,7 +73,7 @@ impl Estimates {
 
 fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<(), String> {
     if !bodies.is_empty() && bodies.len() != seeds {
-        return Err(format!("{} bodies for {seeds} seeds; expected one a seed", bodies.len()));
+        return Err(format!("{} bodies for {seeds} seeds; expected one per seed", bodies.len()));
     }
     let names = |of: &Humanoid| {
         let degrees: Vec<String> = of.degrees_of_freedom.iter().map(|degree| degree.name.clone()).collect();
@@ -81,7 +81,7 @@ fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<()
     };
     match bodies.iter().all(|of| names(of) == names(body)) {
         true => Ok(()),
-        false => Err(format!("its bodies have other joints than the tracker's body {:?} of the set", body.name)),
+        false => Err(format!("the joints of its bodies differ from those of the set's tracker body {:?}", body.name)),
     }
 }
 
@@ -216,7 +216,8 @@ impl EstimatesReader<'_> {
             // a body without joints is where its root is
             let given = if degrees == 0 { roots[row].is_some() } else { self.is_given(NAME, row, found)? };
             if given && found.iter().any(|angle| angle.abs() > FARTHEST_ANGLE) {
-                let detail = format!("an angle is beyond {FARTHEST_ANGLE} radians, or slides by more metres");
+                let detail =
+                    format!("an angle is beyond {FARTHEST_ANGLE} radians, or a sliding joint beyond as many metres");
                 return Err(self.refuse_row(NAME, row, &detail));
             }
             let mut angles = DVector::zeros(degrees);

@@ -137,7 +137,7 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
     let meta = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| malformed(foreign(e)))?;
     let size = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
     let size = size.filter(|size| size.width() <= MOST_PIXELS_A_SIDE && size.height() <= MOST_PIXELS_A_SIDE);
-    let size = size.ok_or_else(|| malformed(format!("expected at most {MOST_PIXELS_A_SIDE} pixels a side")))?;
+    let size = size.ok_or_else(|| malformed(format!("expected at most {MOST_PIXELS_A_SIDE} pixels per side")))?;
     let read = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -103,7 +103,7 @@ pub(super) fn complete_lines(
     match here.eq(complete.iter().filter(|(path, _)| shared(path))) {
         true => Ok(Some(text)),
         false => {
-            let detail = format!("{LISTING} and {COMPLETE} are not of the same files; get the set again");
+            let detail = format!("{LISTING} and {COMPLETE} list different files; get the set again");
             Err(SetError::NotASet { path: directory.to_owned(), detail })
         }
     }

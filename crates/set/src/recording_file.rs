@@ -136,7 +136,7 @@ pub fn push_fingerprints<'a>(npz: &mut Npz, fingerprints: impl Iterator<Item = O
 /// # Errors
 /// [`SetError::Malformed`] where the arrays do not fit together.
 pub fn read_fingerprints(file: &str, npz: &Npz, count: usize) -> Result<Vec<Option<MotionFingerprint>>, SetError> {
-    let malformed = || SetError::malformed(file, "the fingerprints of its recordings do not fit together");
+    let malformed = || SetError::malformed(file, "the fingerprints of its recordings have inconsistent sizes");
     let values = |name: &str| npz.get(name).map(|array| &array.values);
     match values("fingerprint_version") {
         Some(Values::I64(version)) if *version == [VERSION] => {}

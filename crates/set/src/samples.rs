@@ -76,7 +76,10 @@ pub(super) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces
         // the sum of all bytes, with spaces in place of the sum itself
         let sum = block.iter().enumerate().map(|(i, byte)| if (148..156).contains(&i) { 32 } else { u32::from(*byte) });
         if header.cksum().ok() != Some(sum.sum()) {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, format!("at byte {at} is no header of a file")));
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                format!("at byte {at}: expected the header of a file"),
+            ));
         }
         let (first, size) = (at + BLOCK, header.entry_size()?);
         let end = first.checked_add(size).filter(|end| *end <= length).ok_or(io::ErrorKind::UnexpectedEof)?;

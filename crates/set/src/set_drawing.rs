@@ -238,7 +238,7 @@ mod tests {
                 "observations/shards/000001.tar: this shard is damaged: it was cut off; get it again",
             ),
             (&[][..], "this shard is damaged: it was cut off"),
-            (&[7; 4096][..], "at byte 0 is no header of a file"),
+            (&[7; 4096][..], "at byte 0: expected the header of a file"),
             (&changed, "observations/cam00/silhouette/000002.png in it was changed"),
         ] {
             fs::write(&shard, bytes).unwrap();

@@ -45,7 +45,7 @@ depth.png    depth in millimetres, 16-bit grey, 0 without geometry, where the se
 pub(super) fn plan(shards: Option<usize>, frames: usize) -> Result<Option<ShardPlan>, SetError> {
     match shards {
         Some(count) if !(1..=frames).contains(&count) => {
-            let detail = format!("expected 1 to {frames} shards, for a shard has at least one frame; found {count}");
+            let detail = format!("expected 1 to {frames} shards (at least one frame in each), found {count}");
             Err(SetError::malformed("--shards", detail))
         }
         shards => Ok(shards.map(|shards| ShardPlan { shards, frames })),

@@ -78,7 +78,9 @@ pub(super) fn wrong_names(npz: &Npz, actor: &Humanoid) -> Option<String> {
         ("marker_names", own(LANDMARKS.map(|l| l.name()).to_vec())),
     ];
     expected.into_iter().find_map(|(array, expected)| {
-        let Some(found) = names(npz, array) else { return Some(format!("{array} is missing or holds no texts")) };
+        let Some(found) = names(npz, array) else {
+            return Some(format!("{array} is missing or not an array of texts"));
+        };
         if found.len() != expected.len() {
             return Some(format!("{array} has {} names, expected {}", found.len(), expected.len()));
         }

@@ -84,16 +84,13 @@ pub enum CameraError {
         why: &'static str,
     },
     /// A way without keyframes.
-    #[error("camera {}: it is to move and has no keyframe; give at least one", excerpt(camera))]
+    #[error("camera {}: motion requires keyframes; give at least one", excerpt(camera))]
     NoKeyframe {
         /// The camera's name.
         camera: String,
     },
     /// Keyframes that are not in the order of time.
-    #[error(
-        "camera {}: its keyframes are not in the order of time: one at {after} s after {before} s",
-        excerpt(camera)
-    )]
+    #[error("camera {}: its keyframes are not in order of time: one at {after} s after {before} s", excerpt(camera))]
     KeyframeOrder {
         /// The camera's name.
         camera: String,

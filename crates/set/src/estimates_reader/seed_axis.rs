@@ -38,7 +38,7 @@ pub fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     let (is_single, has_seeds) = (!without.is_empty(), npz.get("seeds").is_some());
     let seeds = npz.get("seeds").and_then(|seeds| seeds.shape.first().copied());
     if is_single && seeds.is_some_and(|seeds| seeds != 1) {
-        let detail = "has several seeds, and arrays without an axis of seeds in front; expected (seeds, frames, ...)";
+        let detail = "has several seeds, but arrays without a leading axis of seeds; expected (seeds, frames, ...)";
         return Err(SetError::malformed(file, detail));
     }
     if !is_single && has_seeds {

@@ -27,7 +27,8 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     let truth = &set.truth.ground_truth;
     let slides = |kind: &JointKind| matches!(kind, JointKind::Prismatic { .. } | JointKind::Floating { .. });
     if let Some(joint) = truth.actor.joints.iter().find(|joint| slides(&joint.kind)) {
-        let detail = format!("joint {:?} of the actor slides; joints of a BVH file only turn; use npz", joint.name);
+        let detail =
+            format!("joint {:?} of the actor slides, but joints of a BVH file only rotate; use npz", joint.name);
         return Err(SetError::malformed("bvh", detail));
     }
     folder.readme(set, "The actor's motion as BVH", README)?;

@@ -138,16 +138,14 @@ fn refuse_unheld(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetErro
         | ExportFormat::Tum
         | ExportFormat::Croissant => return Ok(()),
         ExportFormat::OpenCv | ExportFormat::HumanEva if moves => {
-            "its files hold one place a camera, and cameras of this set move"
+            "its files hold one pose per camera, but cameras of this set move"
         }
         ExportFormat::OpenCv | ExportFormat::HumanEva => return Ok(()),
         ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap if filming.leaves_frames() => {
-            "its points are those of a frame's own time, and images of this set are exposed at other times"
+            "its points are at the frame's time, but images of this set are exposed at other times"
         }
         ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap => return Ok(()),
-        ExportFormat::Bodytrack => {
-            "it holds cameras that stand still and take an image of every frame at once, and those of this set do not"
-        }
+        ExportFormat::Bodytrack => "its cameras must stand still and expose every image at the frame's time",
     };
     Err(SetError::malformed(format.name(), format!("cannot hold this set: {detail}; export it to npz")))
 }

@@ -78,7 +78,7 @@ fn leaks_in_shard(files: &SetFiles, file: &str, path: &Path) -> Result<Vec<Leak>
     for name in places.keys() {
         match frame_of(name).is_some() && files.has(name) {
             true => leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?),
-            false => leaks.push(leak(file, name, "a file that is no silhouette of the set".to_owned(), None)),
+            false => leaks.push(leak(file, name, "a file that is not a silhouette of the set".to_owned(), None)),
         }
     }
     Ok(leaks)

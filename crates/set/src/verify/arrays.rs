@@ -14,7 +14,7 @@ pub(super) fn wrong_names(found: &Npz, expected: &Npz) -> Vec<String> {
 
 fn wrong_texts(found: &Npz, name: &str, expected: &[String]) -> Option<String> {
     let Some(Values::Text(texts)) = found.get(name).map(|array| &array.values) else {
-        return Some(format!("{name} is missing or holds no texts"));
+        return Some(format!("{name} is missing or not an array of texts"));
     };
     if texts.len() != expected.len() {
         return Some(format!("{name} has {} names, expected {}", texts.len(), expected.len()));
@@ -26,7 +26,7 @@ fn wrong_texts(found: &Npz, name: &str, expected: &[String]) -> Option<String> {
 /// An array of whole numbers that differs from what is expected, in words.
 pub(super) fn wrong_numbers(found: &Npz, name: &str, expected: &[i64]) -> Option<String> {
     let Some(Values::I64(numbers)) = found.get(name).map(|array| &array.values) else {
-        return Some(format!("{name} is missing or holds no whole numbers"));
+        return Some(format!("{name} is missing or not an array of whole numbers"));
     };
     if numbers.len() != expected.len() {
         return Some(format!("{name} has {} numbers, expected {}", numbers.len(), expected.len()));

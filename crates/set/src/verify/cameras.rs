@@ -74,9 +74,9 @@ impl ListedCamera {
         let mut say = |detail: String| faults.push(format!("camera {:?}: {detail}", excerpt(&self.name)));
         let off = (self.r.transpose() * self.r - Matrix3::identity()).amax();
         if off.is_nan() || off > TOLERANCE {
-            say(format!("R is no rotation: R^T R is off the identity by {off:.1e}"));
+            say(format!("R is not a rotation: R^T R differs from the identity by {off:.1e}"));
         } else if self.r.determinant() < 0.0 {
-            say("R has determinant -1: its axes are left-handed, so what it shows is mirrored".to_owned());
+            say("R has determinant -1: its axes are left-handed, so its images are mirrored".to_owned());
         }
         let (fx, fy) = (self.k[(0, 0)], self.k[(1, 1)]);
         if fx.is_nan() || fy.is_nan() || fx <= 0.0 || fy <= 0.0 {
@@ -92,7 +92,7 @@ impl ListedCamera {
         let expected = cameras_file::observations_directory(index);
         if self.observations != expected {
             say(format!(
-                "its observations are said to be in {:?}, those of camera {index} are in {expected:?}",
+                "its observations are listed in {:?}, expected {expected:?} for camera {index}",
                 excerpt(&self.observations)
             ));
         }

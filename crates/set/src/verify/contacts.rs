@@ -14,13 +14,13 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let path = contact_file::PATH;
     let Some(expected) = contact_file::to_npz(truth) else {
-        let faults = files.has(path).then(|| Fault::new(path, "is there, and the actor has no feet"));
+        let faults = files.has(path).then(|| Fault::new(path, "is present, but the actor has no feet"));
         return Ok(("the actor has no feet".to_owned(), faults.into_iter().collect()));
     };
     if !files.has(path) {
         // sets that describe their formats have one
-        let missing = files.has(FORMATS).then(|| Fault::new(path, "is missing, and the actor has feet"));
-        let words = "the set has no contact.npz, as sets of older versions".to_owned();
+        let missing = files.has(FORMATS).then(|| Fault::new(path, "is missing, but the actor has feet"));
+        let words = "the set has no contact.npz; sets of older versions lack it".to_owned();
         return Ok((words, missing.into_iter().collect()));
     }
     let found = files.read(path).map_err(|_| "not checked: contact.npz cannot be read".to_owned())?;

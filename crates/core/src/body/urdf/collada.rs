@@ -159,7 +159,7 @@ impl<'a, 't> Scene<'a, 't> {
         let Some((input, at)) = inputs().zip(&offsets).find(|(i, _)| i.attribute("semantic") == Some("VERTEX")) else {
             return Err(format!("<{shape}> has no input VERTEX"));
         };
-        let vertices = self.target(input, "source").ok_or("an input VERTEX leads to no positions")?;
+        let vertices = self.target(input, "source").ok_or("an input VERTEX refers to no positions")?;
         let (first, count) = match known.get(&vertices.id()) {
             Some(place) => *place,
             None => {
@@ -204,7 +204,7 @@ impl<'a, 't> Scene<'a, 't> {
 
     /// What `<vertices>` hold as POSITION.
     fn positions(&self, vertices: Node<'a, 't>) -> Result<Vec<Point3<f64>>, String> {
-        let lost = || "an input VERTEX leads to no positions".to_owned();
+        let lost = || "an input VERTEX refers to no positions".to_owned();
         let position = vertices.children().find(|n| is(n, "input") && n.attribute("semantic") == Some("POSITION"));
         let source = position.and_then(|p| self.target(p, "source")).ok_or_else(lost)?;
         let array = child(source, "float_array").ok_or_else(lost)?;

@@ -161,7 +161,7 @@ impl<'t> Document<'t> {
         let read = urdf_rs::read_from_string(&self.needed(text))
             .map_err(|e| self.refuse(robot, format!("urdf-rs cannot read this URDF: {}", excerpt(&e.to_string()))))?;
         if read.links.len() != self.links.len() || read.joints.len() != self.joints.len() {
-            return Err(self.refuse(robot, "urdf-rs read another number of links and joints than the text has"));
+            return Err(self.refuse(robot, "urdf-rs found a different number of links and joints"));
         }
         Ok(read)
     }

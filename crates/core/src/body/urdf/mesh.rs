@@ -11,7 +11,7 @@ use crate::input::{excerpt, plain};
 /// The reason why a mesh of that name cannot be read, if any.
 pub(super) fn unsupported(name: &str) -> Option<String> {
     let Some(ending) = ending(name) else {
-        return Some("the name has no ending that tells the format; expected .stl, .obj or .dae".to_owned());
+        return Some("the name has no file extension; expected .stl, .obj or .dae".to_owned());
     };
     let known = ["stl", "obj", "dae"].contains(&ending.as_str());
     (!known).then(|| format!("ending `.{}` is not supported; convert it to .stl, .obj or .dae", excerpt(&ending)))

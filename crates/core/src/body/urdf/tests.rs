@@ -2,7 +2,8 @@ use std::io;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, JointKind, Solid, UrdfError};
+use crate::body::{Humanoid, JointKind, Landmark, Solid, UrdfError};
+use crate::test_data;
 
 fn no_meshes(_: &str) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::NotFound, "no meshes here"))
@@ -263,6 +264,30 @@ fn tapers_capsules_and_scaled_meshes_become_solids() {
 fn a_marker_with_mass_or_on_a_moving_joint_is_refused() {
     let text = robot(&[link("a"), link("marker_pelvis"), hinge("j", "a", "marker_pelvis", LIMIT)]);
     assert!(parse(&text).unwrap_err().to_string().contains("a marker must be a link without mass"));
+}
+
+#[test]
+fn foreign_robots_load_with_their_meshes_and_recognised_markers() {
+    let robots = [
+        ("pybullet_humanoid/humanoid.urdf", 16, 28, 15),
+        ("gepetto_human/human_description/robots/human.urdf", 37, 36, 15),
+        ("gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf", 31, 29, 15),
+        ("human_gazebo/humanSubject01_48dof.urdf", 51, 48, 15),
+        ("human_gazebo/humanSubject01_66dof.urdf", 69, 66, 15),
+    ];
+    for (file, links, freedoms, markers) in robots {
+        let Some(path) = test_data::path(&format!("robots/{file}")) else { return };
+        let body = Humanoid::load(&path).unwrap();
+        let solid = body.links.iter().map(|l| l.solids.len()).sum::<usize>();
+        assert_eq!((body.links.len(), body.degrees_of_freedom.len()), (links, freedoms), "{file}");
+        assert_eq!(body.markers.iter().flatten().count(), markers, "{file}");
+        assert!(solid > 0, "{file}");
+        let placed = body.markers(&body.link_frames(&body.zero_pose()));
+        if let [Some(hip), Some(knee)] = [Landmark::LeftHip, Landmark::LeftKnee].map(|l| placed[l as usize]) {
+            let length = (hip - knee).norm();
+            assert!((0.3..2.0).contains(&length), "{file}: thigh of {length}");
+        }
+    }
 }
 
 #[test]

@@ -80,7 +80,7 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
         (Some(r), _, Some(t), _) if r.data.len() == 9 => (rows(&r.exactly("R")?), t.exactly("T")?),
         (Some(r), _, Some(t), _) | (None, Some(r), Some(t), _) => (turned(r.exactly("rvec")?), t.exactly("T")?),
         (_, _, _, Some(all)) => of_view(&all, options.view)?,
-        _ => return Err("it says K but no place: R and T, or rvec and tvec, are missing".to_owned()),
+        _ => return Err("it has K but no pose: R and T, or rvec and tvec, are missing".to_owned()),
     };
     let size = storage.image_width.zip(storage.image_height).map(|(width, height)| [width, height]);
     Ok(PlainCamera { name: storage.name, size, k: rows(&k), distortion, r, t })
