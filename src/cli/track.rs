@@ -150,7 +150,6 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
             settings.name(),
             seeds.len(),
             record.timing.frames_per_second,
-
             arguments.how_to_measure(out),
         ))?;
     }

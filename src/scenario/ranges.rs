@@ -182,7 +182,8 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
     require("actor.shape.seed", sown, "it only with a population", "none")?;
     if let Some(age) = s.age_years {
         let of_adults = s.population.is_some_and(|population| population != PopulationName::Children);
-        require("actor.shape.age_years", !of_adults, "it only with children: the source of adults has no ages", "adults")?;
+        let expected = "it only with children: the source of adults has no ages";
+        require("actor.shape.age_years", !of_adults, expected, "adults")?;
         within("actor.shape.age_years", age, CHILD_YEARS)?;
     }
     let is_child = s.population == Some(PopulationName::Children) || s.age_years.is_some();
