@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Lines on estimates that may have been misread, before all else.
+/// Warnings about estimates that may have been misread; they precede the values.
 fn misread(baseline: &Baseline) -> String {
     baseline.misread.iter().map(|hint| format!("The estimate may have been misread: {hint}.\n\n")).collect()
 }

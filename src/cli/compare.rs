@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs that stand on both sides: every difference between them is zero by itself.
+/// Notes on runs that appear on both sides, so that their differences are zero.
 fn same_runs(arguments: &Arguments) -> Vec<String> {
     let real = |path: &PathBuf| fs::canonicalize(path).unwrap_or_else(|_| path.clone());
     let (base, others) = match arguments.vs.as_slice() {
@@ -106,8 +106,6 @@ fn same_runs(arguments: &Arguments) -> Vec<String> {
         vs => (arguments.runs.as_slice(), vs),
     };
     let is_in_base = |other: &&PathBuf| base.iter().any(|one| real(one) == real(other));
-    let said = |other: &PathBuf| {
-        format!("{} is the same run on both sides: its differences are zero by themselves", other.display())
-    };
-    others.iter().filter(is_in_base).map(said).collect()
+    let same = others.iter().filter(is_in_base).map(|other| other.display());
+    same.map(|run| format!("{run} is the same run on both sides, so its differences are zero")).collect()
 }

@@ -25,7 +25,7 @@ use crate::mocap::UpAxis;
 /// as "LKnee" = "left_knee"; unmapped names are used unchanged. In BVH files a name that is both a joint and a marker
 /// is the joint. Frames missing from a CSV file with frame numbers are lost.
 ///
-/// Keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and SMPL are known by their names too.
+/// Keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and SMPL are also recognised by name.
 ///
 /// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
 /// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Folder of the complete set, of a set that was rendered with --truth
+    /// Directory of the complete set, if the set was rendered with --truth
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
@@ -118,7 +118,7 @@ enum Units {
 
 /// Three numbers with commas, metres.
 fn offset(text: &str) -> Result<[f64; 3], String> {
-    let refuse = || format!("expected three numbers of metres, at most {FARTHEST_M}, with commas, as 0.5,-1,0");
+    let refuse = || format!("expected three numbers in metres, at most {FARTHEST_M}, separated by commas: 0.5,-1,0");
     let number = |part: &str| part.trim().parse::<f64>().ok().filter(|metres| metres.abs() <= FARTHEST_M);
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(refuse)

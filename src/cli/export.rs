@@ -31,11 +31,11 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Folder of the complete set, of a set that was rendered with --truth
+    /// Directory of the complete set, if the set was rendered with --truth
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
-    /// Formats, several with commas
+    /// Formats, separated by commas
     #[arg(long, value_name = "FORMAT", required = true, value_delimiter = ',', value_parser = formats())]
     to: Vec<ExportTo>,
 

@@ -9,10 +9,10 @@ use crate::scenario::similar_file;
 /// Files of which a tracker's folder has one.
 const FILES_OF_RUNS: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
 
-/// A mistake if this is no set, and it can be said what it is instead.
+/// Checks that this may be a set: refuses a misspelt path, a scenario and a run.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] for a misspelt folder, and for a run.
+/// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     expect_there("SET", set)?;
     if set.is_file() && set.extension().is_some_and(|extension| extension == "toml") {
@@ -23,35 +23,31 @@ pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
         );
         return Err(mistaken("SET", set, &what));
     }
-    match !is_set(set) && is_run(set) {
-        true => {
-            Err(mistaken("SET", set, "is a run, and a benchmark set was expected: the set that the run was made on"))
-        }
-        false => Ok(()),
+    if !is_set(set) && is_run(set) {
+        let what = "is a run, and a benchmark set was expected: give the set that the run was made on";
+        return Err(mistaken("SET", set, what));
     }
+    Ok(())
 }
 
-/// A mistake if this is a set instead of a run or a file of estimates.
+/// Checks that this may be a run or a file of estimates: refuses a misspelt path and a set.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] for a misspelt name, and for a set.
+/// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_run(run: &Path) -> Result<(), ExperimentError> {
     expect_there("RUN", run)?;
-    match is_set(run) && !is_run(run) {
-        true => Err(mistaken(
-            "RUN",
-            run,
-            "is a benchmark set, and a run was expected: make one with skiagraph track SET --tracker NAME --out RUN, and \
-            measure it with skiagraph evaluate SET RUN",
-        )),
-        false => Ok(()),
+    if is_set(run) && !is_run(run) {
+        let what = "is a benchmark set, and a run was expected: make one with skiagraph track SET --tracker NAME --out \
+                    RUN, and measure it with skiagraph evaluate SET RUN";
+        return Err(mistaken("RUN", run, what));
     }
+    Ok(())
 }
 
-/// As both, of a command that takes a set and then a run; `command` is its name.
+/// Checks the arguments of a command that takes a set and then a run; `command` is its name.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`], also where they were exchanged.
+/// [`ExperimentError::Argument`], also if they are exchanged.
 pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Result<(), ExperimentError> {
     if is_set(run) && !is_set(set) && (is_run(set) || set.is_file()) {
         let detail = format!(
@@ -66,7 +62,7 @@ pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Resul
     expect_run(run)
 }
 
-/// A mistake if this is not there and something beside it is named alike; what is not there at all is told where it is
+/// Refuses a path that does not exist if a sibling has a similar name; any other missing path is reported when it is
 /// read.
 fn expect_there(argument: &'static str, path: &Path) -> Result<(), ExperimentError> {
     match similar_file(path).filter(|_| !path.exists()) {

@@ -82,7 +82,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     scenario_dir: Option<PathBuf>,
 
-    /// Directory that is searched for clips, for --add-seeds [default: $SKIAGRAPH_MOCAP]
+    /// Directory to search recursively for clips, for --add-seeds [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     mocap_dir: Option<PathBuf>,
 
@@ -153,7 +153,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
                 written.iter().for_each(|folder| volume.written(folder));
                 outcome = gate_run(&arguments.runs, &baseline, &rules)?;
             }
-            // what was found stands where no seeds can be added
+            // the first result stands if no seeds can be added
             Err(refusal @ ExperimentError::Argument { .. }) => outcome.notes.push(refusal.to_string()),
             Err(error) => return Err(error.into()),
         }

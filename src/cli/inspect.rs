@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE")]
     pub(super) overrides: Vec<String>,
 
-    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
+    /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     pub(super) mocap_dir: Option<PathBuf>,
 

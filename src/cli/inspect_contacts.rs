@@ -21,12 +21,12 @@ pub(super) fn run(
     if json {
         output::print_json(&summary)?;
     } else {
-        output::print(&in_words(&summary))?;
+        output::print(&describe(&summary))?;
     }
     Ok(())
 }
 
-fn in_words(s: &ContactSummary) -> String {
+fn describe(s: &ContactSummary) -> String {
     let mut text = format!(
         "{}: {} frames at {} Hz on {}\n  standing  {:.0} % of the frames\n  skate     {:.1} mm/s, mean over standing \
         feet\n  sinks     at most {:.1} mm into the ground\n  floats    at most {:.1} mm above it while standing",

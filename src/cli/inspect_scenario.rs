@@ -34,12 +34,12 @@ pub(super) fn run(
     if arguments.json {
         output::print_json(&summary)?;
     } else {
-        output::print(&in_words(&summary))?;
+        output::print(&describe(&summary))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn in_words(s: &EditedSummary) -> String {
+fn describe(s: &EditedSummary) -> String {
     let mut text = format!(
         "{}: {} frames at {} Hz, {:.2} s, {:.2} m along the ground, on {}\n  fit       {:.1} mm from the first take",
         s.name, s.frames, s.frames_per_second, s.duration_s, s.path_m, s.body, s.retarget_residual_mm,

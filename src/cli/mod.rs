@@ -93,10 +93,10 @@ enum Command {
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// The experiment could not be done.
+    /// The experiment failed.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
-    /// A file cannot be written to its place.
+    /// A result cannot be written.
     #[error(transparent)]
     Artefact(#[from] ArtefactError),
     /// An argument is invalid.
@@ -122,8 +122,7 @@ impl CommandError {
     }
 }
 
-/// All commands. A negative number behind an option is its value, whatever the option takes: it is then refused by its
-/// range.
+/// All commands. A negative number after an option is always its value, so that the option's range refuses it.
 fn command_line() -> clap::Command {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         let takes_value = |argument: &clap::Arg| argument.get_long().is_some() && argument.get_action().takes_values();

@@ -97,7 +97,7 @@ fn source(arguments: &Arguments) -> KeySource {
     arguments.key.map_or(KeySource::Fresh, KeySource::Given)
 }
 
-/// Refuses a place of the truth that is the other set's, or within it, or around it.
+/// Refuses a truth directory that equals the other set's, contains it or lies within it.
 fn check_apart(out: &Path, truth: &Path) -> Result<(), ExperimentError> {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let (public, complete) = (whole(out), whole(truth));
@@ -136,7 +136,7 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
     let mut made = Vec::with_capacity(sets.len());
     for (file, place) in &sets {
         if progress.has(file, arguments.shards, place)? {
-            let note = format!("{}: was made before the interruption", place.display());
+            let note = format!("{}: already made before the interruption", place.display());
             volume.notes(std::slice::from_ref(&note));
             made.push(told(arguments, place, &BlindSet::read(place).map_err(ExperimentError::from)?, &[note])?);
             continue;
@@ -154,7 +154,7 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
     Ok(())
 }
 
-/// Makes a set and tells of it: in words at once, or as the object that is returned.
+/// Makes a set; prints its summary, or returns it as an object.
 fn one_set(
     arguments: &Arguments,
     (file, place): (&ScenarioFile, &Path),
@@ -174,7 +174,7 @@ fn one_set(
     Ok((blind, said))
 }
 
-/// A set in words, printed, and as an object.
+/// Prints the summary of a set unless `--json` is given, and returns it as an object.
 fn told(arguments: &Arguments, place: &Path, blind: &BlindSet, notes: &[String]) -> Result<Value, CommandError> {
     let (place, frames, cameras) = (place.display(), blind.frame_count, blind.rig.cameras.len());
     if !arguments.output.json {

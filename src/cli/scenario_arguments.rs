@@ -18,7 +18,7 @@ pub(super) struct ScenarioArguments {
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
+    /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 

@@ -17,8 +17,8 @@ fn joint_map_lines(hint: &Hint) -> Option<String> {
     (!lines.is_empty()).then(|| format!("# joints.toml, for --joint-map joints.toml\n{lines}"))
 }
 
-/// What may have been misread, then the summary table: mean, 95 % interval, coverage, and the frozen tracker's value;
-/// values worse than it are marked. Metrics that could not be measured follow.
+/// A warning if the estimate may have been misread, then the summary table: mean, 95 % interval, coverage, and the
+/// frozen tracker's value; worse values are marked. Unavailable metrics follow.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();

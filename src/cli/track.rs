@@ -87,7 +87,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
-    /// Calibrate the tracker's body on the first frames, or do not [default: what the set says]
+    /// Whether to calibrate the tracker's body on the first frames [default: the set's setting]
     ///
     /// Lengths, girths, joint positions and one scale of all radii are estimated together with the poses of the first
     /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better.
@@ -106,10 +106,10 @@ pub(super) struct Arguments {
 }
 
 fn command_line(text: &str) -> Result<String, String> {
-    match text.trim().is_empty() {
-        true => Err("expected a command line, as in --exec \"python my_tracker.py\", found nothing".to_owned()),
-        false => Ok(text.to_owned()),
+    if text.trim().is_empty() {
+        return Err("expected a command line, as in --exec \"python my_tracker.py\", found nothing".to_owned());
     }
+    Ok(text.to_owned())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -142,16 +142,14 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
         output::print_json(&tracked.record)?;
     } else if let Some(record) = &tracked.record {
         let frames = tracked.estimates.frames();
+        let learned = record.learned_from.join("; ");
+        let learned = if learned.is_empty() { learned } else { format!("\n  learned from: {learned}") };
         output::print(&format!(
-            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{}\n{}",
+            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{learned}\n{}",
             out.display(),
             settings.name(),
             seeds.len(),
             record.timing.frames_per_second,
-            match record.learned_from.is_empty() {
-                true => String::new(),
-                false => format!("\n  learned from: {}", record.learned_from.join("; ")),
-            },
             arguments.how_to_measure(out),
         ))?;
     }
@@ -196,19 +194,20 @@ fn run_program(
     if arguments.output.json {
         output::print_json(&record)?;
     } else {
-        output::print(&told(&record, seeds.len(), out))?;
-        output::print(&match answered {
-            true => arguments.how_to_measure(out),
-            false => "  no frame was answered with a pose, so there is nothing to measure: try --dry-run".to_owned(),
+        output::print(&summary(&record, seeds.len(), out))?;
+        output::print(&if answered {
+            arguments.how_to_measure(out)
+        } else {
+            "  no frame was answered with a pose, so there is nothing to measure: try --dry-run".to_owned()
         })?;
     }
     Ok(ExitCode::from(u8::from(!answered)))
 }
 
-/// Incidents that are printed; `program.json` has more.
+/// Number of incidents printed; `program.json` has more.
 const SHOWN_INCIDENTS: usize = 5;
 
-fn told(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
+fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
     let name = record.name.as_deref().unwrap_or(&record.command);
     let count = record.answers;
     let mut lines = vec![format!(
@@ -233,14 +232,14 @@ fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitC
     if arguments.output.json {
         output::print_json(&found)?;
     } else {
-        output::print(&in_words(&found))?;
+        output::print(&describe(&found))?;
     }
     Ok(ExitCode::from(u8::from(!found.holds())))
 }
 
-fn in_words(found: &Conformance) -> String {
+fn describe(found: &Conformance) -> String {
     let name = found.name.as_deref().unwrap_or("the program");
-    let verdict = if found.holds() { "keeps to the protocol" } else { "does not keep to the protocol" };
+    let verdict = if found.holds() { "follows the protocol" } else { "does not follow the protocol" };
     let mut lines = vec![format!("{name} {verdict}; {:.1} ms at most for a frame", found.slowest_ms)];
     lines.extend(
         found.checks.iter().map(|check| {

@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
 
-    /// First frame of each clip, as its file counts, from 1
+    /// First frame of each clip in the numbering of its file, from 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     first_frame: Option<u32>,
 
@@ -73,7 +73,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     clip_length: Option<u32>,
 
-    /// Directory that is searched, with its subdirectories, for clips [default: $SKIAGRAPH_MOCAP]
+    /// Directory to search recursively for clips [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 

@@ -14,7 +14,7 @@ use super::volume::Volume;
 use crate::benchmark_set::{Checked, FULL_HASH_COVERS, SET_HASH_COVERS, SetPlace, Verification};
 use crate::experiment::verify_set;
 
-/// Faults of one check that are printed; `--json` and `--verbose` list all.
+/// Number of faults printed per check; `--json` and `--verbose` list all.
 const MOST_PRINTED: usize = 8;
 
 /// Verify a benchmark set: recompute what follows from its other files and report every fault
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Folder of the complete set, of a set that was rendered with --truth
+    /// Directory of the complete set, if the set was rendered with --truth
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
@@ -97,11 +97,10 @@ fn check_in_words(check: &Checked, most: usize) -> Vec<String> {
         (true, false) => "FAULT",
     };
     let mut lines = vec![format!("  {verdict:<6}{:<12} {}", check.name, check.looked_at)];
-    let told = check.faults.iter().take(most).map(|fault| match fault.file.is_empty() {
-        true => format!("        {}", fault.detail),
-        false => format!("        {}: {}", fault.file, fault.detail),
-    });
-    lines.extend(told);
+    for fault in check.faults.iter().take(most) {
+        let file = if fault.file.is_empty() { String::new() } else { format!("{}: ", fault.file) };
+        lines.push(format!("        {file}{}", fault.detail));
+    }
     if check.faults.len() > most {
         lines.push(format!("        and {} more; --verbose or --json lists all", check.faults.len() - most));
     }

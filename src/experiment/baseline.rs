@@ -178,16 +178,12 @@ fn too_few(runs: &MeasuredRuns) -> Option<String> {
 fn check_name(name: &str) -> Result<(), ExperimentError> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_name = !name.is_empty() && name.len() <= LONGEST_NAME && !name.starts_with('.') && name.chars().all(allowed);
-    match is_name {
-        true => Ok(()),
-        false => Err(ExperimentError::Argument {
-            argument: "NAME",
-            detail: format!(
-                "`{}`: expected at most {LONGEST_NAME} letters, digits, -, _ and . (not first)",
-                excerpt(name)
-            ),
-        }),
+    if is_name {
+        return Ok(());
     }
+    let detail =
+        format!("`{}`: expected at most {LONGEST_NAME} letters, digits, -, _ and . (not first)", excerpt(name));
+    Err(ExperimentError::Argument { argument: "NAME", detail })
 }
 
 /// Pretty, but a list of values takes one line: a change of a seed is a change of a line.

@@ -164,14 +164,14 @@ pub(super) fn read_part(
 fn check_stature(clip: &Clip) -> Result<(), String> {
     let stature = clip.stature();
     let (least, most) = (STATURES.start(), STATURES.end());
-    match STATURES.contains(&stature) {
-        true => Ok(()),
-        false => Err(format!(
-            "expected a unit that makes the body of `{}` {least} to {most} m tall, found a body of {stature:.3} m; give \
-            the length of the file's unit",
-            clip.name
-        )),
+    if STATURES.contains(&stature) {
+        return Ok(());
     }
+    Err(format!(
+        "expected a unit that makes the body of `{}` {least} to {most} m tall, found a body of {stature:.3} m; give the \
+         length of the file's unit",
+        clip.name
+    ))
 }
 
 /// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit`

@@ -117,7 +117,7 @@ pub enum ExperimentError {
     /// Runs cannot be compared.
     #[error("{}", plain(.0))]
     NotComparable(Box<NotComparable>),
-    /// A run cannot be held against a baseline.
+    /// A run cannot be compared with a baseline.
     #[error("{}", plain(.0))]
     Gate(Box<GateRefusal>),
     /// A program that should track cannot be run.
@@ -178,7 +178,7 @@ pub enum ExperimentError {
     /// A folder holds another sweep.
     #[error(
         "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
-        results of cells that both have",
+        results of cells that are in both",
         plain(path.display()),
         plain(difference)
     )]
@@ -327,8 +327,8 @@ impl From<SetError> for ExperimentError {
     }
 }
 
-/// Whether a file that cannot be read for this reason is what its user has to change: it is not there, may not be read,
-/// or is no file of its kind. Other reasons, such as a network that is down, may be gone next time.
+/// Whether the user has to act before the file can be read: it is missing, of another kind, or access is denied. Other
+/// reasons, such as a network that is down, may pass.
 pub(crate) fn stays_unreadable(error: &io::Error) -> bool {
     use io::ErrorKind::{
         FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,

@@ -75,13 +75,11 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
 
 /// What is wrong with a text that is no TOML; it is quoted only if it is one of this program.
 fn toml_error(text: &str, error: &toml::de::Error) -> String {
-    match is_own_output(text.as_bytes()) {
-        true => foreign(error),
-        false => {
-            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-            format!("line {}: not TOML: {}", before.matches('\n').count() + 1, unquoted(error.message()))
-        }
+    if is_own_output(text.as_bytes()) {
+        return foreign(error);
     }
+    let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+    format!("line {}: not TOML: {}", before.matches('\n').count() + 1, unquoted(error.message()))
 }
 
 /// Refuses a name that no metric has, with the one that is probably meant.

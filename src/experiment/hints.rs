@@ -261,7 +261,7 @@ impl FileAdvice<'_> {
             told.text += &format!(". Give a --joint-map: {}", names.join(", "));
         }
         if kinds.contains(&MisreadingKind::Offset) {
-            told.text += ". The offset was found by the truth: say it only if the file's origin is there";
+            told.text += ". The offset was found from the truth: use it only if the file's origin is there";
         }
         told
     }
@@ -324,7 +324,7 @@ impl FileAdvice<'_> {
     }
 }
 
-/// What is to be mended in a program that answered so.
+/// What has to be corrected in the program.
 fn of_program(correction: &Correction) -> String {
     let mut parts = Vec::new();
     for kind in correction.kinds() {
@@ -338,7 +338,7 @@ fn of_program(correction: &Correction) -> String {
                 )
             }
             MisreadingKind::Units => format!("it answers in units of {} m, expected metres", correction.scale),
-            MisreadingKind::Sides => "it takes left for right".to_owned(),
+            MisreadingKind::Sides => "it exchanges left and right".to_owned(),
             MisreadingKind::Shift if correction.shift < 0 => {
                 format!("its answers are {} frames late throughout", -correction.shift)
             }
@@ -347,8 +347,8 @@ fn of_program(correction: &Correction) -> String {
                 let [x, y, z] = <[f64; 3]>::from(correction.offset);
                 format!("its origin is at {x:.3}, {y:.3}, {z:.3} m of the set")
             }
-            MisreadingKind::Names => "it gives names of markers to others".to_owned(),
+            MisreadingKind::Names => "it exchanges names of markers".to_owned(),
         });
     }
-    format!("{}. Mend it in the program: no option of evaluate changes answers", parts.join("; "))
+    format!("{}. Correct it in the program: no option of evaluate changes answers", parts.join("; "))
 }

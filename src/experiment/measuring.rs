@@ -219,9 +219,10 @@ impl SeedEstimate<'_> {
             [comparable.rotations(&truth.actor, actor), comparable.rotations(self.body, estimate)]
         });
         let rig = &set.truth.rig;
-        let moved: Vec<CameraRig> = match rig.is_still() {
-            true => Vec::new(),
-            false => truth.frames.iter().map(|frame| rig.rig_at(frame.time_s)).collect(),
+        let moved: Vec<CameraRig> = if rig.is_still() {
+            Vec::new()
+        } else {
+            truth.frames.iter().map(|frame| rig.rig_at(frame.time_s)).collect()
         };
         let cameras = &rig.rig().cameras;
         let in_view: Vec<_> = truth.frames.iter().map(|frame| frame.in_view.as_slice()).collect();
@@ -447,8 +448,8 @@ pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
         };
         return Err(format!("it has {found} frames, the set {frames}{hint}"));
     }
-    match estimates.sequences.iter().any(EstimatedSequence::has_any) {
-        true => Ok(()),
-        false => Err("every frame of every seed is NaN: it holds no estimate".to_owned()),
+    if estimates.sequences.iter().any(EstimatedSequence::has_any) {
+        return Ok(());
     }
+    Err("every frame of every seed is NaN: it holds no estimate".to_owned())
 }

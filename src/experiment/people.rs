@@ -88,10 +88,10 @@ fn drawn(settings: &ShapeSettings, seed: KeyedSeed, whose: DrawnFor, stature_m: 
         Some(PopulationName::Adults | PopulationName::Children) | None => None,
     };
     let sex = by_population.or(settings.sex);
-    match settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
-        true => Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m),
-        false => Person::drawn(seed, whose as u64, sex, stature_m),
+    if settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
+        return Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m);
     }
+    Person::drawn(seed, whose as u64, sex, stature_m)
 }
 
 /// What is drawn, with what is said in its place.

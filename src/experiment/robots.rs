@@ -91,9 +91,10 @@ fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -
         SolidsSource::FromJoints => "place its landmarks with fixed, empty links marker_NAME, or use a skin".to_owned(),
     };
     let name = excerpt(&body.name);
-    let lead = match body.links.iter().all(|link| link.solids.is_empty()) {
-        true => format!("expected a body that cameras can see, found no link with geometry in `{name}`"),
-        false => format!("too little of `{name}` is drawn for cameras to see a body"),
+    let lead = if body.links.iter().all(|link| link.solids.is_empty()) {
+        format!("expected a body that cameras can see, found no link with geometry in `{name}`")
+    } else {
+        format!("too little of `{name}` is drawn for cameras to see a body")
     };
     format!(
         "{lead}: {}{missing}{meshes} (expected at least {links} of the links that have mass or carry others, {height} of \

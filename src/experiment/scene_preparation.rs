@@ -107,12 +107,11 @@ impl PreparedScene {
         let SceneDistractors { distractors, notes: other_notes } = distractors(file, frames, mocap_directory)?;
         let ground_truth = GroundTruth::among(performed.humanoid, &performed.motion, &rig, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
-        let refitted = match matched {
-            true => performed.motion,
-            false => {
-                let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
-                refit(&body, &markers, ground_truth.frames_per_second)
-            }
+        let refitted = if matched {
+            performed.motion
+        } else {
+            let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
+            refit(&body, &markers, ground_truth.frames_per_second)
         };
         let Some(pose) = refitted.poses.first().cloned() else {
             return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));

@@ -266,9 +266,10 @@ impl Tracked {
     /// [`ExperimentError`] naming the file that is missing or not what it should be.
     pub fn read(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let path = folder.join(BODIES_FILE);
-        let bodies = match path.is_file() {
-            false => Vec::new(),
-            true => bodies_from_json(&path.display().to_string(), &read_file(&path, limits::JSON)?)?,
+        let bodies = if path.is_file() {
+            bodies_from_json(&path.display().to_string(), &read_file(&path, limits::JSON)?)?
+        } else {
+            Vec::new()
         };
         let path = folder.join(POSES_FILE);
         let bytes = read_file(&path, limits::ARRAYS)?;
@@ -284,9 +285,10 @@ impl Tracked {
             detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
         })?;
         let path = folder.join(LEARNED_FROM_FILE);
-        let sources = match path.is_file() {
-            false => Vec::new(),
-            true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
+        let sources = if path.is_file() {
+            recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?
+        } else {
+            Vec::new()
         };
         Ok(Self { record: Some(record), estimates, search, sources, program: None, estimate: None, read_as: None })
     }

@@ -122,7 +122,7 @@ fn motion(key: &str, entry: &CameraMotionSettings) -> RangeCheck {
         require(&format!("{key}.position_m"), height > 0.0, "a camera above the ground (z = 0)", found)?;
         within(&format!("{key}.roll_deg"), keyframe.roll_deg, -360.0..=360.0)?;
         if let Some(before) = index.checked_sub(1).map(|before| entry.keyframes[before].time_s) {
-            let expected = format_args!("a time after that of the keyframe before, {before} s").to_string();
+            let expected = format!("a time after that of the previous keyframe, {before} s");
             require(&format!("{key}.time_s"), keyframe.time_s > before, expected, format!("{} s", keyframe.time_s))?;
         }
     }
@@ -145,13 +145,13 @@ fn timing(key: &str, entry: &CameraTimingSettings, frames_per_second: f64) -> Ra
     require(&key, entry.every(frames_per_second).is_some(), expected, own)
 }
 
-/// Refuses what cannot be drawn through cameras that move or keep times of their own.
+/// Refuses what cannot be drawn with moving cameras or cameras with their own times.
 fn undrawable(scenario: &Scenario) -> RangeCheck {
     let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
     let is_still = motion.is_empty() && timing.is_empty();
     let segmented = scenario.observation.silhouette == SilhouetteSource::Segmented && !is_still;
-    let expected = "\"exact\" or \"corrupted\" beside [[rig.motion]] and [[rig.timing]]: backgrounds are learned by cameras \
-                    that stand still and take every image at its frame's time";
+    let expected = "\"exact\" or \"corrupted\" with [[rig.motion]] or [[rig.timing]]: a background model needs a camera \
+                    that stands still and takes every image at its frame's time";
     require("observation.silhouette", !segmented, expected, "\"segmented\"")?;
     let rolling = timing.iter().any(|entry| entry.line_delay_us != 0.0);
     let moved = !motion.is_empty() || timing.iter().any(CameraTimingSettings::leaves_frames);
@@ -162,7 +162,7 @@ fn undrawable(scenario: &Scenario) -> RangeCheck {
     });
     let Some(layer) = refused else { return Ok(()) };
     let expected = match layer {
-        Layer::Colour => "no layer \"colour\" with cameras that move or take images at times of their own",
+        Layer::Colour => "no layer \"colour\" with cameras that move or take images at their own times",
         _ => "only the layers \"depth\", \"parts\" and \"normals\" with a rolling shutter (rig.timing.line_delay_us)",
     };
     require("layers", false, expected, format!("{layer:?}").to_lowercase())

@@ -1,9 +1,9 @@
 //! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
 //!
 //! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
-//! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
-//! file, from 1. Defaults that are plain values are told by the values themselves. Key by key the file is checked by
-//! type here and by range in `Scenario::first_problem`.
+//! are metres, times seconds, angles of the file degrees (then named `_deg`); frame numbers are those of the clip's
+//! file, from 1. Defaults that are plain values come from the values themselves. Types are checked here, ranges in
+//! `Scenario::first_problem`.
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;

@@ -37,7 +37,7 @@ fn allow_texts(value: &Value, folder: &Path, allowed: &mut AllowedFolders) {
     match value {
         Value::String(name) => {
             let path = folder.join(name);
-            // pipes and devices too, and paths that are not there: their reader says what is wrong
+            // pipes, devices and missing paths too: their reader reports what is wrong
             if !path.is_dir() && (path.exists() || Path::new(name).components().count() > 1) {
                 allowed.allow(&path);
             }

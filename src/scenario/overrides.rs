@@ -97,7 +97,7 @@ fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
 pub(crate) fn parse_value(text: &str) -> Result<Value, String> {
     let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
     if text.trim().is_empty() {
-        return Err("expected a value behind `=`, found none".to_owned());
+        return Err("expected a value after `=`, found none".to_owned());
     }
     match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
         Ok(value) => Ok(value),
@@ -106,7 +106,7 @@ pub(crate) fn parse_value(text: &str) -> Result<Value, String> {
     }
 }
 
-/// Parts between commas that stand in no bracket and no quote.
+/// Splits at commas outside brackets and quotes.
 pub(crate) fn split_at_commas(text: &str) -> Vec<&str> {
     let (mut parts, mut begin, mut depth, mut quote) = (Vec::new(), 0, 0_usize, None);
     for (at, c) in text.char_indices() {

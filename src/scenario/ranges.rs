@@ -49,7 +49,7 @@ impl Scenario {
             for (i, clip) in training.clips.iter().enumerate() {
                 motion(&format!("training.clips[{i}]"), clip)?;
                 let alone = clip.then.is_empty();
-                let expected = "none: give every recording as [[training.clips]] of its own";
+                let expected = "none: give every recording its own [[training.clips]]";
                 require(&format!("training.clips[{i}].then"), alone, expected, "some")?;
             }
         }
@@ -123,7 +123,7 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
     }
     for (key, given) in [("start_m", m.start_m.is_some()), ("heading_deg", m.heading_deg.is_some())] {
         let placed = given && !m.path_m.is_empty();
-        require(&format!("{table}.{key}"), !placed, "none beside path_m, which begins at its first waypoint", "both")?;
+        require(&format!("{table}.{key}"), !placed, "none with path_m, which begins at its first waypoint", "both")?;
     }
     if let Some(v) = &m.variation {
         within(&format!("{table}.variation.tempo_percent"), v.tempo_percent, 0.0..=20.0)?;
@@ -140,7 +140,7 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
 fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     let has_own = !m.clip.to_ascii_lowercase().ends_with(".amc");
-    let expected = "it only beside a clip ending in .amc: all others have their skeleton themselves";
+    let expected = "it only with an .amc clip: other formats contain the skeleton";
     require(
         &format!("{table}.skeleton"),
         m.skeleton.is_none() || !has_own,
@@ -177,12 +177,13 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
         (s.population, s.sex),
         (Some(PopulationName::Women), Some(Sex::Male)) | (Some(PopulationName::Men), Some(Sex::Female))
     );
-    require("actor.shape.sex", !contradicts, "the sex of the population", "the other")?;
+    require("actor.shape.sex", !contradicts, "the sex of the population", "the other sex")?;
     let sown = s.seed.is_none() || s.population.is_some() || s.age_years.is_some();
     require("actor.shape.seed", sown, "it only with a population", "none")?;
     if let Some(age) = s.age_years {
         let of_adults = s.population.is_some_and(|population| population != PopulationName::Children);
-        require("actor.shape.age_years", !of_adults, "it only of children: adults' source has no ages", "adults")?;
+        let expected = "it only with children: the source of adults has no ages";
+        require("actor.shape.age_years", !of_adults, expected, "adults")?;
         within("actor.shape.age_years", age, CHILD_YEARS)?;
     }
     let is_child = s.population == Some(PopulationName::Children) || s.age_years.is_some();
@@ -287,7 +288,7 @@ fn prop(table: &str, p: &PropSettings) -> RangeCheck {
 
 fn ring(r: &RingSettings) -> RangeCheck {
     within("rig.ring.count", r.count, 1..=64)?;
-    // nearer a camera would stand within the smallest body
+    // a nearer camera would be inside the smallest body
     within("rig.ring.radius_m", r.radius_m, 0.5..=1000.0)?;
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
     above_ground("rig.ring.height_m", r.height_m)?;
@@ -304,7 +305,7 @@ fn ring(r: &RingSettings) -> RangeCheck {
 
 fn camera_file(table: &str, f: &CameraFileSettings) -> RangeCheck {
     require(&format!("{table}.path"), !f.path.is_empty(), "a file", "nothing")?;
-    let known = "\"opencv\", \"humaneva\" or \"qualisys\", for the file's name does not tell (.yml, .yaml, .cal, .xml, .qca.txt)";
+    let known = "\"opencv\", \"humaneva\" or \"qualisys\" for a file whose name does not end in .yml, .yaml, .cal, .xml or .qca.txt";
     require(&format!("{table}.format"), f.format().is_some(), known, "nothing")?;
     if let Some(given) = &f.name {
         name(&format!("{table}.name"), given)?;

@@ -208,7 +208,7 @@ fn with_other_keys(complaint: Diagnostic, assignment: &str, scenario: &Scenario)
     }
 }
 
-/// An override of the only other key that ends as this one's; `None` where there is none, or several.
+/// An override of the only other key with the same ending; `None` if there is none, or several.
 fn the_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
     let (key, value) = assignment.split_once('=')?;
     match others_that_end_so(key, &keys_of(scenario)).as_slice() {

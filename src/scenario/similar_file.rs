@@ -8,7 +8,7 @@ use super::complaint::did_you_mean;
 /// Names of a folder that are compared with a misspelt one.
 const MOST_NAMES: usize = 10_000;
 
-/// The file or folder beside a path that is not there which was most likely meant.
+/// For a missing path, the sibling with the most similar name.
 pub(crate) fn similar_file(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = fs::read_dir(folder).ok()?.flatten().take(MOST_NAMES);

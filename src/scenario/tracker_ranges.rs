@@ -8,7 +8,7 @@ use crate::motion_model::Prediction;
 use crate::tracker::{Kernel, RefinementSettings};
 
 impl TrackerSettings {
-    /// The first value that makes no sense; `table` is the key of the settings.
+    /// The first invalid value; `table` is the key of the settings.
     pub(super) fn first_problem(&self, table: &str) -> RangeCheck {
         match self {
             Self::AnnealedParticleFilter(settings) => first_of_filter(table, settings),
@@ -29,14 +29,14 @@ fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeChec
     require(
         &format!("{table}.refinement"),
         !set,
-        "none of its keys beside `paper = true`, which has no refinement",
+        "none of its keys with `paper = true`, which has no refinement",
         "some",
     )?;
     if s.partitioned {
         let at = format!("{table}.partitioned");
-        require(&at, s.layers >= 5, "`layers` of 5 or more beside it, one a part of the body", s.layers)?;
+        require(&at, s.layers >= 5, "`layers` of 5 or more with it, one per part of the body", s.layers)?;
         let still = s.prediction == Prediction::None && !matches!(s.kernel, Kernel::Shrink { .. });
-        require(&at, still, "`prediction = \"none\"` and no shrinking `kernel` beside it", "another")?;
+        require(&at, still, "`prediction = \"none\"` and no shrinking `kernel` with it", "another")?;
     }
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }

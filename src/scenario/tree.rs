@@ -53,9 +53,9 @@ pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T,
 /// The first key whose value exists in TOML but not in JSON, and what was expected.
 fn foreign(tree: &Value) -> Option<(String, &'static str)> {
     let within = |key: String, value| {
-        foreign(value).map(|(rest, expected)| match rest.is_empty() || rest.starts_with('[') {
-            true => (key + &rest, expected),
-            false => (key + "." + &rest, expected),
+        foreign(value).map(|(rest, expected)| {
+            let dot = if rest.is_empty() || rest.starts_with('[') { "" } else { "." };
+            (key + dot + &rest, expected)
         })
     };
     match tree {
@@ -118,7 +118,7 @@ impl SettingsMistake {
         if input::is_own_output(text.as_bytes()) || complaint.message.starts_with("missing key") {
             return complaint;
         }
-        // a file of another kind: its keys and values are nobody's business
+        // a file of another kind: its keys and values are not shown
         match self.unknown {
             Some(_) => Diagnostic { key: String::new(), message: "unknown key".to_owned(), ..complaint },
             None => Diagnostic { message: input::unquoted(&complaint.message), ..complaint },

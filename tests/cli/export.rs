@@ -66,7 +66,7 @@ fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
         (files.replace("cam00.yml", "cam07.yml"), "cannot be read"),
         (files.replace("cam01.cal", "cam00.cal"), "two cameras are named `cam00`"),
         (files.replace("cam00.yml\"", "cam00.yml\"\nup = \"x\""), "up"),
-        (files.replace("cameras/opencv/cam00.yml", "tiny.toml"), "name does not tell"),
+        (files.replace("cameras/opencv/cam00.yml", "tiny.toml"), "whose name does not end in"),
     ] {
         room.write("broken.toml", TINY.replace(ring, &broken));
         let answer = room.skiagraph(["check", "broken.toml"]);

@@ -182,7 +182,7 @@ fn cameras_that_cannot_film_so_are_refused_by_key() {
             "rig.timing[0].frames_per_second",
             "divided by a whole number",
         ),
-        ("time_s = 0.1", "time_s = 0.0", "rig.motion[0].keyframes[1].time_s", "after that of the keyframe before"),
+        ("time_s = 0.1", "time_s = 0.0", "rig.motion[0].keyframes[1].time_s", "after that of the previous keyframe"),
         ("[3.0, 3.0, 1.6]", "[3.0, 3.0, -1.6]", "rig.motion[0].keyframes[0].position_m", "above the ground"),
         ("[3.0, 3.0, 1.6]", "[0.0, 0.0, 1.6]", "rig.motion[0].keyframes", "along the view"),
         ("roll_deg", "rol_deg", "rig.motion[0].keyframes[1].rol_deg", "did you mean `roll_deg`?"),
@@ -199,7 +199,7 @@ fn cameras_that_cannot_film_so_are_refused_by_key() {
     room.write("film.toml", scenario(MOVING));
     room.succeed("check film.toml rig.leave_out=[\"cam00\"]");
     for (change, words) in [
-        ("observation.silhouette=segmented", "backgrounds are learned by cameras that stand still"),
+        ("observation.silhouette=segmented", "a background model needs a camera that stands still"),
         ("layers=[\"colour\"]", "no layer \"colour\""),
         ("layers=[\"depth\",\"flow\"]", "with a rolling shutter"),
     ] {

@@ -45,7 +45,7 @@ fn the_shell_example_stays_frozen_and_is_measured_as_such() {
     let entries = std::fs::read_dir(room.path("run")).unwrap().map(|entry| entry.unwrap().file_name());
     assert!(entries.into_iter().all(|name| name != "handed-out"), "what was handed out is gone");
     let dry = room.skiagraph(["track", "set", "--exec", &script, "--dry-run"]);
-    assert!(dry.code == 0 && dry.stdout.contains("frozen.sh keeps to the protocol"), "{}{}", dry.stdout, dry.stderr);
+    assert!(dry.code == 0 && dry.stdout.contains("frozen.sh follows the protocol"), "{}{}", dry.stdout, dry.stderr);
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn a_ladder_goes_on_after_the_sets_that_are_made() {
     assert!(stopped.code == 2 && stopped.stderr.contains("holes-0.2.partial"), "{}", stopped.stderr);
     fs::remove_dir_all(room.path("ladder/holes-0.2.partial")).unwrap();
     let again = room.succeed(ladder);
-    assert!(again.stderr.contains("holes-0.1: was made before the interruption"), "{}", again.stderr);
+    assert!(again.stderr.contains("holes-0.1: already made before the interruption"), "{}", again.stderr);
     assert_eq!([0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256"))), whole);
     assert!(!room.path("ladder/holes.partial").exists());
     assert_eq!(room.skiagraph(ladder.split(' ')).code, 2, "a complete ladder is replaced only with --force");

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "K/M")]
     shard: Option<ListPart>,
 
-    /// Also leave a whole run with its report in DIR/reports
+    /// Also keep a complete run with its report in DIR/reports
     #[arg(long, conflicts_with = "shard")]
     report: bool,
 

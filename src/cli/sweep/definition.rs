@@ -19,7 +19,7 @@ use crate::sweep::{Draft, Expansion, Planned, Sweep, SweepCost, SweepFile, sweep
 /// What is varied.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Definition {
-    /// Sweep file, or the scenario that is varied [default: the built-in walk]
+    /// Sweep file, or a scenario to vary [default: the built-in walk]
     #[arg(value_name = "SWEEP|SCENARIO")]
     file: Option<PathBuf>,
 
@@ -36,23 +36,23 @@ pub(super) struct Definition {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
-    /// Take the values of all axes side by side instead of every combination
+    /// Pair the values of all axes one to one instead of taking every combination
     #[arg(long)]
     zip: bool,
 
-    /// Keep settings where this is true, such as "particles * layers <= 2000"; may be repeated
+    /// Keep only settings that meet this condition, such as "particles * layers <= 2000"; may be repeated
     #[arg(long, value_name = "CONDITION")]
     keep: Vec<String>,
 
-    /// Metric that settings are compared by [default: humaneva_mm]
+    /// Metric by which settings are compared [default: humaneva_mm]
     #[arg(long, value_name = "METRIC")]
     objective: Option<String>,
 
-    /// Leave a whole run with its report for every cell, about 1 MB each
+    /// Keep a complete run with its report for every cell, about 1 MB each
     #[arg(long)]
     reports: bool,
 
-    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
+    /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 
@@ -129,7 +129,7 @@ pub(super) struct CheckArguments {
     #[command(flatten)]
     definition: Definition,
 
-    /// Cells at a time that the time is estimated for [default: all cores]
+    /// Number of parallel jobs to estimate the time for [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     jobs: Option<u32>,
 
@@ -167,7 +167,7 @@ pub(super) struct PlanArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Replace another plan in DIR and keep the results of cells that both have
+    /// Replace another plan in DIR and keep the results of cells that are in both
     #[arg(long)]
     extend: bool,
 
@@ -195,7 +195,7 @@ pub(super) fn plan(arguments: &PlanArguments) -> Result<ExitCode, CommandError> 
     let out = arguments.out.display();
     let what = match planned {
         Planned::New => "planned",
-        Planned::Same => "was planned before",
+        Planned::Same => "already planned",
         Planned::Replaced => "planned again; results of unchanged cells are kept",
     };
     output::print(&format!(

@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
 }
 
-/// As many cells at a time as there are cores, or as `--threads` says, unless it is said.
+/// Number of parallel jobs; by default `--threads`, or the number of cores.
 fn jobs_or_all_cores(jobs: Option<impl Into<u32>>) -> usize {
     jobs.map_or_else(rayon::current_num_threads, |jobs| jobs.into() as usize)
 }

@@ -53,8 +53,8 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<ExitCode, CommandErr
 
 /// Collect the results of all cells into one table
 ///
-/// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with what
-/// they cost.
+/// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with their
+/// cost.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep gather sweeps/mine\n  \
                         skiagraph sweep gather sweeps/mine --allow-partial\n\n\

@@ -18,9 +18,9 @@ use crate::evaluation::FEWEST_RUNS;
 use crate::experiment::ExperimentError;
 use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
 
-/// Settings in the table; `runs.csv` has all.
+/// Number of settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
-/// Failed cells that are told.
+/// Number of failed cells that are printed.
 const FAILURES: usize = 5;
 
 /// Run all cells of a sweep that have no result, one cell per core
@@ -148,7 +148,7 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
     )
 }
 
-/// An interruption leaves more here than elsewhere: finished cells are kept.
+/// Unlike elsewhere, finished cells are kept after an interruption.
 fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
     match error {
         ExperimentError::Interrupted => ArtefactError::ProgressSaved { partial: root.to_owned() }.into(),

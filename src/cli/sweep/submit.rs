@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
-    /// Accepted because the closing scripts of earlier versions give it
+    /// Accepted for the closing scripts of earlier versions
     #[arg(long, value_name = "ENGINE", default_value = "slurm", value_parser = ["slurm"], hide = true)]
     engine: String,
 
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, hide = true, default_value_t = 0)]
     round: usize,
 
-    /// More arguments of sbatch
+    /// Further arguments for sbatch
     #[arg(last = true, value_name = "ARGUMENT")]
     extra: Vec<String>,
 }

@@ -285,9 +285,10 @@ pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<O
 fn object(line: &str) -> Result<Map<String, Value>, String> {
     let value: Value = serde_json::from_str(line).map_err(|_| {
         let no_number = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
-        let hint = match no_number {
-            true => "NaN and Infinity are no JSON; use null for a point that is not estimated",
-            false => "print messages to standard error",
+        let hint = if no_number {
+            "NaN and Infinity are no JSON; use null for a point that is not estimated"
+        } else {
+            "print messages to standard error"
         };
         format!("expected one JSON object a line, found {:?}; {hint}", excerpt(line))
     })?;
@@ -338,10 +339,10 @@ fn points(what: &str, value: &Value, known: &[&str]) -> Result<Named, String> {
 fn root_of(value: &Value) -> Result<[f64; 7], String> {
     let root = numbers::<7>(value).ok_or("root: expected [x, y, z, qw, qx, qy, qz]")?;
     let length = root[3..].iter().map(|q| q * q).sum::<f64>().sqrt();
-    match (length - 1.0).abs() <= QUATERNION_TOLERANCE {
-        true => Ok(root),
-        false => Err(format!("root: the quaternion has the length {length:.3}, expected 1")),
+    if (length - 1.0).abs() <= QUATERNION_TOLERANCE {
+        return Ok(root);
     }
+    Err(format!("root: the quaternion has the length {length:.3}, expected 1"))
 }
 
 /// Angles in the order of hello, or by their names.

@@ -381,9 +381,10 @@ impl<'a> Session<'a> {
     /// The program is stopped; it is started again with the next frame.
     fn gone(&mut self, frame: usize, what: String) -> Option<Reply> {
         let (what, errors) = self.stop(what);
-        let what = match self.starts > self.settings.restarts {
-            true => format!("{what}; started {} times, not again: all further frames are lost", self.starts),
-            false => format!("{what}; started again"),
+        let what = if self.starts > self.settings.restarts {
+            format!("{what}; started {} times, not again: all further frames are lost", self.starts)
+        } else {
+            format!("{what}; started again")
         };
         self.tell(Some(frame), what, errors);
         None
