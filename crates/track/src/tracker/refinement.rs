@@ -10,9 +10,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use self::limb_memory::{MirroredAngles, PoseMemory};
+use self::limb_memory::{LEFT_AND_RIGHT_ENDS, MirroredAngles, PoseMemory, landmark_point};
 use super::Likelihood;
-use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint, Pose};
+use crate::body::{Humanoid, Landmark, Pose};
 use crate::motion_model::{MotionModel, SettingError};
 use crate::rng::{Purpose, stream};
 
@@ -342,16 +342,6 @@ fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
     let alone = arms_and_legs(body);
     let pairs = [(0, 1), (2, 3)].map(|(left, right)| [alone[left].as_slice(), &alone[right]].concat());
     alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
-}
-
-/// The ends of the arms and of the legs, left and right.
-const LEFT_AND_RIGHT_ENDS: [[Landmark; 2]; 2] =
-    [[Landmark::LeftWrist, Landmark::RightWrist], [Landmark::LeftAnkle, Landmark::RightAnkle]];
-
-/// Where a landmark is on a body; `None` where it has none.
-fn landmark_point(body: &Humanoid, landmark: Landmark) -> Option<LinkPoint> {
-    let index = LANDMARKS.iter().position(|l| *l == landmark)?;
-    body.markers[index]
 }
 
 /// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other

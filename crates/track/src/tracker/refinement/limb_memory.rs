@@ -2,8 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{LEFT_AND_RIGHT_ENDS, landmark_point};
-use crate::body::{Humanoid, LinkFrames, LinkPoint, Pose, ROOT_STEP};
+use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Pose, ROOT_STEP};
 
 /// Most poses that are kept.
 const KEPT: usize = 64;
@@ -85,6 +84,16 @@ impl MirroredAngles {
     }
 }
 
+/// The ends of the arms and of the legs, left and right.
+pub(super) const LEFT_AND_RIGHT_ENDS: [[Landmark; 2]; 2] =
+    [[Landmark::LeftWrist, Landmark::RightWrist], [Landmark::LeftAnkle, Landmark::RightAnkle]];
+
+/// Where a landmark is on a body; `None` where it has none.
+pub(super) fn landmark_point(body: &Humanoid, landmark: Landmark) -> Option<LinkPoint> {
+    let index = LANDMARKS.iter().position(|l| *l == landmark)?;
+    body.markers[index]
+}
+
 /// How a unit of an angle moves the end of a limb: velocity and turn.
 type Twist = [Vector3<f64>; 2];
 
@@ -112,7 +121,7 @@ fn counterpart([velocity, turn]: &Twist, others: &[(usize, Twist)]) -> Option<(u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{LANDMARKS, Landmark, shipped};
+    use crate::body::shipped;
     use crate::tracker::fixture::March;
 
     #[test]
