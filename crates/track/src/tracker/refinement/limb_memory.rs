@@ -9,6 +9,9 @@ const KEPT: usize = 64;
 /// How far two mirrored twists may differ, as a share of their size: bodies are symmetric, files are rounded.
 const SAME_TWIST: f64 = 0.1;
 
+/// Twists that differ by less, as a share of their size, are about one axis.
+const SAME_AXIS: f64 = 1e-6;
+
 /// Poses of a filter so far, spread evenly over its frames: the start, then every `stride`-th estimate. The stride
 /// doubles whenever there would be more than [`KEPT`].
 #[derive(Debug)]
@@ -65,9 +68,10 @@ impl MirroredAngles {
         let mut counterparts = vec![None; body.degrees_of_freedom.len()];
         for ends in LEFT_AND_RIGHT_ENDS {
             let [Some(left), Some(right)] = ends.map(|end| landmark_point(body, end)) else { continue };
-            let [left, right] = [left, right].map(|end| twists(body, &frames, &end));
+            let [left, mut right] = [left, right].map(|end| twists(body, &frames, &end));
             for (number, twist) in &left {
                 let Some((other, sign)) = counterpart(twist, &right) else { continue };
+                right.retain(|(taken, _)| *taken != other);
                 counterparts[*number] = Some(MirroredAngle { number: other, sign });
                 counterparts[other] = Some(MirroredAngle { number: *number, sign });
             }
@@ -114,8 +118,11 @@ fn counterpart([velocity, turn]: &Twist, others: &[(usize, Twist)]) -> Option<(u
     let apart =
         |[v, w]: &Twist, sign: f64| ((sign * velocity - v).norm_squared() + (sign * turn - w).norm_squared()).sqrt();
     let signed = others.iter().flat_map(|(number, other)| [1.0, -1.0].map(|sign| (*number, sign, apart(other, sign))));
-    let (number, sign, distance) = signed.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    (distance <= SAME_TWIST * size).then_some((number, sign))
+    let signed: Vec<(usize, f64, f64)> = signed.collect();
+    let least = signed.iter().map(|(_, _, distance)| *distance).fold(f64::INFINITY, f64::min);
+    // a straight arm turns alike about its shoulder and its forearm: these are paired in their order from the end
+    let first = signed.iter().find(|(_, _, distance)| *distance <= least + SAME_AXIS * size)?;
+    (first.2 <= SAME_TWIST * size).then_some((first.0, first.1))
 }
 
 #[cfg(test)]
