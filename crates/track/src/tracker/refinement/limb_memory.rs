@@ -151,8 +151,8 @@ mod tests {
 
     /// Mirrored by angles and mirrored by where the joints are: two roads to one pose.
     #[test]
-    fn a_pose_in_the_mirror_has_its_joints_on_the_other_side_on_the_bodies_of_trackers() {
-        for robot in ["tracker25", "tracker40"] {
+    fn a_pose_in_the_mirror_has_its_joints_on_the_other_side_on_every_body_that_ships() {
+        for robot in ["tracker25", "tracker40", "actor"] {
             let body = shipped(robot).unwrap();
             let mut pose =
                 March { cycle: 60, advance: 0.0, hip: 0.2, knee: 0.6, abduction: 0.3, elbow: 0.7 }.pose(&body, 10);
