@@ -49,7 +49,8 @@ pub(super) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
     kinds.push(of_digits(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]));
     let rough = (high - low) / 4.0;
     let power = libm::pow(10.0, libm::floor(libm::log10(rough.max(f64::MIN_POSITIVE))));
-    let linear = multiples([low, high], if rough / power >= 5.0 { 5.0 * power } else { power }, most + 1);
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| multiples([low, high], step * power, most + 1));
+    let linear = steps.into_iter().find(|ticks| ticks.len() <= most).unwrap_or_default();
     kinds.push(linear.into_iter().filter(|value| *value > 0.0).collect());
     let enough = |ticks: &&Vec<f64>| ticks.len() >= 3 && ticks.len() <= most;
     if let Some(ticks) = kinds.iter().find(enough) {
@@ -120,6 +121,7 @@ mod tests {
     fn a_logarithmic_axis_has_ticks_at_round_values() {
         close(&logarithmic(380.0, 820.0, 6), &[400.0, 500.0, 600.0, 700.0, 800.0]);
         close(&logarithmic(43.0, 1162.0, 6), &[50.0, 100.0, 200.0, 500.0, 1000.0]);
+        close(&logarithmic(112.0, 228.0, 7), &[120.0, 140.0, 160.0, 180.0, 200.0, 220.0]);
         close(&logarithmic(3.0, 3e5, 8), &[10.0, 100.0, 1000.0, 1e4, 1e5]);
         close(&logarithmic(408.0, 436.0, 6), &[410.0, 415.0, 420.0, 425.0, 430.0, 435.0]);
         assert!(logarithmic(1e-9, 1e9, 5).len() <= 5);

@@ -18,7 +18,7 @@ pub fn changed_settings(base: Option<&Value>, other: Option<&Value>) -> String {
     };
     let (old, new) = (leaves(base), leaves(other));
     let keys: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-    let shown = |value: Option<&String>| value.map_or_else(|| "absent".to_owned(), |value| shortened(value));
+    let shown = |value: Option<&String>| value.map_or_else(|| "not set".to_owned(), |value| shortened(value));
     let differ: Vec<&String> = keys.into_iter().filter(|key| old.get(*key) != new.get(*key)).collect();
     let words = |key: &&String| format!("{key} {} → {}", shown(old.get(*key)), shown(new.get(*key)));
     let mut words: Vec<String> = differ.iter().take(MOST).map(words).collect();

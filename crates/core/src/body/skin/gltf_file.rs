@@ -14,6 +14,7 @@ use gltf::mesh::Semantic;
 use nalgebra::{Matrix4, Point3, Vector4};
 
 use super::gltf_numbers::{Buffers, rows};
+use super::gltf_tree::NodeTree;
 use super::joint_names::{ORIGINS, Vocabulary};
 use super::mesh::{MOST_TRIANGLES, MOST_VERTICES, SkinError, SkinMesh};
 use crate::input::{excerpt, foreign, unquoted};
@@ -407,7 +408,7 @@ fn check_one_figure(
     tree: &NodeTree,
     vocabulary: Vocabulary,
 ) -> Result<(), String> {
-    let mut is_joint = vec![false; tree.world.len()];
+    let mut is_joint = vec![false; tree.count()];
     nodes.values().flatten().for_each(|node| is_joint[*node] = true);
     for node in document.nodes().filter(|node| node.name().is_some_and(|name| vocabulary.segment(name).is_some())) {
         is_joint[node.index()] = true;
@@ -441,70 +442,6 @@ fn check_one_figure(
         names_of(skinned.iter().filter(|node| !is_other(node))),
         names_of(skinned.iter().filter(is_other))
     ))
-}
-
-/// The nodes of a file.
-struct NodeTree {
-    parents: Vec<Option<usize>>,
-    /// World from node, by the node's number.
-    world: Vec<Matrix4<f64>>,
-    /// Parents before their children.
-    order: Vec<usize>,
-}
-
-impl NodeTree {
-    /// World from node.
-    fn world(&self, node: usize) -> Matrix4<f64> {
-        self.world.get(node).copied().unwrap_or_else(Matrix4::identity)
-    }
-
-    /// For every node the topmost of `marked` that it is or hangs on, directly or over any others.
-    fn tops(&self, marked: &[bool]) -> Vec<Option<usize>> {
-        let mut tops = vec![None; self.parents.len()];
-        for &node in &self.order {
-            tops[node] = self.parents[node].and_then(|parent| tops[parent]).or_else(|| marked[node].then_some(node));
-        }
-        tops
-    }
-
-    /// For every node its own segment, or that of the nearest node above that has one.
-    fn nearest_segments<'a>(&self, own: &'a BTreeMap<usize, String>) -> Vec<Option<&'a str>> {
-        let mut segments = vec![None; self.parents.len()];
-        for &node in &self.order {
-            let above = || self.parents[node].and_then(|parent| segments[parent]);
-            segments[node] = own.get(&node).map(String::as_str).or_else(above);
-        }
-        segments
-    }
-
-    fn of(document: &gltf::Document) -> Result<Self, String> {
-        let nodes: Vec<gltf::Node<'_>> = document.nodes().collect();
-        let mut parents = vec![None; nodes.len()];
-        let mut below: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
-        for node in &nodes {
-            for child in node.children().map(|child| child.index()) {
-                if parents[child].replace(node.index()).is_some() {
-                    return Err(format!("node {child} has two parents"));
-                }
-                below[node.index()].push(child);
-            }
-        }
-        let mut world = vec![Matrix4::identity(); nodes.len()];
-        let mut waiting: Vec<usize> = (0..nodes.len()).filter(|node| parents[*node].is_none()).collect();
-        let mut order = Vec::with_capacity(nodes.len());
-        while let Some(node) = waiting.pop() {
-            order.push(node);
-            let own = nodes[node].transform().matrix();
-            let own = Matrix4::from_fn(|row, column| f64::from(own[column][row]));
-            world[node] = parents[node].map_or(own, |parent: usize| world[parent] * own);
-            waiting.extend(&below[node]);
-        }
-        if order.len() == nodes.len() {
-            Ok(Self { parents, world, order })
-        } else {
-            Err("nodes that are their own ancestors".to_owned())
-        }
-    }
 }
 
 #[cfg(test)]

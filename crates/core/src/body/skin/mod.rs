@@ -13,6 +13,7 @@ mod automatic;
 mod blend;
 mod gltf_file;
 mod gltf_numbers;
+mod gltf_tree;
 mod joint_names;
 mod masses;
 mod mesh;
