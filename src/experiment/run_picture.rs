@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::read_file;
 use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_in_words};
 use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, MethodComparison, PER_FRAME_FILE, RUN_FILE};
-use crate::input::limits;
+use crate::input::{limits, plain};
 use crate::report::{ComparedMethod, SummaryPicture, comparison_picture, summary_picture};
 use crate::scenario::{TrackerSettings, json_tree};
 
@@ -64,10 +64,12 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let sheet = sheet_path.is_file().then(|| read_listed(&sheet_path, limits::PICTURE)).transpose()?;
     let plural = if stored.seeds.len() == 1 { "" } else { "s" };
     let about = format!("{}, {} frames, {} seed{plural}", stored.tracker, stored.frames, stored.seeds.len());
+    // as on pages and in the terminal, what may have been misread is said before the verdict
+    let hint = stored.hint.as_ref().map(|hint| plain(&hint.text) + " ");
     Ok(summary_picture(&SummaryPicture {
         title: &stored.scenario,
         about: &about,
-        verdict: &stored.verdict.line,
+        verdict: &(hint.unwrap_or_default() + &stored.verdict.line),
         summary: &stored.summary,
         frozen_mm: stored.frozen.get("humaneva_mm").copied(),
         errors: &errors,

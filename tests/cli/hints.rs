@@ -327,6 +327,13 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
     let page = String::from_utf8(room.read("wrong/report.html")).unwrap();
     let (hint, verdict) = (page.find("--axes x,y,z").unwrap(), page.find("class=\"verdict\"").unwrap());
     assert!(hint < verdict);
+    // a picture has no text to read; the lines of the hint make it higher
+    let height = |run: &str| {
+        room.succeed(&format!("report {run} --png {run}.png"));
+        let bytes = room.read(&format!("{run}.png"));
+        png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap().info().height
+    };
+    assert!(height("wrong") > height("right.csv-evaluation") + 28);
     let json: Value = serde_json::from_slice(&room.read("wrong/run.json")).unwrap();
     assert_eq!(json["read_as"]["axes"], "x,z,-y");
     assert_eq!(json["read_as"]["axes_from"], "assumed for .trc");

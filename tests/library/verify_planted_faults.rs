@@ -633,6 +633,23 @@ fn pixels_from_the_corner_of_the_image_are_found() {
     set.found_in_spite_of_good_hashes("projection", "truth/views.npz", &["joints_2d", "OpenCV's formula"]);
 }
 
+/// Nothing was projected where the observations were not exact.
+#[test]
+fn pixels_are_compared_where_silhouettes_are_spoiled_and_where_trackers_are_told_other_cameras() {
+    let told = observed("seed = 5\ncorruption = { calibration_mm = 20.0, calibration_deg = 1.0 }");
+    assert!(Copy::of(&told).verified().is_sound());
+    for base in [&told, &*CORRUPTED, &*SEGMENTED] {
+        for array in ["joints_2d", "markers_2d"] {
+            let set = Copy::of(base);
+            set.array("truth/views.npz", array, |values| {
+                let Values::F64(pixels) = values else { panic!() };
+                Values::F64(pixels.iter().map(|x| x + 5.0).collect())
+            });
+            set.found_in_spite_of_good_hashes("projection", "truth/views.npz", &[array, "OpenCV's formula"]);
+        }
+    }
+}
+
 #[test]
 fn a_contact_that_was_edited_is_found() {
     let set = Copy::new();

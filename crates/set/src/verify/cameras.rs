@@ -113,22 +113,22 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
     flat.try_into().ok()
 }
 
-/// The cameras of the file, read without this program's own reader.
-pub(super) fn plain(files: &SetFiles) -> Result<Vec<ListedCamera>, String> {
-    let (_, cameras) = read(files)?;
-    cameras.into_iter().collect::<Option<_>>().ok_or_else(|| "not checked: cameras.json cannot be read".to_owned())
+/// The cameras of a file of cameras, read without this program's own reader.
+pub(super) fn plain(files: &SetFiles, path: &str) -> Result<Vec<ListedCamera>, String> {
+    let (_, cameras) = read(files, path)?;
+    cameras.into_iter().collect::<Option<_>>().ok_or_else(|| format!("not checked: {path} cannot be read"))
 }
 
-fn read(files: &SetFiles) -> Result<(Value, Vec<Option<ListedCamera>>), String> {
-    let unreadable = || "not checked: cameras.json cannot be read".to_owned();
-    let bytes = files.read(cameras_file::PATH).map_err(|_| unreadable())?;
+fn read(files: &SetFiles, path: &str) -> Result<(Value, Vec<Option<ListedCamera>>), String> {
+    let unreadable = || format!("not checked: {path} cannot be read");
+    let bytes = files.read(path).map_err(|_| unreadable())?;
     let value: Value = serde_json::from_slice(&bytes).map_err(|_| unreadable())?;
     let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(ListedCamera::from_json).collect();
     Ok((value, cameras))
 }
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
-    let (value, cameras) = read(files)?;
+    let (value, cameras) = read(files, cameras_file::PATH)?;
     let mut faults = Vec::new();
     for (key, expected) in [("axes", AXES), ("pixel_centres", PIXEL_CENTRES)] {
         if value[key].as_str() != Some(expected) {

@@ -150,11 +150,15 @@ impl ReadParts {
         Some(self.facts.clone().unwrap_or_default().scene(observation, self.key?))
     }
 
-    /// Why silhouettes and the given cameras need not fit the truth, where the set says so.
-    pub(super) fn spoiled(&self) -> Option<String> {
+    /// Why silhouettes need not fit the truth, where the set says so.
+    pub(super) fn inexact_silhouettes(&self) -> Option<String> {
         let facts = self.manifest.as_ref()?.observation.as_ref()?;
-        let spoiled = facts.silhouette != SilhouetteSource::Exact || facts.corruption.changes_cameras();
-        spoiled.then(|| format!("not compared: the observations are {}", facts.in_words()))
+        (facts.silhouette != SilhouetteSource::Exact).then(|| facts.in_words())
+    }
+
+    /// The file of the cameras that took the images: trackers may have been told others.
+    pub(super) fn true_cameras(&self) -> &'static str {
+        if self.true_rig.is_some() { cameras_file::TRUTH_PATH } else { cameras_file::PATH }
     }
 
     /// Counts, rates and directions of `set.toml` that the other parts contradict.

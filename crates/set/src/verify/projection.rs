@@ -1,5 +1,6 @@
 //! The truth through the exported camera files, as anybody with OpenCV's formula sees it: every point where it was when
-//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them.
+//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them. Where
+//! trackers were told other cameras, through those of `truth/cameras.json`.
 
 use std::borrow::Cow;
 
@@ -49,25 +50,32 @@ struct ProjectedScene<'a> {
     files: &'a SetFiles,
     truth: &'a GroundTruth,
     rig: &'a TimedRig,
-    /// Of a rig that does not stand still.
+    /// The file of its cameras.
+    path: &'static str,
+    is_filmed: bool,
+    /// Of a rig that does not stand still, unless trackers were told another one.
     moments: Option<&'a RigMoments>,
+    has_exact_silhouettes: bool,
     clock: &'a SceneClock<'a>,
     views: Option<&'a Npz>,
 }
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, _) = parts.scene()?;
-    if let Some(why) = parts.spoiled() {
-        return Ok((why, Vec::new()));
-    }
-    let (cameras, rig) = (plain(files)?, parts.filming()?);
-    if parts.is_filmed() && parts.moments.is_none() {
+    let (path, is_filmed) = (parts.true_cameras(), parts.is_filmed());
+    let (cameras, rig) = (plain(files, path)?, parts.filming()?);
+    let is_told = path == cameras_file::PATH;
+    if is_filmed && is_told && parts.moments.is_none() {
         return Err("not checked: cameras.npz cannot be read".to_owned());
     }
-    let moments = parts.moments.as_ref().filter(|_| parts.is_filmed());
+    let moments = parts.moments.as_ref().filter(|_| is_filmed && is_told);
     let clock = SceneClock::new(truth, &rig);
     let views = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
-    let scene = ProjectedScene { files, truth, rig: &rig, moments, clock: &clock, views: views.as_ref() };
+    let (inexact, views) = (parts.inexact_silhouettes(), views.as_ref());
+    let has_exact_silhouettes = inexact.is_none();
+    let clock = &clock;
+    let scene =
+        ProjectedScene { files, truth, rig: &rig, path, is_filmed, moments, has_exact_silhouettes, clock, views };
     let (mut faults, mut markers, mut wrong_pixels) = (scene.wrong_shapes(), 0, [0; 2]);
     for (index, plain) in cameras.iter().enumerate() {
         let found = parallel::map(truth.frames.len(), |frame| scene.look(plain, index, frame));
@@ -84,7 +92,11 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         let detail = format!("{array}: {wrong} pixels are not what OpenCV's formula gives at the moment of exposure");
         faults.push(Fault::new(VIEWS, detail));
     }
-    Ok((format!("{} cameras, {markers} visible markers", cameras.len()), faults))
+    let compared = match inexact {
+        None => format!("{markers} visible markers"),
+        Some(words) => format!("without a look at the silhouettes, which are {words}"),
+    };
+    Ok((format!("{} cameras, {compared}", cameras.len()), faults))
 }
 
 impl ProjectedScene<'_> {
@@ -100,7 +112,8 @@ impl ProjectedScene<'_> {
             found.wrong_pixels[0] += usize::from(wrong);
         }
         let step = self.truth.frames.len().div_ceil(SAMPLED_FRAMES).max(1);
-        let mask = if frame.is_multiple_of(step) { self.silhouette(camera, frame) } else { None };
+        let is_looked_into = self.has_exact_silhouettes && frame.is_multiple_of(step);
+        let mask = if is_looked_into { self.silhouette(camera, frame) } else { None };
         for marker in 0..LANDMARKS.len() {
             let Some(seen) = shot.marker(camera, marker) else { continue };
             let placed = self.placed(plain, &seen, camera, frame);
@@ -127,11 +140,13 @@ impl ProjectedScene<'_> {
         camera: usize,
         frame: usize,
     ) -> Cow<'c, ListedCamera> {
-        let Some(moments) = self.moments else { return Cow::Borrowed(plain) };
+        if !self.is_filmed {
+            return Cow::Borrowed(plain);
+        }
         // between the first rows of two images only the truth knows where a camera is
-        Cow::Owned(plain.placed(match self.rig.is_rolling(camera) {
-            true => &seen.camera.camera_from_world,
-            false => &moments.frames[frame].camera_from_world[camera],
+        Cow::Owned(plain.placed(match self.moments.filter(|_| !self.rig.is_rolling(camera)) {
+            Some(moments) => &moments.frames[frame].camera_from_world[camera],
+            None => &seen.camera.camera_from_world,
         }))
     }
 
@@ -177,7 +192,7 @@ impl ProjectedScene<'_> {
 
     fn disagreement(&self, name: &str, worst: f64) -> Option<Fault> {
         let (path, what) = match self.moments {
-            None => (cameras_file::PATH, "OpenCV's formula and camera_from_world"),
+            None => (self.path, "OpenCV's formula and camera_from_world"),
             Some(_) => (
                 moments_file::PATH,
                 "the truth seen by OpenCV's formula from where cameras.npz has the camera, and by the camera that took \
@@ -192,7 +207,7 @@ impl ProjectedScene<'_> {
     fn strangers(&self, name: &str, visible: usize, inside: usize) -> Option<Fault> {
         let (path, by, what) = match self.moments {
             None => (
-                cameras_file::PATH,
+                self.path,
                 "by K, R, t and distortion",
                 "these numbers, the markers or the silhouettes belong to another camera, axis or unit",
             ),
