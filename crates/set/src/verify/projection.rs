@@ -1,6 +1,6 @@
 //! The truth through the exported camera files, as anybody with OpenCV's formula sees it: every point where it was when
-//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them. Where
-//! trackers were told other cameras, through those of `truth/cameras.json`.
+//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them.
+//! Where trackers were told other cameras, through those of `truth/cameras.json`.
 
 use std::borrow::Cow;
 
