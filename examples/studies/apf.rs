@@ -139,7 +139,7 @@ fn table(results: &Results) -> String {
     let rows: Vec<&Accuracy> = results.values().flat_map(|bodies| bodies.values()).collect();
     let mut text = format!(
         "# Accuracy of the annealed particle filter as printed in its paper\n\n\
-         The mean HumanEva error is {} if actor and tracker have the same body, and {} if they have not. In {} of {} rows the \
+         The mean HumanEva error is {} if actor and tracker have the same body, and {} if they have different bodies. In {} of {} rows the \
          energy gap is below zero: the observed silhouettes fit the true pose better than the estimate, so the search causes the \
          error and not the likelihood.\n\n\
          ![HumanEva error of every scenario, matched and mismatched](apf.svg)\n\n\

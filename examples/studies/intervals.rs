@@ -151,17 +151,16 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
     let mut page = format!(
         "# Coverage of the intervals\n\n\
          With three to twenty seeds of one clip, the 95 % interval of a run covers the true mean in {} of the cases if the errors are \
-         normal, and in {} if they are skewed (log-normal, exponential). If one seed in ten or five loses the body, it covers it only in {}.\n\n\
+         normal, and in {} if they are skewed (log-normal, exponential). If one seed in ten or in five loses the body, the coverage is only {}.\n\n\
          - To within the error of the simulation, the coverage is at least that of Student's t, whatever the errors; for normal \
          errors both are the same. The more skewed the errors, the wider the interval.\n\
-         - Coverage does not decrease from nine to ten seeds, as it did with the former rule, which changed to the bootstrap at ten seeds. \
-         The bootstrap is better only if one in ten or five of twenty seeds is lost.\n\
-         - The Cox interval alone relies on the logarithms; with lost seeds it covers less than Student's t at twenty seeds.\n\
-         - If some seeds lose the body, no rule can detect it from three to ten seeds of which none was lost. Every printed \
-         interval states this shortfall. More seeds help, and so does the share of frames far off.\n\n\
+         - The bootstrap is better only with twenty seeds of which one in ten or in five is lost.\n\
+         - The Cox interval alone covers less than Student's t with twenty seeds of which some are lost.\n\
+         - If some seeds lose the body, no rule can detect this from three to ten seeds of which none was lost. Every printed \
+         interval says so. More seeds help, and so does the share of frames far off.\n\n\
          ## One clip\n\n\
          Coverage, and in brackets the median width of the intervals in % of the mean.\n\n\
-         | errors | seeds | now | t | Cox | BCa | studentised |\n|---|---|---|---|---|---|---|\n",
+         | errors | seeds | chosen | t | Cox | BCa | studentised |\n|---|---|---|---|---|---|---|\n",
         range(study, &["normal"]),
         range(study, &["log-normal, 0.5", "log-normal, 1", "exponential"]),
         range(study, &["one in ten lost", "one in five lost"]),
@@ -171,12 +170,12 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
         writeln!(page, "| {} | {} | {cells} |", row.distribution, row.seeds)?;
     }
     page += "\nRules:\n\n\
-             - *now* (`crates/eval/src/interval.rs`): no interval below three seeds. Student's t, for errors above 0 on a logarithmic scale \
+             - *chosen* (`crates/eval/src/interval.rs`): no interval below three seeds. Student's t, for errors above 0 on a logarithmic scale \
              about the arithmetic mean, with the greater of two standard errors: Student's, and that of the modified Cox interval (Olsson \
              2005; the variance of the logarithms limited to 1). The rule is the same for any number of seeds.\n\
              - *t*: Student's t whatever the errors, as in SciPy.\n\
-             - *Cox*: the modified Cox interval, formerly used below ten seeds.\n\
-             - *BCa*: the bootstrap (Efron 1987), expanded (Hesterberg 2015), formerly used from ten seeds on.\n\
+             - *Cox*: the modified Cox interval.\n\
+             - *BCa*: the bootstrap (Efron 1987), expanded (Hesterberg 2015).\n\
              - *studentised*: the bootstrap of t.\n\n\
              Errors:\n\n\
              - *normal*: mean 40, standard deviation 4.\n\
@@ -185,7 +184,7 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
              - *exponential*: mean 40.\n\
              - *lost*: log-normal about 40 (0.1), but one seed in ten or five about 300 (0.3), as when some seeds lose the body.\n\n\
              ## Several clips\n\n\
-             Coverage of the mean over clips of each clip's mean. Every clip's errors are larger than those of the clip before it by half \
+             Coverage of the mean over clips of each clip's mean. The errors of each clip are larger than those of the clip before it by half \
              of the first clip's. Seeds vary, clips are fixed; the degrees of freedom are those of Welch and Satterthwaite.\n\n";
     let names = DISTRIBUTIONS.map(|(name, _)| name);
     writeln!(page, "| clips x seeds | {} |\n|---|{}", names.join(" | "), "---|".repeat(names.len()))?;

@@ -159,8 +159,8 @@ fn page(results: &Results, seeds: u32) -> String {
         "# Tracking with the plausibility term\n\n\
          The plausibility term changes ground penetration by {} mm and self-penetration by {} mm (range over the settings below). With four \
          views, it changes the position error by {} mm; with one view, by {} mm. Foot skate changes by {} mm/s.\n\n\
-         Every cell is the mean over {seeds} seeds. Below are the change from *without*, and the number of seeds with a lower value. \
-         *With*: `plausibility = {{}}`, the default weight. *With rejection*: also `reject_beyond_m = 0.05`. Skate is the speed along the ground \
+         The term is off by default. Every cell is the mean over {seeds} seeds. *Change* is the change from *without* the term, with the \
+         number of seeds whose value is lower. *With*: `plausibility = {{}}`, the default weight. *With rejection*: also `reject_beyond_m = 0.05`. Skate is the speed along the ground \
          of the lowest point of the estimate's foot during the actor's stances; ground and self-penetration are the greatest depth in a \
          frame, mean over frames.\n",
         range(results, "", "ground_penetration_mm", 1),

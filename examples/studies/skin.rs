@@ -122,7 +122,7 @@ fn overlap_table(overlaps: &BTreeMap<String, Overlap>) -> String {
     let heads: Vec<String> = any.poses.iter().map(|(frame, _)| format!("frame {frame}")).collect();
     let mut text = format!(
         "\n## How well each body can match\n\n\
-         As figure 4 of [Skinned APF]: intersection over union of the actor's silhouettes and those of the body, in the pose whose \
+         After figure 4 of [Skinned APF]: intersection over union of the actor's silhouettes and those of the body, in the pose whose \
          markers are nearest to the true ones, mean over the four cameras.\n\n\
          | tracker's body | mean | least | {} |\n|---|---|---|{}\n",
         heads.join(" | "),
@@ -172,7 +172,7 @@ fn page(results: &BTreeMap<String, BTreeMap<String, Value>>, seeds: u32) -> Stri
         value.map_or("-".to_owned(), |value| format!("{:.1} mm", value.mean))
     };
     let mut text = format!(
-        "# A skin against capsules as the tracker's body\n\n\
+        "# A skin and capsules as the tracker's body\n\n\
          A skin as the tracker's body reduces the error: from {} with capsules to {} with a skin of 1,000 triangles if segment lengths are \
          known, and from {} to {} with the standard mismatch. With the actor's own body and skin the error is {}.\n\n\
          Means over frames and {seeds} seeds, with 95 % intervals over the seeds:\n\n| tracker's body | ",
@@ -189,7 +189,7 @@ fn page(results: &BTreeMap<String, BTreeMap<String, Value>>, seeds: u32) -> Stri
         text += &format!("| {title} | {values} |\n");
     }
     text += "\nThe energy gap is the energy of the true pose on the tracker's body minus that of the estimate. Above 0, the \
-             tracker found a pose that fits the silhouettes better than the true one; below 0, it missed a better one.\n";
+             estimate fits the silhouettes better than the true pose does; below 0, the search missed a better pose.\n";
     text
 }
 

@@ -54,7 +54,7 @@ pub(super) fn write(folder: &Path, known: &Known, seeds: u64) -> Result<(), Box<
          {default}.\n\n\
          {summary}\n\
          *Doubles at* is the strength at which the mean error is twice that without corruption, interpolated linearly between levels. In the \
-         tables below, the error is the mean HumanEva error in mm over seeds, with the 95 % interval from three seeds on; *lost* is the share \
+         tables below, the error is the mean HumanEva error in mm over seeds, with the 95 % interval if there are three seeds or more; *lost* is the share \
          of frames with the track lost; *IoU* compares the corrupted masks with the exact ones, if they differ. `scenarios/README.md` \
          lists the formulas.\n\
          {tables}\n\

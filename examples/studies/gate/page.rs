@@ -72,8 +72,8 @@ pub(crate) fn render(study: &Study) -> String {
         "\n## Real runs\n\nThe default scenario with the clips {} and `{}`. There are {} repetitions, each with {} \
         separate seeds for the baseline, gated at {} of `humaneva_mm`. The wrong limbs are a defect of the tracker: \
         the set is the same, but the tracker's body is not. Verdicts are those of the whole gate (budget, coverage, \
-        lost tracks, metrics of the truth). They were made when the interval for ten unpaired seeds was a bootstrap. \
-        It is Welch's now, which differs little if errors are not skewed.\n\n\
+        lost tracks, metrics of the truth). The interval for ten unpaired seeds was a bootstrap in these runs; Welch's, \
+        which the gate now uses, differs little if errors are not skewed.\n\n\
         | tracker | change | PASS | FAIL | INCONCLUSIVE | worse by, mm: mean (least to greatest) | error, mm |\n\
         |---|---|--:|--:|--:|--:|--:|\n",
         real.clips.join(", "),
@@ -132,11 +132,10 @@ fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
         80 % of the cases if the margin, {} mm, is at least ({END} + {POWER}) standard errors, that is for\n\n    n \
         >= 2 ({END} + {POWER})^2 {run:.2}^2 / {}^2 = {:.0} runs a side\n\n\
         which is 6 clips x 9 seeds, in agreement with the rows of 6 x 10 seeds. **Ten seeds of one clip cannot give \
-        a power of 80 % at this noise**, whatever the test. They have this power for runs with a standard deviation \
-        of at most {bearable:.1} mm; at this noise, they have it for a tracker that is worse by {seen:.1} mm more \
-        than the margin. With only the seeds' noise of {} mm, one clip needs {:.0} seeds. Paired seeds, with a \
-        correlation of 0.5, need {:.0} runs a side. In between, the gate says INCONCLUSIVE, and how many seeds would \
-        decide.\n",
+        a power of 80 % at this noise**, whatever the test. They reach it if runs have a standard deviation of at most \
+        {bearable:.1} mm or, at this noise, if the tracker is worse by the margin plus {seen:.1} mm. With only the seeds' noise of {} mm, one clip needs {:.0} seeds. Paired seeds, with a \
+        correlation of 0.5, need {:.0} runs a side. In between, the gate says INCONCLUSIVE, and how many more seeds \
+        would decide.\n",
         s.seed_sd_mm,
         s.frames,
         s.margin_mm,
@@ -180,8 +179,7 @@ fn of_shapes(shapes: &Shapes) -> String {
         "\nStudent's t for pairs and Welch's t for other seeds, at any number of seeds: at least {} covered, at most \
         {} wrong passes. They equal SciPy's `ttest_rel` and `ttest_ind(equal_var=False)`. Interval and p value \
         belong to the same test: {} of the intervals contradict their p value.\n\n\
-        Rules that were not chosen, on the same pairs (covered, passes). The BCa bootstrap was formerly used from \
-        ten seeds on:\n\n| errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n\
+        Student's t and rules that were not chosen, on the same pairs (covered, passes):\n\n| errors | seeds | Student's t | BCa | Johnson's t | studentised bootstrap |\n\
         |---|--:|--:|--:|--:|--:|\n",
         percent(least),
         percent(worst),
@@ -212,8 +210,8 @@ fn of_shapes(shapes: &Shapes) -> String {
     page.push_str(
         "\n## Partly shared seeds\n\n\
         The comparison is paired if three or more seeds are shared, and at least half of those of the side with more \
-        seeds. The table has false alarms at 5 % with normal errors, whose seeds are correlated between the sides, \
-        and beside them those of the narrower of both intervals, which was formerly used:\n\n\
+        seeds. The table has the false alarms of a test at 5 % with normal errors, whose seeds are correlated \
+        between the sides, and for comparison those of the narrower of both intervals:\n\n\
         | seeds of both sides | shared | correlation | comparison | false alarms | the narrower of both |\n\
         |---|--:|--:|---|--:|--:|\n",
     );
@@ -227,9 +225,9 @@ fn of_shapes(shapes: &Shapes) -> String {
     page.push_str(
         "\nIf shared, correlated seeds are not paired, the test is conservative.\n\n\
         ## Generalisation from few clips to other motions\n\n\
-        Two trackers are equal on average over all motions. Their difference varies between motions with a standard \
-        deviation of 3 mm, and between seeds of a motion with 1 mm. The table has false alarms at 5 % about all \
-        motions, for intervals over seeds within the clips and for intervals over clips:\n\n\
+        Two trackers are equal on average over all motions. Their difference has a standard deviation of 3 mm between \
+        motions and of 1 mm between seeds of a motion. The table shows how often a test at 5 % claims a difference \
+        over all motions, with intervals over seeds within the clips and with intervals over clips:\n\n\
         | clips x seeds | over seeds | over clips |\n\
         |---|--:|--:|\n",
     );
@@ -238,10 +236,10 @@ fn of_shapes(shapes: &Shapes) -> String {
         writeln!(page, "| {} x {} | {} | {over_clips} |", row.clips, row.seeds, percent(row.over_seeds)).ok();
     }
     page.push_str(
-        "\nIntervals over seeds are correct for these clips, on which the trackers do differ, but say nothing about \
-        other clips. Therefore `compare` takes clips as its unit if there are at least three. The gate guards the \
-        clips of its baseline, and takes clips only if told to or if seeds do not vary. Both name the unit of their \
-        intervals.\n",
+        "\nIntervals over seeds are correct for the clips tested, on which the trackers do differ, but say nothing \
+        about other clips. Therefore `compare` uses clips as its unit if there are at least three. The gate guards \
+        the clips of its baseline, and uses clips only on request or if seeds do not vary. Both name the unit of \
+        their intervals.\n",
     );
     page
 }

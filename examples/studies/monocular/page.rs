@@ -23,7 +23,7 @@ pub(crate) const ERROR: &str = "humaneva_mm";
 
 const INTRODUCTION: &str = "CMU recordings replace those of HumanEva, resampled to 60 Hz; training and test frames are disjoint; silhouettes \
     are clean. *The paper* is [GPDM graph]. Its figures are only a reference, because subjects, recordings and images differ. \
-    [`monocular-notes.md`](monocular-notes.md) describes earlier experiments and the takes on which settings were chosen.\n";
+    [`monocular-notes.md`](monocular-notes.md) describes how settings were chosen, and on which takes.\n";
 
 const PROTOCOLS_IN_WORDS: &str = "Three protocols (combinations that are missing below were not measured):\n\n\
     * **As in the paper** (matched body, root given): actor and tracker have the same body, and the trackers with learned models are given the \
@@ -38,7 +38,8 @@ const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 
     truth, and `frozen` never moves: they are references. On the library and on three recordings, `original` is one GPDM of all of them, \
     and `one_of_each` one GPDM per recording, which particles never leave. Errors are HumanEva's (mean distance of 15 markers), mm; \
     intervals are 95 % over seeds. *graph -* is the graph's error minus the method's, paired by seed, with its interval; if the interval \
-    contains 0, the difference is not significant.\n";
+    contains 0, the difference is not significant. *Models* is the number of GPDMs learned. *Brought back* counts the particles that left \
+    the region known to their model and were reset to the nearest training latent.\n";
 
 /// How the graph compares with one GPDM: cases in which its error is lower, higher, and not told apart.
 fn against_original(measured: &Measured) -> [usize; 3] {
@@ -75,9 +76,9 @@ pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
         of_graph(measured, "standard"),
         lower + higher + equal,
     );
-    text += "Error in mm with its 95 % interval; in brackets the error after aligning the roots. *switching* is that with a probability of \
-             0.05, the default.\n\n";
-    text += "| motion, protocol | original | switching | graph | the paper's three | no learned model (`apf`) | never moving |\n\
+    text += "Error in mm with its 95 % interval; in square brackets the error after aligning the roots. *Switching* has a switching \
+             probability of 0.05, the default.\n\n";
+    text += "| motion, protocol | original | switching | graph | the paper's original, switching, graph | no learned model (`apf`) | never moving |\n\
              |---|---|---|---|---|---|---|\n";
     for (subject, protocol, tracked) in each(measured) {
         text += &summary_row(subject, protocol, tracked);

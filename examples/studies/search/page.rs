@@ -101,7 +101,7 @@ fn found(results: &Results) -> String {
          - matched bodies: {}\n\
          - `actor` against a mismatched `tracker25`: {}\n\
          - `actor` against a mismatched `tracker40`: {}\n\n\
-         Under stress, with matched bodies, the error is {} mm refined and {} mm for the paper's algorithm (range over conditions). The \
+         Under stress, with matched bodies, the error is {} mm with refinement and {} mm with the paper's algorithm (range over conditions). The \
          covariances of the refined estimate are too small: its 90 % ellipsoids contain {} % of the markers (range over takes and \
          bodies).\n",
         averages(results, BODIES[0].0),

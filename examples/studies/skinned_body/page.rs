@@ -67,8 +67,8 @@ fn both(done: &[(Case, Vec<&Outcome>)], unit: &str, of: fn(&Numbers) -> &Vec<f64
 fn found(done: &[(Case, Vec<&Outcome>)]) -> String {
     format!(
         "# A skinned and a cylindrical body on a long walk\n\n\
-         Position error with capsules and with a skin: {}. Error of the head's orientation: {}. The skin helps most with the \
-         orientation of the head, which capsules cannot show.\n",
+         With capsules and with a skin, the position error is {}, and the error of the head's orientation {}. The skin helps most with \
+         the orientation of the head, because a capsule looks the same however it is turned about its axis.\n",
         both(done, "mm", |numbers| &numbers.error_mm),
         both(done, "degrees", |numbers| &numbers.head_deg),
     )
@@ -80,7 +80,7 @@ fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
     let frames = all().next().map_or(0, |outcome| outcome.error_mm.len());
     format!(
         "\n## Method\n\n\
-         After both experiments of [Skinned APF], section 7. `{SCENARIO}`: the built-in walk, {frames} frames at 60 Hz along a curve, with \
+         This follows both experiments of [Skinned APF], section 7. `{SCENARIO}`: the built-in walk, {frames} frames at 60 Hz along a curve, with \
          varied strides, performed by `actor` (44 joint angles) with the skin `person` of 5,000 triangles; images of 320 x 240 pixels, \
          silhouettes by background subtraction (overlap with the exact ones {:.3}). The recording is not the paper's (HumanEva's may not \
          be redistributed), and the images are rendered. So the ranking of the bodies can be compared with the paper, but not the \

@@ -26,8 +26,9 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "desynchronisation_ms",
         unit: "ms",
-        formula: "camera c shows the scene at t + o_c, o_c normal with standard deviation s, constant over the sequence; \
-                  between poses angles are interpolated linearly and rotations by slerp, at the ends the motion stands",
+        formula: "camera c shows the scene at t + o_c, with o_c drawn once per sequence from a normal distribution \
+                  with standard deviation s; between frames, angles are interpolated linearly and rotations by slerp; \
+                  before the first and after the last frame everything stands still",
         levels: [2.0, 5.0, 10.0, 20.0, 50.0],
         greatest: 10_000.0,
         of_masks: true,
@@ -36,8 +37,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "line_delay_us",
         unit: "us",
-        formula: "rolling shutter: row y of every image, from 0 at the top, shows the scene at t + s y (and o_c); between \
-                  poses as above",
+        formula: "rolling shutter: row y of every image, counted from 0 at the top, shows the scene at t + s y (plus \
+                  o_c), interpolated as above",
         levels: [5.0, 10.0, 20.0, 50.0, 100.0],
         greatest: 10_000.0,
         of_masks: true,
@@ -46,8 +47,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "dropped_frames",
         unit: "",
-        formula: "each frame of each camera but the first is lost with probability s; the camera's last image is shown \
-                  again",
+        formula: "each frame of each camera except the first is lost with probability s, and the camera's last image \
+                  is shown again",
         levels: [0.05, 0.1, 0.2, 0.4, 0.8],
         greatest: 1.0,
         of_masks: true,
@@ -56,8 +57,9 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "missing_limb",
         unit: "",
-        formula: "in each half second of each camera, with probability s, one arm or leg (drawn evenly) is not seen from \
-                  the link of the elbow or knee marker on; what it hid of the body is seen",
+        formula: "in each half second of each camera, with probability s, one arm or leg (drawn uniformly) is \
+                  invisible from the link of the elbow or knee marker to its end, and what it hid of the body is \
+                  visible",
         levels: [0.05, 0.1, 0.2, 0.4, 0.8],
         greatest: 1.0,
         of_masks: true,
@@ -66,9 +68,9 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "shadow_m",
         unit: "m",
-        formula: "pixels of the ground z = 0 in the shadow that the body casts under a sun 45 degrees high, of an azimuth \
-                  drawn for the sequence, are set where the lowest part of the body between them and the sun is at most \
-                  s metres high: the shadow is s metres long",
+        formula: "pixels of the ground z = 0 are set if the ray from there to the sun first meets the body at a \
+                  height of at most s metres, which gives a shadow s metres long; the sun is 45 degrees high, its \
+                  azimuth is drawn once per sequence",
         levels: [0.1, 0.2, 0.4, 0.8, 1.6],
         greatest: 100.0,
         of_masks: true,
@@ -77,9 +79,9 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "boundary_px",
         unit: "px",
-        formula: "a pixel at signed distance d from the outline (positive outside) is set where d < s n; n is a field \
-                  of normal deviates on a grid of 8 px, interpolated bilinearly and scaled to variance 1 everywhere, new \
-                  in every frame",
+        formula: "a pixel at signed distance d from the outline (positive outside) is set if d < s n, where n is a \
+                  field of normal deviates on a grid of 8 px, interpolated bilinearly and scaled to variance 1 \
+                  everywhere, new in every frame",
         levels: [0.5, 1.0, 2.0, 4.0, 8.0],
         greatest: 1000.0,
         of_masks: true,
@@ -88,8 +90,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "holes",
         unit: "",
-        formula: "discs about evenly drawn pixels of the silhouette are cleared until s of its pixels are; radii even \
-                  between 1/480 and 6/480 of the image's height",
+        formula: "discs around uniformly drawn pixels of the silhouette are cleared until a share s of its pixels is \
+                  cleared; radii are uniform between 1/480 and 6/480 of the image height",
         levels: [0.02, 0.05, 0.1, 0.2, 0.4],
         greatest: 1.0,
         of_masks: true,
@@ -98,8 +100,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "blobs",
         unit: "",
-        formula: "discs about evenly drawn pixels of the image are set until as many pixels are added as s times the \
-                  silhouette has; radii even between 1/480 and 12/480 of the image's height",
+        formula: "discs around uniformly drawn pixels of the image are set until the added pixels number s times \
+                  those of the silhouette; radii are uniform between 1/480 and 12/480 of the image height",
         levels: [0.05, 0.1, 0.2, 0.5, 1.0],
         greatest: 10.0,
         of_masks: true,
@@ -117,8 +119,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "calibration_mm",
         unit: "mm",
-        formula: "the tracker is given camera centres that are off by a normal deviate of standard deviation s in each \
-                  coordinate",
+        formula: "the camera centres given to the tracker are off by a normal deviate with standard deviation s in \
+                  each coordinate",
         levels: [5.0, 10.0, 20.0, 50.0, 100.0],
         greatest: 100_000.0,
         of_masks: false,
@@ -127,8 +129,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "calibration_deg",
         unit: "deg",
-        formula: "the tracker is given orientations turned by a rotation vector in the camera's axes, each coordinate a \
-                  normal deviate of standard deviation s",
+        formula: "the camera orientations given to the tracker are turned by a rotation vector in the camera's axes, \
+                  each coordinate a normal deviate with standard deviation s",
         levels: [0.1, 0.2, 0.5, 1.0, 2.0],
         greatest: 180.0,
         of_masks: false,
@@ -137,8 +139,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "calibration_px",
         unit: "px",
-        formula: "the tracker is given focal lengths that are off by a normal deviate of standard deviation s, the same \
-                  along x and y, never below a tenth of the true one",
+        formula: "the focal lengths given to the tracker are off by a normal deviate with standard deviation s, the \
+                  same along x and y, clamped to at least a tenth of the true one",
         levels: [2.0, 5.0, 10.0, 20.0, 50.0],
         greatest: 10_000.0,
         of_masks: false,
@@ -147,7 +149,7 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "lens_ignored",
         unit: "",
-        formula: "the tracker is given the lens's coefficients times 1 - s",
+        formula: "the lens coefficients given to the tracker are multiplied by 1 - s",
         levels: [0.1, 0.25, 0.5, 0.75, 1.0],
         greatest: 1.0,
         of_masks: false,
@@ -156,8 +158,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "wrong_body_percent",
         unit: "%",
-        formula: "length and girth of every segment of the tracker's body, after its mismatch, times 1 + u, u even \
-                  between -s and s; left and right alike",
+        formula: "length and girth of every segment of the tracker's body, after its mismatch, are multiplied by 1 + \
+                  u, with u uniform between -s and s and the same for left and right",
         levels: [2.0, 5.0, 10.0, 15.0, 20.0],
         greatest: 50.0,
         of_masks: false,
@@ -166,7 +168,7 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "start_mm",
         unit: "mm",
-        formula: "the root of the start pose is off by a normal deviate of standard deviation s in each coordinate",
+        formula: "the root of the start pose is off by a normal deviate with standard deviation s in each coordinate",
         levels: [20.0, 50.0, 100.0, 200.0, 400.0],
         greatest: 100_000.0,
         of_masks: false,
@@ -175,8 +177,8 @@ pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "start_deg",
         unit: "deg",
-        formula: "every joint angle of the start pose is off by a normal deviate of standard deviation s, then clamped \
-                  to its limits; the root is turned by a rotation vector of such coordinates",
+        formula: "every joint angle of the start pose is off by a normal deviate with standard deviation s, then \
+                  clamped to its limits; the root is turned by a rotation vector with such coordinates",
         levels: [5.0, 10.0, 20.0, 30.0, 45.0],
         greatest: 180.0,
         of_masks: false,
