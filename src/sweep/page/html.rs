@@ -185,22 +185,23 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
             if at == best
                 && input.settings().iter().all(|point| is_no_cheaper(point, &input.settings()[best], cost)) =>
         {
-            "None is cheaper.".to_owned()
+            "No setting is cheaper.".to_owned()
         }
         Some(at) if at == best => {
-            format!(
-                "None that is cheaper is surely within {limit} of it (the 95 % interval of the difference reaches beyond)."
-            )
+            format!("No cheaper setting is certainly within {limit} of it, by the 95 % interval of the difference.")
         }
         Some(at) => {
-            format!("Cheapest that is surely within {limit} of it (95 % interval of the difference): {}.", told(at))
+            format!(
+                "The cheapest that is certainly within {limit} of it, by the 95 % interval of the difference: {}.",
+                told(at)
+            )
         }
-        None => format!("Whether another is surely within {limit} of it cannot be told from one seed."),
+        None => format!("One seed cannot tell whether another is certainly within {limit} of it."),
     };
     let mean = if Some(by_mean) == surely || by_mean == best {
         String::new()
     } else {
-        format!(" By its mean alone {} would do.", told(by_mean))
+        format!(" By the mean alone: {}.", told(by_mean))
     };
     Some(format!(
         "By {}: best {}. {sure}{mean}",
@@ -433,7 +434,7 @@ pub(super) mod tests {
         let mut one = grid();
         one.summary.settings.truncate(1);
         one.summary.settings[0].values.truncate(1);
-        assert!(sweep_page(&one).unwrap().contains("cannot be told from one seed"));
+        assert!(sweep_page(&one).unwrap().contains("One seed cannot tell"));
         let labels = vec!["1".to_owned(), "50".to_owned()];
         one.summary.settings[0] = SettingSummary { labels, ..SettingSummary::default() };
         sweep_page(&one).unwrap();

@@ -99,7 +99,7 @@ impl SweepPageInput {
         if self.over.is_empty() {
             return String::new();
         }
-        format!("Every setting is the mean over all values of {}.", self.over.join(", "))
+        format!("Results are means over all values of {}.", self.over.join(", "))
     }
 
     /// Axes and values of a setting with the short names of the axes.

@@ -65,7 +65,7 @@ fn matters(input: &SweepPageInput, text: &mut String) {
     let (axes, every) = input.unaveraged();
     let Some((single, pairs)) = effects(every, axes.len()) else { return };
     text.push_str(
-        "\n## What matters\n\nShare of the variance of the settings' means; of two axes beyond the sum of both.\n\n",
+        "\n## What matters\n\nShare of the variance of the settings' means; for two axes, what exceeds the sum of both.\n\n",
     );
     text.push_str("| axis | range | share | mean by value |\n|---|---:|---:|---|\n");
     for effect in single.iter().chain(&pairs) {
@@ -78,8 +78,8 @@ fn failures(input: &SweepPageInput, text: &mut String) {
     let count = |status| input.summary.all_cells().filter(|(_, cell)| cell.status == status).count();
     writeln!(
         text,
-        "\n## Failures\n\nThe tracker lost the body in {} of {} cells (their errors count), {} cannot be run, {} have no \
-         result.",
+        "\n## Failures\n\nThe tracker lost the body in {} of {} cells (included in the means), {} cannot be run, {} \
+         have no result.",
         count(Some(Status::Diverged)),
         input.summary.all_cells().count(),
         count(Some(Status::Failed)),
@@ -101,7 +101,7 @@ fn settings(input: &SweepPageInput, text: &mut String) {
         pareto_front(input.settings(), CostMeasure::Evaluations, input.objective)
     };
     let title = if are_all { "All settings" } else { "The Pareto front by evaluations" };
-    writeln!(text, "\n## {title}\n\nThe best in bold; `*` is on the Pareto front by evaluations.\n").ok();
+    writeln!(text, "\n## {title}\n\nThe best is in bold; `*` marks the Pareto front by evaluations.\n").ok();
     writeln!(
         text,
         "| {} | {} | 95 % interval | evaluations a frame | processor ms a frame | lost | |",
