@@ -1,10 +1,10 @@
-//! Makes a benchmark set: what two cameras see of a walk, and the exact truth beside it.
+//! Makes a benchmark set: the silhouettes of a walk in two cameras, and the exact truth.
 //!
 //! ```sh
 //! cargo run --release --example make_a_set -- sets/walk
 //! ```
 //!
-//! Without a folder the set is made in memory only, and this program prints what is in it.
+//! Without a folder the set is only made in memory. The program prints what the set contains.
 
 use std::error::Error;
 use std::path::Path;
@@ -13,7 +13,7 @@ use skiagraph::artefacts::Destination;
 use skiagraph::experiment::{NoProgress, draw, render};
 use skiagraph::scenario::ScenarioFile;
 
-/// The walk that comes with this program, seen by two small cameras.
+/// The built-in walk, seen by two small cameras.
 const SCENARIO: &str = r#"
 schema = "skiagraph.scenario/1"
 name = "two-cameras"
@@ -39,12 +39,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     notes.iter().for_each(|note| println!("note: {note}"));
     println!("{} frames of {} cameras", set.blind.frame_count, set.blind.rig.cameras.len());
 
-    // what a tracker may see: silhouettes, one mask a camera
+    // what a tracker is given: silhouettes, one mask per camera
     let first = set.blind.observation(0)?;
     for (camera, mask) in set.blind.rig.cameras.iter().zip(&first.silhouettes) {
         println!("{}: {} pixels of the body in frame 0", camera.name, mask.count());
     }
-    // what only the evaluation may see
+    // what only the evaluation is given
     let truth = &set.truth.ground_truth.frames[0];
     println!("the root is at {:.3?} m", truth.pose.world_from_root.translation.vector.as_slice());
     Ok(())

@@ -1,4 +1,4 @@
-//! Measures estimates that come from somewhere else: marker positions of several seeds against the true ones.
+//! Measures estimates from another source: marker positions of several seeds, compared with the true ones.
 //!
 //! ```sh
 //! cargo run --release --example measure_estimates
@@ -12,7 +12,7 @@ use skiagraph::nalgebra::Vector3;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let body = shipped("tracker25")?;
-    // the truth: a body that slides along at 1 m/s, 60 frames a second
+    // the truth: a body that moves at 1 m/s, 60 frames a second
     let markers_at = |metres: f64| -> Markers {
         let mut pose = body.zero_pose();
         pose.world_from_root.translation.vector = Vector3::new(metres, 0.0, 0.95);
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let truth: Vec<Markers> = (0..60).map(|frame| markers_at(frame as f64 / 60.0)).collect();
 
-    // estimates of four seeds, each of which lags behind; one frame has no answer
+    // estimates of four seeds, each of which lags behind; one frame has no estimate
     let mut evaluations = Vec::new();
     for seed in 0..4_u64 {
         let lag_m = 0.010 + 0.002 * seed as f64;

@@ -1,11 +1,11 @@
-//! Runs a tracker of your own over a set, blindfolded, and measures it.
+//! Runs a custom tracker on a set, without access to the truth, and measures it.
 //!
 //! ```sh
 //! cargo run --release --example own_tracker
 //! ```
 //!
 //! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers
-//! the energy of the silhouettes. Anything that implements [`Tracker`] can stand in its place.
+//! the energy of the silhouettes. Anything that implements [`Tracker`] can replace it.
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ use skiagraph::observation::Observation;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 
-/// Sizes of the steps, metres and radians, tried one after the other.
+/// Sizes of the steps, metres and radians, tried one after another.
 const STEPS: [f64; 3] = [0.06, 0.02, 0.007];
 
 /// Searches along every coordinate of the pose.
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenario = ScenarioFile::built_in(&short)?;
     let (set, _) = draw(&scenario, None, &NoProgress)?;
 
-    // the tracker's body, cameras and start pose are all that it is told
+    // the tracker is given only its body, the cameras and the start pose
     let (body, start) = (&set.blind.start.body, &set.blind.start.pose);
     let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
     likelihood()?;

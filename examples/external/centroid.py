@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Moves the start pose with the centre of the silhouettes: a tracker in forty lines, as a start for one's own.
+"""Moves the start pose with the centre of the silhouettes: a tracker in forty lines, as a template for your own.
 
     skiagraph track SET --exec "python examples/external/centroid.py" --inline --out runs/centroid
 """
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def centre_of(view, camera):
-    """The centre of a silhouette, pixels; None where the body is not seen."""
+    """The centre of a silhouette, pixels; None if the body is not seen."""
     lengths = np.array(view["rle"])
     mask = np.repeat(np.arange(len(lengths)) % 2 == 1, lengths).reshape(camera["height"], camera["width"])
     rows, columns = np.nonzero(mask)
@@ -18,7 +18,7 @@ def centre_of(view, camera):
 
 
 def triangulate(views, cameras):
-    """The point nearest to the rays through all centres (direct linear transform; lens distortion is left out)."""
+    """The point nearest to the rays through all centres (direct linear transform; lens distortion is ignored)."""
     equations = []
     for view in views:
         camera = cameras[view["camera"]]

@@ -1,16 +1,16 @@
-/* A tracker that stays at its start pose: the frame of one in C, without a library.
+/* A tracker that stays at its start pose: a template in C, without a library.
  *
  *     cc -O2 -o frozen examples/external/frozen.c
  *     skiagraph track SET --exec ./frozen --out runs/frozen
  *
- * A tracker of your own reads the silhouettes' paths ("mask") of every frame and answers with its markers, joints or angles.
+ * Your own tracker would read the paths of the silhouettes ("mask") of every frame, and answer with markers, joints or angles.
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/types.h>
 
-/* The object that follows a key, from its brace to the brace that closes it; NULL without one. */
+/* The object that follows a key, from its opening to its closing brace; NULL if there is none. */
 static char *object_after(const char *text, const char *key) {
     const char *begin = strstr(text, key);
     begin = begin ? strchr(begin, '{') : NULL;
