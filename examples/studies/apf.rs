@@ -1,9 +1,9 @@
-//! How accurate the annealed particle filter is as its paper prints it: regenerates `results/apf.md`,
-//! `results/apf.json` and `results/apf.svg`.
+//! Accuracy of the annealed particle filter as printed in its paper: regenerates `results/apf.md`, `results/apf.json`
+//! and `results/apf.svg`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- apf`, where DIR holds CMU's 49_01, 14_24 and their
 //! skeletons. Every scenario is run with a matched body (actor and tracker are both `tracker25`) and with the standard
-//! mismatch, five seeds each. Without DIR the CMU scenarios are left out and nothing is written.
+//! mismatch, five seeds each. Without DIR the CMU scenarios are omitted and nothing is written.
 
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -1,4 +1,4 @@
-//! Segmentation of the scene's images, against OpenCV on the same images: regenerates `results/background.md`.
+//! Segmentation of the scene's images, compared with OpenCV on the same images: regenerates `results/background.md`.
 //!
 //! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has
 //! opencv-python-headless. The images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are
@@ -18,12 +18,12 @@ use skiagraph::raster::{Mask, overlap};
 use skiagraph::scenario::ScenarioFile;
 
 const SEEDS: [u64; 3] = [11, 12, 13];
-/// Every how many frames of the default walk an image is taken.
+/// Interval of the images, frames of the default walk.
 const STRIDE: usize = 15;
 /// Contrasts of clothing with the background, grey values.
 const CONTRASTS: [f64; 3] = [30.0, 60.0, 100.0];
 
-/// Pixels found rightly, wrongly, and missed; and seconds.
+/// True positives, false positives and false negatives, in pixels; and seconds.
 #[derive(Clone, Copy, Default)]
 struct Count {
     both: u64,
@@ -65,7 +65,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         );
         let folder = root.join(format!("runs/background/{contrast}"));
         if folder.exists() {
-            // the script reads all that lies there, also what another choice of frames left
+            // the script reads all files there, including those left by another choice of frames
             std::fs::remove_dir_all(&folder)?;
         }
         let ours = ours(&staged, contrast, &folder)?;

@@ -1,9 +1,9 @@
 //! How trackers degrade along every axis of corruption: regenerates `results/degradation.md`, its plots and `.json`.
 //!
 //! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed
-//! draws both the corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`,
-//! so that a study that was stopped goes on where it was; remove that file after a change of the program.
-//! `SKIAGRAPH_AXES=a,b` measures some axes only; the page then shows what is known so far.
+//! draws both the corruption and the tracker's numbers. Outcomes are kept in `runs/degradation/outcomes.jsonl`, so that
+//! an interrupted study resumes; remove that file after a change of the program. `SKIAGRAPH_AXES=a,b` measures some
+//! axes only; the page then shows what is known so far.
 
 mod page;
 
@@ -18,14 +18,14 @@ use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, draw, t
 use skiagraph::observation::{AXES, CorruptionAxis};
 use skiagraph::scenario::ScenarioFile;
 
-/// Name, and override of the tracker's table. The algorithm as printed, and what ships as the default.
+/// Name, and override of the tracker's table: the algorithm as printed, and the default.
 const TRACKERS: [(&str, &str); 2] = [("paper", "tracker.annealed_particle_filter.paper=true"), ("default", "")];
 /// Seconds of the default walk at 60 Hz.
 const SECONDS: &str = "1.5";
 /// The lens that is ignored along the axis `lens_ignored`.
 const LENS: Distortion = Distortion { k1: -0.2, k2: 0.05, p1: 0.0, p2: 0.0, k3: 0.0 };
 
-/// What came of one tracker on one set.
+/// The outcome of one tracker on one set.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Outcome {
     humaneva_mm: f64,
@@ -44,7 +44,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let text = if ledger.is_file() { std::fs::read_to_string(&ledger)? } else { String::new() };
     let mut known: Known =
         text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, serde_json::Error>>()?;
-    // seed by seed, so that a study that is stopped has all axes with fewer seeds
+    // seed by seed, so that an interrupted study has all axes with fewer seeds
     for seed in 0..seeds {
         for axis in AXES.iter().filter(|axis| wanted.is_empty() || wanted.split(',').any(|w| w == axis.name)) {
             for level in [0.0].iter().chain(&axis.levels) {
@@ -57,7 +57,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 }
 
 fn key(axis: &CorruptionAxis, level: f64, tracker: &str, seed: u64) -> String {
-    // without corruption all axes are one, but for that of the lens
+    // without corruption all axes are the same, except that of the lens
     let name = if level == 0.0 && axis.name != "lens_ignored" { "exact" } else { axis.name };
     format!("{name}|{level}|{tracker}|{seed}|{SECONDS} s")
 }

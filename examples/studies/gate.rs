@@ -1,10 +1,9 @@
-//! How far the regression gate can be trusted: regenerates `results/gate.md` and `results/gate.json`.
+//! The reliability of the regression gate: regenerates `results/gate.md` and `results/gate.json`.
 //!
 //! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known
 //! (`simulated.rs`, and with errors that are skewed or a mixture `shapes.rs`), the second gates real runs of the
-//! default tracker with known defects (`real.rs`).
-//! `SKIAGRAPH_GATE=simulated` or `=real` runs that part alone and leaves the other as `results/gate.json` has it;
-//! `=page` writes the page anew.
+//! default tracker with known defects (`real.rs`). `SKIAGRAPH_GATE=simulated` or `=real` runs only that part and takes
+//! the other from `results/gate.json`; `=page` only writes the page again.
 
 mod page;
 mod real;

@@ -1,7 +1,7 @@
-//! How often an honest run is said to have been misread, and a misread one is not: regenerates `results/hints.md`.
+//! How often an honest run gets a hint that it was misread, and a misread one does not: regenerates `results/hints.md`.
 //!
 //! `cargo run --release --example studies -- hints`. Twenty seeds of five settings with few particles, one of them with
-//! a single camera, in small images; a minute or two on two cores. Every seed is a run of its own.
+//! a single camera, in small images; a minute or two on two cores. Every seed is a separate run.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ use skiagraph::scenario::ScenarioFile;
 
 const SEEDS: u64 = 20;
 
-/// Name, and what is changed of the default scenario.
+/// Name, and overrides of the default scenario.
 const SETTINGS: [(&str, &[&str]); 5] = [
     ("walk, four cameras", &["particles=20"]),
     ("walk, four cameras, the filter as printed", &["paper=true", "particles=30"]),
@@ -37,7 +37,7 @@ const SETTINGS: [(&str, &[&str]); 5] = [
 ];
 const COMMON: [&str; 2] = ["motion.loop_to_s=2.0", "rig.ring.size_px=[160, 120]"];
 
-/// A misreading, in words, as what of an estimate it makes, and what is to be told.
+/// A misreading: its name, its effect on an estimate, and the kind that the hint must name.
 type Plant = (&'static str, fn(&[Markers]) -> Vec<Markers>, MisreadingKind);
 
 const PLANTS: [Plant; 5] = [
@@ -59,13 +59,13 @@ fn shifted(markers: &[Markers], by: i64) -> Vec<Markers> {
     (0..=last).map(|frame| markers[(frame + by).clamp(0, last) as usize]).collect()
 }
 
-/// What came of the runs of one setting.
+/// The outcome of the runs of one setting.
 #[derive(Default)]
 struct Count {
     errors: Vec<f64>,
-    /// What honest runs were told.
+    /// The hints of honest runs.
     told: Vec<String>,
-    /// Of each planted misreading, in how many runs it was told, and it alone.
+    /// For each deliberate misreading, in how many runs the hint named it and nothing else.
     right: [usize; PLANTS.len()],
 }
 
@@ -136,7 +136,7 @@ fn of_setting(overrides: &[&str]) -> Result<Count, Box<dyn Error>> {
     Ok(count)
 }
 
-/// What is said of markers, as if they had been read from somebody's file.
+/// The hint about markers, as if they had been read from a file.
 fn found(truth: &[Markers], markers: &[Markers], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
     let swapped: Vec<Markers> = markers.iter().map(with_sides_exchanged).collect();
     let given = vec![GivenPositions { markers, swapped: &swapped, roots: None }];

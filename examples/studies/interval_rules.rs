@@ -1,4 +1,4 @@
-//! Rules for a 95 % interval of the mean of a sample that were tried beside the one in use.
+//! Rules for a 95 % interval of the mean of a sample that are compared with the one in use.
 
 use rand::{Rng, RngExt};
 use skiagraph::evaluation::{Interval, mean, quantile};
@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 1000;
 
-/// A rule; `None` where it has no interval.
+/// A rule; `None` if it has no interval.
 pub(crate) type IntervalOfMean = fn(&[f64]) -> Option<Interval>;
 
 /// Size, mean, standard error, and the 97.5 % quantile of Student's t.
@@ -48,7 +48,7 @@ pub(crate) fn johnson(values: &[f64]) -> Option<Interval> {
     Some(Interval { low: moved - t * error, high: moved + t * error })
 }
 
-/// The modified Cox interval of errors above 0 (`[Olsson 2005]`): the rule in use until now below ten seeds.
+/// The modified Cox interval of errors above 0 (`[Olsson 2005]`).
 pub(crate) fn cox(values: &[f64]) -> Option<Interval> {
     let SampleSize { n, centre, t, .. } = SampleSize::new(values)?;
     let logs: Vec<f64> = values.iter().map(|x| libm::log(*x)).collect();
@@ -57,8 +57,7 @@ pub(crate) fn cox(values: &[f64]) -> Option<Interval> {
     Some(Interval { low: centre / factor, high: centre * factor })
 }
 
-/// The BCa bootstrap (`[Efron 1987]`) with expanded percentiles (`[Hesterberg 2015]`): the rule in use until now from
-/// ten seeds on.
+/// The BCa bootstrap (`[Efron 1987]`) with expanded percentiles (`[Hesterberg 2015]`).
 pub(crate) fn bca(values: &[f64]) -> Option<Interval> {
     let SampleSize { n, centre, t, .. } = SampleSize::new(values)?;
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);
@@ -79,7 +78,7 @@ pub(crate) fn bca(values: &[f64]) -> Option<Interval> {
     Some(Interval { low: end(-reach)?, high: end(reach)? })
 }
 
-/// The studentised bootstrap: the quantiles of t of resamples in place of Student's.
+/// The studentised bootstrap: quantiles of t over resamples instead of Student's.
 pub(crate) fn studentised(values: &[f64]) -> Option<Interval> {
     let SampleSize { centre, error, .. } = SampleSize::new(values)?;
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 1);

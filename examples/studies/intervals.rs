@@ -1,8 +1,8 @@
 //! Coverage of intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
 //! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than
-//! [`TRIALS`]. Every trial draws the errors of `n` seeds from a distribution whose mean is known and asks rules for a
-//! 95 % interval: the rule in use (`evaluation::mean_interval`), and those of `interval_rules.rs`.
+//! [`TRIALS`]. Every trial draws the errors of `n` seeds from a distribution whose mean is known, and computes 95 %
+//! intervals by the rule in use (`evaluation::mean_interval`) and by those of `interval_rules.rs`.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -19,7 +19,7 @@ use crate::interval_rules::{IntervalOfMean, bca, cox, student, studentised};
 
 const TRIALS: u64 = 4000;
 const SEEDS: [usize; 6] = [2, 3, 5, 9, 10, 20];
-/// Clips and seeds each.
+/// Clips, and seeds per clip.
 const SEVERAL_CLIPS: [(usize, usize); 5] = [(2, 2), (5, 2), (3, 3), (4, 5), (2, 10)];
 
 const DISTRIBUTIONS: [(&str, ErrorShape); 6] = [
@@ -31,10 +31,10 @@ const DISTRIBUTIONS: [(&str, ErrorShape); 6] = [
     ("one in five lost", ErrorShape::Lost(0.2)),
 ];
 
-/// How often a rule's interval held the mean, and how wide it was.
+/// How often a rule's interval covers the mean, and how wide it is.
 #[derive(Clone, Copy, Serialize)]
 struct Coverage {
-    /// Share of the trials; `None` where the rule gives no interval.
+    /// Share of the trials; `None` if the rule has no interval.
     covered: Option<f64>,
     /// Median width, in units of the mean.
     width: Option<f64>,
@@ -47,7 +47,7 @@ struct Row {
     now: Coverage,
     /// Student's t, whatever the errors.
     student: Coverage,
-    /// What was in use below ten seeds, and what from ten on.
+    /// The modified Cox interval, and the bootstrap.
     cox: Coverage,
     bca: Coverage,
     studentised: Coverage,
@@ -113,7 +113,7 @@ fn now(clips: &[Vec<f64>]) -> Option<Interval> {
     mean_interval(clips, ValueRange::NonNegative).map(|(ends, _)| ends)
 }
 
-/// Every clip's errors are larger than those of the clip before it by half of the first clip's.
+/// The errors of each clip are larger than those of the clip before it by half of the first clip's.
 fn coverage(
     trials: u64,
     rule: &(dyn Fn(&[Vec<f64>]) -> Option<Interval> + Sync),

@@ -5,8 +5,8 @@
 //! cargo run --release --example studies -- intervals     # runs one
 //! ```
 //!
-//! A study is a function `study` in a file of its own, whose comment says what it needs, how long it takes, and what it
-//! writes. Those that take longest keep what they have measured under `runs/`, and continue after an interruption.
+//! A study is a function `study` in its own file, whose comment states what it needs, how long it takes, and what it
+//! writes. The longest ones keep what they have measured under `runs/`, and continue after an interruption.
 
 mod apf;
 mod background;

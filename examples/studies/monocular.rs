@@ -5,9 +5,9 @@
 //! `scenarios/monocular/*.toml` name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR
 //! nothing is written.
 //!
-//! Every motion under every protocol is a part of its own, kept in `runs/monocular/parts`: who stops the study and
-//! starts it again has what was done, and the page is written anew after each part. A part is made again where its
-//! scenario has changed. Changes of the program are not noticed: remove the folder then.
+//! Every motion with every protocol is a part, kept in `runs/monocular/parts`, so that an interrupted study resumes.
+//! The page is written again after each part. A part is made again if its scenario has changed; after a change of the
+//! program, remove the folder.
 
 mod best_latent;
 mod learning;

@@ -2,9 +2,9 @@
 //! `results/plausibility.json`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- plausibility`, where DIR holds CMU's 49_01 and 02_01
-//! and their skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15
-//! and 35_02, the candidate weights of the default are run on those and printed, and nothing is written. Without any
-//! DIR nothing runs.
+//! and their skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, where DIR holds
+//! 16_15 and 35_02, the candidate weights of the default are run on those and printed, and nothing is written. Without
+//! any DIR nothing is run.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -142,7 +142,7 @@ fn overrides(
     ]
 }
 
-/// Least and greatest change of a metric by the term, over the settings whose name ends so.
+/// Least and greatest change of a metric by the term, over the settings whose name has this ending.
 fn range(results: &Results, ending: &str, metric: &str, digits: usize) -> String {
     let settings = results.iter().filter(|(name, _)| name.ends_with(ending)).map(|(_, methods)| methods);
     let change = |methods: &BTreeMap<String, BTreeMap<String, Value>>| {

@@ -1,5 +1,5 @@
 //! How long a long estimate takes to score, and in how much memory; prints only. `SKIAGRAPH_FRAMES` is the number of
-//! frames, a million unless it is set; it takes a minute or two. The numbers stand in `results/speed.md`.
+//! frames, a million unless it is set; it takes a minute or two. The numbers are in `results/speed.md`.
 
 use std::error::Error;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use skiagraph::body::{Markers, shipped};
 use skiagraph::evaluation::{PackedMarkers, Sequence, evaluate};
 
-/// A body that walks in place for ever, and an estimate whose error wanders by centimetres.
+/// A body that walks in place, and an estimate whose error varies by centimetres.
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let frames: usize = std::env::var("SKIAGRAPH_FRAMES").ok().map_or(Ok(1_000_000), |text| text.parse())?;
     let body = shipped("tracker25")?;
@@ -35,7 +35,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The most memory that the process has held, MiB; 0 where the system does not say.
+/// The greatest memory of the process, MiB; 0 if the system does not report it.
 fn peak_mib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();

@@ -2,13 +2,13 @@
 //! `results/search.json`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs`
-//! names and their skeletons. Three seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
-//! `runs/search/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove that file after a change
-//! of the program. With `SKIAGRAPH_PAGE=1` nothing is measured, and the page is written from what is known. With
+//! names and their skeletons. Three seeds, or as many as `SKIAGRAPH_SEEDS` says. Outcomes are kept in
+//! `runs/search/outcomes.jsonl`, so that an interrupted study resumes; remove that file after a change of the program.
+//! With `SKIAGRAPH_PAGE=1` nothing is measured, and the page is written from the outcomes. With
 //! `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
-//! `[tracker.annealed_particle_filter]`, parted by `;`) in small pictures, with and without calibration, and printed,
-//! and nothing is written; `SKIAGRAPH_TAKES` names some of them, `SKIAGRAPH_BODIES` some kinds of bodies,
-//! `SKIAGRAPH_CONDITION` a condition, `SKIAGRAPH_SIZE` the pictures' height. Without DIR nothing is run.
+//! `[tracker.annealed_particle_filter]`, separated by `;`) in small images, with and without calibration; the results
+//! are printed, and nothing is written. `SKIAGRAPH_TAKES` selects takes, `SKIAGRAPH_BODIES` kinds of bodies,
+//! `SKIAGRAPH_CONDITION` a condition, and `SKIAGRAPH_SIZE` the height of the images. Without DIR nothing is run.
 
 mod page;
 mod spoiled;
@@ -25,18 +25,18 @@ use units::{BODIES, Case, Ledger, Method};
 
 /// The algorithm as printed.
 const PAPER: Method = Method { name: "paper", settings: "paper = true", calibrate: false };
-/// What ships as the default.
+/// The default.
 const REFINED: Method = Method { name: "refined", settings: "", calibrate: false };
 /// The default with a body that the tracker calibrates.
 const CALIBRATED: Method = Method { name: "calibrated", settings: "", calibrate: true };
-/// Frames at 60 Hz of the reported takes, and of those that are seen under stress.
+/// Frames at 60 Hz of the reported takes, and under stress.
 const MOST_FRAMES: usize = 120;
 const STRESS_FRAMES: usize = 60;
-/// Takes that are seen under stress.
+/// Takes that are tracked under stress.
 const STRESSED: [&str; 4] = ["49_01", "02_04", "16_36", "35_08"];
 const SIZE_PX: [u32; 2] = [640, 480];
 
-/// What is measured, the most telling first: condition, kind of bodies, method.
+/// What is measured, in order of importance: condition, kind of bodies, method.
 fn plan() -> Vec<(Condition, &'static str, Method)> {
     let [matched, mismatch, alike] = BODIES.map(|(name, _)| name);
     let clean = [
@@ -54,7 +54,7 @@ fn plan() -> Vec<(Condition, &'static str, Method)> {
     [&clean[..], &stress, &paper, &beside].concat()
 }
 
-/// The takes of an entry of the plan, and how many frames of them are used. Clean views of matched bodies stand in both
+/// The takes of an entry of the plan, and how many of their frames are used. Clean views of matched bodies are in both
 /// tables.
 fn cases(condition: Condition, bodies: &'static str) -> Vec<Case<'static>> {
     let stressed = condition != Condition::Clean;
@@ -95,7 +95,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The tuning takes in small pictures.
+/// The tuning takes in small images.
 fn tune(settings: &'static str, seeds: u32, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut ledger = Ledger::open(root.join("runs/search/tuning.jsonl"))?;

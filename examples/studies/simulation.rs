@@ -16,7 +16,7 @@ use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{SimulationSettings, simulate};
 use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
-/// What is recorded, its clip, and whether constants of the control were chosen on it.
+/// Kind of motion, clip, and whether constants of the control were chosen on it.
 const CLIPS: [(&str, &str, bool); 25] = [
     ("walk", "02_01", false),
     ("walk", "16_15", true),
@@ -46,7 +46,7 @@ const CLIPS: [(&str, &str, bool); 25] = [
 ];
 /// Bounds of the residual root wrench, body weights; the last is the greatest that a scenario may allow.
 const BOUNDS: [f64; 4] = [0.0, 0.05, 0.2, 10.0];
-/// No more of a recording, seconds.
+/// Longest part of a recording that is simulated, seconds.
 const LONGEST_S: f64 = 10.0;
 
 /// What is simulated.
@@ -58,7 +58,7 @@ struct Case {
     chosen_on: bool,
     robot: &'static str,
     frames_per_second: f64,
-    /// Which share of the recording is left out at its beginning.
+    /// Share of the recording that is omitted at its beginning.
     from: f64,
 }
 
@@ -68,7 +68,7 @@ struct Outcome {
     case: Case,
     bound_percent: f64,
     duration_s: f64,
-    /// `null` if it stayed up.
+    /// `null` if it stayed upright.
     fell_at_s: Option<f64>,
     root_wrench_percent_mean: f64,
     root_wrench_percent_most: f64,
@@ -91,8 +91,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// All clips on the actor at 60 Hz and on the other robot that ships; and the walks at other rates and from other
-/// beginnings.
+/// All clips at 60 Hz on the actor and on `tracker25`; and the walks at other rates and from later starting points.
 fn cases() -> Vec<Case> {
     let case = |(kind, clip, chosen_on), robot, frames_per_second, from| Case {
         kind,
@@ -132,7 +131,7 @@ fn outcomes(mocap: &Path, case: Case) -> Result<Vec<Outcome>, Box<dyn Error>> {
     Ok(outcomes)
 }
 
-/// A recording on a robot as a scenario has it: cut or repeated, resampled, then retargeted.
+/// A recording on a robot, as in a scenario: cut or repeated, resampled, then retargeted.
 fn performed(mocap: &Path, case: &Case) -> Result<Retargeted, Box<dyn Error>> {
     let clip = read(&find(mocap, case.clip)?, &ReadOptions::default())?.without_inserted_rest_pose();
     let is_cycle = ["humanoid3d_walk", "humanoid3d_run"].contains(&case.clip);
@@ -169,7 +168,7 @@ fn off_mm(performed: &Retargeted, simulated: &Motion, fell_at: Option<usize>) ->
     1000.0 * (sum / count.max(1) as f64).sqrt()
 }
 
-/// How many of a group stay up with a bound, and of how many.
+/// How many of a group stay upright with a bound, and the size of the group.
 fn up(outcomes: &[Outcome], is_in: fn(&Case) -> bool, bound: f64) -> (usize, usize) {
     let of: Vec<&Outcome> = outcomes.iter().filter(|o| is_in(&o.case) && o.bound_percent == 100.0 * bound).collect();
     (of.iter().filter(|o| o.fell_at_s.is_none()).count(), of.len())
@@ -228,7 +227,7 @@ fn page(outcomes: &[Outcome]) -> Result<String, std::fmt::Error> {
 
 type Group = (&'static str, fn(&Case) -> bool);
 
-/// What is counted together.
+/// Groups of simulations that are counted together.
 fn groups() -> [Group; 10] {
     fn plain(case: &Case, robot: &str) -> bool {
         case.robot == robot && case.frames_per_second == 60.0 && case.from == 0.0

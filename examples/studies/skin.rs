@@ -1,4 +1,4 @@
-//! A skin against capsules as the tracker's body: regenerates `results/skin.md` and `results/skin.json`.
+//! A skin and capsules as the tracker's body: regenerates `results/skin.md` and `results/skin.json`.
 //!
 //! `cargo run --release --example studies -- skin`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no files.
 //! About a quarter of an hour on an idle core.
@@ -35,11 +35,10 @@ const COLUMNS: [(&str, &str, usize); 4] = [
     ("body_orientation_deg", "body orientation, degrees", 1),
 ];
 
-/// Frames whose overlap is told one by one.
+/// Number of frames whose overlap is listed.
 const POSES: usize = 6;
 
-/// How well a tracker's body covers the actor when it has the pose that comes nearest to the truth: overlap, mean over
-/// the cameras.
+/// Overlap of a tracker's body with the actor, in its pose nearest to the truth, mean over the cameras.
 #[derive(Clone, Serialize)]
 struct Overlap {
     mean: f64,
@@ -137,7 +136,7 @@ fn overlap_table(overlaps: &BTreeMap<String, Overlap>) -> String {
     text
 }
 
-/// What skins gain over capsules, seed by seed.
+/// Error reduction by skins compared with capsules, for each seed.
 fn gains(results: &BTreeMap<String, BTreeMap<String, Value>>) -> String {
     let errors =
         |title: &str| results.get(title).and_then(|values| values.get("humaneva_mm")).map(|v| v.per_seed.clone());

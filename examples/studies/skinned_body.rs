@@ -1,9 +1,9 @@
-//! A skinned against a cylindrical body on a long walk, after both experiments of `[Skinned APF]`: regenerates
+//! A skinned and a cylindrical body on a long walk, as in both experiments of `[Skinned APF]`: regenerates
 //! `results/skinned-body.md`, `results/skinned-body.json` and `results/skinned-body-*.svg`.
 //!
 //! `cargo run --release --example studies -- skinned_body`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no
-//! files. What was measured is kept in `runs/skinned-body/outcomes.jsonl`, so that a study that was stopped goes on
-//! where it was; remove that file after a change of the program.
+//! files. Outcomes are kept in `runs/skinned-body/outcomes.jsonl`, so that an interrupted study resumes; remove that
+//! file after a change of the program.
 
 mod measure;
 mod page;
@@ -20,7 +20,7 @@ use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/long_walk.toml";
 
-/// One tracker before one rig.
+/// One tracker with one rig.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     pub(crate) views: u32,
@@ -33,7 +33,7 @@ pub(crate) struct Case {
 /// Name of a body, and its overrides of the scenario.
 const BODIES: [(&str, &[&str]); 2] = [("capsules", &[]), ("skin", &["tracker_body.skin=person_coarse"])];
 
-/// All of them; what matters most first.
+/// All cases, in order of importance.
 pub(crate) const CASES: [Case; 6] = [
     Case { views: 4, body: "capsules", method: "paper" },
     Case { views: 4, body: "skin", method: "paper" },
@@ -43,16 +43,16 @@ pub(crate) const CASES: [Case; 6] = [
     Case { views: 7, body: "skin", method: "default" },
 ];
 
-/// What came of one seed of a case. Lists have one entry a frame; frame 0, the start, has zeros.
+/// The outcome of one seed of a case. Lists have one entry per frame; frame 0, the start, has zeros.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Outcome {
     pub(crate) error_mm: Vec<f32>,
     pub(crate) orientation_deg: Vec<f32>,
-    /// By how much the head faces elsewhere than the true one, with its sign, degrees.
+    /// Error of the head's heading, with its sign, degrees.
     pub(crate) head_deg: Vec<f32>,
-    /// The same of the body, without sign.
+    /// The same for the body, without sign.
     pub(crate) body_deg: Vec<f32>,
-    /// Mean error of both outer markers of left arm, right arm, left leg and right leg, millimetres.
+    /// Mean error of the two outer markers of left arm, right arm, left leg and right leg, millimetres.
     pub(crate) limbs_mm: [Vec<f32>; 4],
     /// Mean of the overlap of estimated and observed silhouettes.
     pub(crate) silhouette_iou: f64,
@@ -64,8 +64,8 @@ pub(crate) struct Outcome {
     pub(crate) set_hash: String,
 }
 
-/// How much the energy rises when the head, or beside it a shoulder, is turned away from the true pose: views, body,
-/// angle in degrees, rise for the head's rotation and for an arm's abduction.
+/// Increase of the energy when the head or a shoulder is turned away from the true pose: views, body, angle in degrees,
+/// increase for the head's rotation and for an arm's abduction.
 pub(crate) type Turns = Vec<(u32, String, f64, f64, f64)>;
 
 /// By [`Case::key`] and seed.
@@ -97,7 +97,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, serde_json::Error>>()?;
     let mut turns = Turns::new();
     for case in CASES {
-        // the same images for every tracker; the set of a case holds its tracker's body
+        // the same images for every tracker; the set of a case has its tracker's body
         let mut set: Option<BenchmarkSet> = None;
         let missing: Vec<u64> = (0..seeds).filter(|seed| !known.contains_key(&case.key(*seed))).collect();
         let file = case.file(root)?;

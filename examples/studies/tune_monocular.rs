@@ -7,11 +7,11 @@
 //! ```
 //!
 //! Keys are those of `[tracker.gpdm_graph]` and its like, as in `gpdm_graph,root_motion=planted,root_noise_scale=1`.
-//! Three seeds, or as many as `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it says how fast a root drifts
-//! that follows the recording's own feet, and one that follows the velocities of the most similar training frames. The
-//! method `depth` tracks nothing either: it says where along the camera's view the silhouette would have the root of
-//! the refitted truth. With `subject_measures` the tracker's body has the lengths of the actor's (no mismatch), with
-//! `matched` the actor is the tracker's body itself.
+//! Three seeds, or as many as `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it measures how fast a root
+//! drifts that follows the recording's own feet, and one that follows the velocities of the most similar training
+//! frames. The method `depth` tracks nothing either: it measures at which depth the silhouette fits the refitted truth
+//! best. With `subject_measures` the tracker's body has the lengths of the actor's (no mismatch), with `matched` the
+//! actor is the tracker's body itself.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -110,8 +110,8 @@ fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) ->
     Ok(())
 }
 
-/// Where the silhouette has the refitted truth, moved along the view and upwards alone, or leant away from the camera
-/// about its ankles alone: mean and deviation over frames.
+/// Where the silhouette fits the refitted truth best, if it is only moved along the view and upwards, or only leant
+/// away from the camera about its ankles: mean and deviation over frames.
 fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
     let (set, _) = draw(&file, Some(mocap), &NoProgress)?;
@@ -244,8 +244,8 @@ fn scenario((name, clip, skeleton, learned, tracked): &Take, bodies: &str) -> St
     )
 }
 
-/// Errors of one pose, mm: of the markers, of the root along the camera's view of it, sideways and upwards, and of the
-/// markers once the roots lie on each other.
+/// Errors of one pose, mm: of the markers, of the root along the viewing direction, sideways and upwards, and of the
+/// markers after aligning the roots.
 fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 7] {
     let body = &set.blind.start.body;
     let truth = &set.truth.ground_truth.frames[frame].markers;
@@ -304,8 +304,7 @@ fn row(take: &str, method: &str, set: &BenchmarkSet, tracked: &Tracked) -> Strin
     )
 }
 
-/// Mean error of landmarks along the view, mm, those farther than they are above zero: where a body leans, it differs
-/// between them.
+/// Mean error of landmarks along the view, mm, positive if too far away; it differs between them if the body leans.
 fn tracked_depths(set: &BenchmarkSet, tracked: &Tracked) -> String {
     let groups: [&[Landmark]; 6] = [
         &[Landmark::LeftAnkle, Landmark::RightAnkle],

@@ -98,13 +98,13 @@ fn doubles_at(axis: &CorruptionAxis, error: &dyn Fn(f64) -> f64) -> String {
     format!("not up to {}", axis.levels[4])
 }
 
-/// A value to the digits that five seeds and five levels can tell.
+/// A value with as many digits as five seeds and five levels justify.
 fn two_digits(value: f64) -> String {
     let digits = (1 - libm::log10(value.abs().max(1e-9)).floor() as i32).clamp(0, 9) as usize;
     format!("{value:.digits$}")
 }
 
-/// Draws the errors over the levels of an axis, both trackers with their intervals; the file's name.
+/// Draws the errors of both trackers over the levels of an axis, with intervals, and returns the file's name.
 fn plot_of(folder: &Path, known: &Known, axis: &CorruptionAxis, seeds: u64) -> Result<String, Box<dyn Error>> {
     let levels: Vec<f64> = [0.0].iter().chain(&axis.levels).copied().collect();
     let line = |(tracker, colour): (&str, Colour)| {

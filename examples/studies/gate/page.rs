@@ -114,7 +114,7 @@ pub(crate) fn render(study: &Study) -> String {
 const END: f64 = 1.960;
 const POWER: f64 = 0.842;
 
-/// The arithmetic of power: what these rows must show, and how many seeds a question needs.
+/// The statistical power that these rows must show, and how many seeds a question needs.
 fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
     let frames = s.frames as f64;
     // the variance of a mean of correlated frames
@@ -151,7 +151,7 @@ fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-/// Skewed errors and mixtures, pairs, and clips.
+/// The sections on skewed errors and mixtures, on pairs, and on clips.
 fn of_shapes(shapes: &Shapes) -> String {
     let mut page = format!(
         "\n## Errors that are not normal\n\n\

@@ -12,13 +12,13 @@ use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 const REPETITIONS: u64 = 10;
 const SEEDS: u64 = 10;
 const MARGIN: &str = "2mm";
-/// A second of each of the clips that ship, in small images, so that some thousand tracked clips take minutes. The
-/// tracker has the actor's own body: another kind of body has an error of its own, which a limb that is 3 % too long
-/// may just as well lessen (by 2.4 mm for tracker25 and the shipped actor), and then it is no defect.
+/// A second of each of the included clips, in small images, so that some thousand tracked clips take minutes. The
+/// tracker has the actor's own body: with another body, a limb that is 3 % too long may also reduce the error (by 2.4
+/// mm for tracker25 and `actor`), and then it is not a defect.
 const CLIPS: [&str; 3] = ["walk", "run", "jump"];
 const OVERRIDES: [&str; 4] =
     ["motion.loop_to_s=1", "rig.ring.size_px=[160, 120]", "actor.robot=tracker25", "tracker_body.mismatch=none"];
-/// Links whose lengths the defect of the body changes, by how much.
+/// Links whose lengths the defect of the body changes, and the factor.
 const LIMB: [&str; 2] = ["thigh", "shank"];
 const LIMB_FACTOR: f64 = 1.03;
 
@@ -103,7 +103,7 @@ fn of_tracker(name: &str, particles: u32, settings: &[&str]) -> Result<Vec<Row>,
     Ok(rows)
 }
 
-/// The same set, whose tracker believes in another body: a defect of the tracker, not of the set.
+/// The same set with another body for the tracker: a defect of the tracker, not of the set.
 fn with_wrong_limb(set: &BenchmarkSet) -> BenchmarkSet {
     let mut wrong = set.clone();
     let body = &set.blind.start.body;

@@ -1,5 +1,5 @@
-//! Differences of runs whose errors are normal, skewed or a mixture: how often intervals hold the true difference, and
-//! how often the gate passes what is worse by the margin.
+//! Differences of runs whose errors are normal, skewed or a mixture: how often intervals cover the true difference, and
+//! how often the gate passes a run that is worse by the margin.
 
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use skiagraph::rng::{Purpose, normal, stream};
 use crate::error_shapes::ErrorShape;
 use crate::interval_rules::{IntervalOfMean, bca, johnson, studentised};
 
-/// Repetitions of a row, and of those rules that resample.
+/// Repetitions of a row, and for rules that resample.
 const REPETITIONS: u64 = 20_000;
 const RESAMPLED: u64 = 4000;
 const SEEDS: [usize; 4] = [5, 9, 10, 20];
@@ -44,20 +44,20 @@ pub(crate) struct ShapeRow {
     pub(crate) p_below_5_percent: f64,
     /// Share of intervals that contradict their p value.
     pub(crate) contradictions: f64,
-    /// Of pairs only: rules that were not chosen.
+    /// For pairs only: rules that were not chosen.
     pub(crate) bca: Option<Held>,
     pub(crate) johnson: Option<Held>,
     pub(crate) studentised: Option<Held>,
 }
 
-/// How a rule did.
+/// The performance of a rule.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Held {
-    /// Share of intervals that hold the true difference.
+    /// Share of intervals that cover the true difference.
     pub(crate) covered: f64,
-    /// Share that passes what is worse by exactly the margin: the upper end is below the true difference.
+    /// Share of runs worse by exactly the margin that pass: the upper end is below the true difference.
     pub(crate) wrong_passes: f64,
-    /// Share that fails what is worse by exactly the margin.
+    /// Share of runs worse by exactly the margin that fail.
     pub(crate) wrong_fails: f64,
 }
 
@@ -69,17 +69,17 @@ pub(crate) struct PairingRow {
     pub(crate) shared: usize,
     pub(crate) between_sides: f64,
     pub(crate) paired: bool,
-    /// Share of false alarms at 5 % of the rule in use, and of the narrower interval of both.
+    /// Share of false alarms at 5 %: of the rule in use, and of the narrower of both intervals.
     pub(crate) alarms: f64,
     pub(crate) narrower_alarms: f64,
 }
 
-/// Trackers that differ from motion to motion, and are equal over all motions.
+/// Trackers that differ from motion to motion, but are equal on average over all motions.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ClipsRow {
     pub(crate) clips: usize,
     pub(crate) seeds: usize,
-    /// Share of false alarms about all motions: of intervals over seeds, and over clips.
+    /// Share of false alarms concerning all motions: with intervals over seeds, and over clips.
     pub(crate) over_seeds: f64,
     pub(crate) over_clips: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Runs whose true difference is known: a seed's own error, and frames that are correlated.
+//! Simulated runs with a known true difference: an error per seed, and correlated frames.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -38,7 +38,7 @@ pub(crate) struct Row {
     pub(crate) paired: bool,
     /// Correlation of the seeds' own errors between the two sides.
     pub(crate) between_sides: f64,
-    /// Share of repetitions whose 95 % interval holds the true difference.
+    /// Share of repetitions whose 95 % interval covers the true difference.
     pub(crate) covered: f64,
     /// Without a true difference: share that fails at a margin of 0 and at 2 mm, and that passes at 2 mm.
     pub(crate) null_fails_at_0: f64,
@@ -50,7 +50,7 @@ pub(crate) struct Row {
     /// Worse by twice the margin: share that fails, and that passes.
     pub(crate) twice_fails: f64,
     pub(crate) twice_passes: f64,
-    /// For contrast: without a true difference, share in which a paired t test over all frames says that they differ.
+    /// For comparison: without a true difference, share in which a paired t test over all frames finds one.
     pub(crate) frames_test_alarms: f64,
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn run() -> Simulated {
     }
 }
 
-/// What one repetition found.
+/// The result of one repetition.
 #[derive(Clone, Copy, Default)]
 struct Found {
     covered: f64,
@@ -130,7 +130,7 @@ fn repetition_of(clips: usize, seeds: usize, paired: bool, between_sides: f64, r
     let Some(found) = difference(&all, paired, IntervalUnit::Seeds) else { return Found::default() };
     let Some(ends) = found.ci95 else { return Found::default() };
     assert!(found.rule != DifferenceRule::Exact);
-    // a true difference shifts the interval and nothing else
+    // a true difference only shifts the interval
     let fails = |shift: f64, margin: f64| f64::from(u8::from(ends.low + shift > margin));
     let passes = |shift: f64| f64::from(u8::from(ends.high + shift <= MARGIN));
     Found {

@@ -1,4 +1,4 @@
-//! What no particle on the manifold can beat.
+//! A lower bound for particles on the manifold.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -8,9 +8,8 @@ use skiagraph::experiment::PreparedScene;
 use skiagraph::motion_model::gpdm_graph::GpdmGraph;
 use skiagraph::motion_model::pose_chart::PlanarRoot;
 
-/// Mean over frames of the least error that a latent point of `models` has at the true root: from the three best
-/// training latents of every model, down the true error along the axes, steps from a tenth of the latents' spread to a
-/// thousandth.
+/// Mean over frames of the least error of a latent point of `models` at the true root: a pattern search from the three
+/// best training latents of every model, with steps from a tenth of the latents' spread to a thousandth.
 pub(crate) fn best_latent(staged: &PreparedScene, models: &GpdmGraph) -> f64 {
     let body = &staged.start.body;
     let frames: Vec<usize> = (1..staged.frames()).collect();
@@ -41,7 +40,7 @@ pub(crate) fn best_latent(staged: &PreparedScene, models: &GpdmGraph) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// The least value that pattern search finds from `z`, where `error` is `least`.
+/// The least value that a pattern search finds from `z`, where `error` is `least`.
 fn descended(error: &dyn Fn(&[f64]) -> f64, mut least: f64, mut z: Vec<f64>, spread: f64) -> f64 {
     let mut step = 0.1 * spread;
     while step > 1e-3 * spread {

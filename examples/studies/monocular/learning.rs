@@ -1,4 +1,4 @@
-//! What is learned of a scenario's training, how well it reconstructs it, and how long that takes.
+//! Models learned from a scenario's training, how well they reconstruct it, and how long learning takes.
 
 use std::error::Error;
 use std::path::Path;
@@ -11,7 +11,7 @@ use skiagraph::scenario::ScenarioFile;
 
 use super::best_latent::best_latent;
 
-/// One GPDM of all training frames against the graph.
+/// One GPDM of all training frames, and the graph.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Learning {
     pub(crate) frames: usize,
@@ -26,7 +26,7 @@ pub(crate) struct Learned {
     pub(crate) models: usize,
     /// Mean distance between recording and simulation (Eq. 9), rad^2 over all joints.
     pub(crate) reconstruction: f64,
-    /// Seconds of processor time of the one thread that learns; of the clock where the system does not tell them.
+    /// Processor time of the learning thread, seconds; wall-clock time if the system does not report it.
     pub(crate) seconds: f64,
     /// HumanEva error of the best latent point of every test frame at the true root, mm.
     pub(crate) best_latent_mm: f64,
@@ -57,7 +57,7 @@ fn learned(staged: &PreparedScene, settings: &GraphSettings) -> Result<Learned, 
     })
 }
 
-/// Processor time of this thread: on a busy machine the clock says little.
+/// Processor time of this thread; on a busy machine, wall-clock time means little.
 struct Stopwatch {
     clock: Instant,
     processor: Option<Duration>,

@@ -9,7 +9,7 @@ use super::learning::{Learned, Learning};
 use super::parts::{Method, Tracked};
 use super::units::{PROTOCOLS, Protocol, SUBJECTS, Subject};
 
-/// What was measured, by the names of [`super::units`].
+/// All results, by the names of [`super::units`].
 #[derive(Default)]
 pub(crate) struct Measured {
     /// By scenario.
@@ -41,7 +41,7 @@ const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 
     contains 0, the difference is not significant. *Models* is the number of GPDMs learned. *Brought back* counts the particles that left \
     the region known to their model and were reset to the nearest training latent.\n";
 
-/// How the graph compares with one GPDM: cases in which its error is lower, higher, and not told apart.
+/// The graph compared with one GPDM: cases in which its error is lower, higher, and not significantly different.
 fn against_original(measured: &Measured) -> [usize; 3] {
     let mut counts = [0; 3];
     for (.., tracked) in each(measured) {
@@ -54,7 +54,7 @@ fn against_original(measured: &Measured) -> [usize; 3] {
     counts
 }
 
-/// The graph's errors under a protocol, on the paper's motions.
+/// The graph's errors with a protocol, on the paper's motions.
 fn of_graph(measured: &Measured, protocol: &str) -> String {
     let cases = each(measured).filter(|(subject, of, _)| of.name == protocol && subject.paper.is_some());
     let told = cases.filter_map(|(subject, _, tracked)| {
@@ -179,7 +179,7 @@ fn table(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> String {
     text + "\n"
 }
 
-/// The error of one method less that of another, seed by seed.
+/// The error of one method minus that of another, for each seed.
 fn difference(one: &Method, other: &Method) -> Option<(f64, Interval)> {
     let differences: Vec<f64> = one.by_seed(ERROR).iter().zip(other.by_seed(ERROR)).map(|(a, b)| a - b).collect();
     let mean = differences.iter().sum::<f64>() / differences.len() as f64;

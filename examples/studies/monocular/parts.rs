@@ -1,5 +1,4 @@
-//! What was measured, kept part by part in `runs/monocular/parts`, so that a study that was stopped goes on where it
-//! was.
+//! Results, kept part by part in `runs/monocular/parts`, so that an interrupted study resumes.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -15,7 +14,7 @@ use skiagraph::scenario::ScenarioFile;
 
 use super::units::Unit;
 
-/// One motion tracked under one protocol by all methods.
+/// One motion tracked with one protocol by all methods.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Tracked {
     /// Both bodies in words, as the program's own reports have them.
@@ -24,7 +23,7 @@ pub(crate) struct Tracked {
     pub(crate) methods: BTreeMap<String, Method>,
 }
 
-/// One method of them.
+/// One of the methods.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Method {
     pub(crate) tracker: String,
@@ -46,7 +45,7 @@ struct Kept<T> {
     part: T,
 }
 
-/// The part of that name if it was made from this scenario, else what `make` makes, which is kept.
+/// The part of that name if it was made from this scenario, else the result of `make`, which is kept.
 pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
     folder: &Path,
     name: &str,
@@ -92,7 +91,7 @@ pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Pat
 }
 
 impl Tracked {
-    /// The methods as the program's own plots take them.
+    /// The methods in the form of the program's plots.
     pub(crate) fn compared(&self) -> Vec<ComparedMethod> {
         let method = |(name, method): (&String, &Method)| ComparedMethod {
             name: name.clone(),

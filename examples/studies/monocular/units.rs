@@ -11,15 +11,15 @@ pub(crate) struct Subject {
     pub(crate) name: &'static str,
     /// The scenario, a file of `scenarios/monocular` without its ending.
     pub(crate) scenario: &'static str,
-    /// What is other than in the scenario: frames to track.
+    /// Overrides of the scenario: frames to track.
     pub(crate) overrides: &'static [&'static str],
-    /// What it is, a heading.
+    /// Its heading.
     pub(crate) title: &'static str,
     /// The paper's Table 3, mm: original, switching, graph.
     pub(crate) paper: Option<[f64; 3]>,
 }
 
-/// What the tracker is told.
+/// What the tracker is given.
 pub(crate) struct Protocol {
     /// Its name in files.
     pub(crate) name: &'static str,
@@ -104,7 +104,7 @@ pub(crate) const SUBJECTS: [Subject; 8] = [
     },
 ];
 
-/// In the order in which they are tracked and told.
+/// In the order in which they are tracked and reported.
 pub(crate) const PROTOCOLS: [Protocol; 3] = [
     Protocol {
         name: "paper",
@@ -126,7 +126,7 @@ pub(crate) const PROTOCOLS: [Protocol; 3] = [
     },
 ];
 
-/// A motion under a protocol.
+/// A motion with a protocol.
 #[derive(Clone, Copy)]
 pub(crate) struct Unit {
     pub(crate) subject: &'static Subject,
@@ -134,8 +134,7 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// All of them: what the paper has under the two protocols that matter most, then the rest, the third protocol at
-    /// last.
+    /// All of them: the paper's motions with the two most important protocols, then the rest, the third protocol last.
     pub(crate) fn all() -> Vec<Self> {
         let of = |protocol| SUBJECTS.iter().map(move |subject| Self { subject, protocol });
         let mut units: Vec<Self> = PROTOCOLS.iter().flat_map(of).collect();
@@ -148,8 +147,8 @@ impl Unit {
         format!("{}-{}", self.subject.name, self.protocol.name)
     }
 
-    /// Whether it is tracked with the standard mismatch, as its scenario stands in the file: the table of learning
-    /// tells of that body.
+    /// Whether it is tracked with the standard mismatch, as in the scenario's file; the table of learning is for that
+    /// body.
     pub(crate) fn is_standard(&self) -> bool {
         self.protocol.name == "standard"
     }

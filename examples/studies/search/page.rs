@@ -18,7 +18,7 @@ pub(crate) struct Results {
     pub(crate) clean: BTreeMap<String, Takes>,
     /// `[condition]`.
     pub(crate) stress: BTreeMap<String, Takes>,
-    /// Takes on which settings were chosen, in small pictures.
+    /// Takes on which settings were chosen, in small images.
     pub(crate) tuning: Vec<TuningRow>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct TuningRow {
     outcome: Outcome,
 }
 
-/// What was measured of the tuning takes with the default settings and clean views.
+/// Outcomes of the tuning takes with the default settings and clean views.
 pub(crate) fn tuning_rows(ledger: &Ledger) -> Vec<TuningRow> {
     let row = |(key, outcome): (Vec<&str>, &Outcome)| match key.as_slice() {
         [take, bodies, condition, method, "", _, _, size] if *condition == Condition::Clean.name() => {
@@ -56,7 +56,7 @@ impl Results {
     }
 }
 
-/// Metrics that `search.json` holds beside the error, the lost frames and the energy gap.
+/// Metrics in `search.json` besides the error, the lost frames and the energy gap.
 const KEPT: [&str; 9] = [
     "body_orientation_deg",
     "boundary_f",
@@ -82,7 +82,7 @@ fn averages(results: &Results, bodies: &str) -> String {
     names.filter_map(|method| Some(format!("{method} {:.1} mm", of(method)?))).collect::<Vec<_>>().join(", ")
 }
 
-/// Least and greatest, to these digits.
+/// Least and greatest value, with these digits.
 fn range(values: &[f64], digits: usize) -> String {
     let (low, high) = (values.iter().copied().reduce(f64::min), values.iter().copied().reduce(f64::max));
     format!("{:.digits$} to {:.digits$}", low.unwrap_or(f64::NAN), high.unwrap_or(f64::NAN))
@@ -167,7 +167,7 @@ const TRIED: &str = "
 * 40 steps of the calibration in place of 16: 13.2 to 13.1 mm (16_15, 02_01 and 14_24).
 ";
 
-/// What the plan has and the results have not.
+/// What is in the plan but not in the results.
 fn missing(results: &Results) -> String {
     let mut lacking = Vec::new();
     for (condition, bodies, method) in super::plan() {
@@ -218,7 +218,7 @@ fn clean_table(takes: &Takes) -> String {
             inside(outcomes[2]),
         );
     }
-    // Only takes that every method has, so that the means are of the same takes.
+    // only takes that every method has, so that the means are over the same takes
     let known: Vec<&str> =
         methods.into_iter().filter(|method| takes.values().any(|o| o.contains_key(*method))).collect();
     let common: Vec<_> = takes.iter().filter(|(_, o)| known.iter().all(|method| o.contains_key(*method))).collect();
@@ -232,7 +232,7 @@ fn clean_table(takes: &Takes) -> String {
     text + &format!("| mean of {} takes | {} | | | | | | |\n", common.len(), means.join(" | "))
 }
 
-/// Shares of the markers within the ellipsoids that should hold 50 and 90 %.
+/// Shares of the markers within the ellipsoids that should contain 50 and 90 %.
 fn inside(outcome: Option<&Outcome>) -> String {
     let share = |name: &str| outcome.and_then(|o| Some(format!("{:.0}", 100.0 * mean(o.metrics.get(name)?))));
     match (share("ellipsoid50"), share("ellipsoid90")) {

@@ -1,4 +1,4 @@
-//! What silhouettes really are: clean ones spoiled, or a worse start, rate or set of cameras.
+//! Conditions of stress: corrupted silhouettes, or a worse start, frame rate or set of cameras.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,7 +7,7 @@ use skiagraph::observation::Observation;
 use skiagraph::raster::{Mask, contour};
 use skiagraph::rng::{Purpose, stream};
 
-/// What is worse than four clean views at 60 Hz from the true start.
+/// A condition; the best is four clean views at 60 Hz from the true start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Condition {
     Clean,
@@ -60,7 +60,7 @@ impl Condition {
         if self == Self::At15Hz { 15.0 } else { 60.0 }
     }
 
-    /// What it changes in the scenario.
+    /// Its overrides of the scenario.
     pub(crate) fn overrides(self) -> Vec<String> {
         match self {
             Self::TwoViews => vec!["rig.ring.count=2".to_owned()],
@@ -103,7 +103,7 @@ impl Condition {
     }
 }
 
-/// A mask with a pixel of its four-neighbours' boundary added or taken away.
+/// A mask dilated or eroded by a pixel, with four neighbours.
 fn grown(mask: &Mask, add: bool) -> Mask {
     let is_set = |x: i64, y: i64| {
         let inside = (0..i64::from(mask.width())).contains(&x) && (0..i64::from(mask.height())).contains(&y);

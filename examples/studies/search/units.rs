@@ -1,4 +1,4 @@
-//! One thing to measure, and what was measured already.
+//! A unit of measurement, and the outcomes that are known already.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -20,7 +20,7 @@ use skiagraph::tracker::CalibrationVerdict;
 use super::spoiled::Condition;
 use super::takes::Take;
 
-/// A take, seen under a condition, with a kind of body.
+/// A take under a condition, with a kind of bodies.
 pub(crate) struct Case<'a> {
     pub(crate) take: &'a Take,
     pub(crate) bodies: &'a str,
@@ -30,7 +30,7 @@ pub(crate) struct Case<'a> {
     pub(crate) size_px: [u32; 2],
 }
 
-/// What came of one tracker on one case. All lists have one entry a seed.
+/// The outcome of one tracker on one case. All lists have one entry per seed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Outcome {
     pub(crate) humaneva_mm: Vec<f64>,
@@ -69,7 +69,7 @@ pub(crate) const BODIES: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// Outcomes on disk, one line each, so that a study that was stopped goes on where it was.
+/// Outcomes on disk, one line each, so that an interrupted study resumes.
 pub(crate) struct Ledger {
     path: PathBuf,
     known: BTreeMap<String, Outcome>,
@@ -83,8 +83,7 @@ impl Ledger {
         Ok(Self { path, known })
     }
 
-    /// What is known of cases by the parts of their key: take, bodies, condition, method, settings, seeds, frames,
-    /// size.
+    /// Known outcomes by the parts of their key: take, bodies, condition, method, settings, seeds, frames, size.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (Vec<&str>, &Outcome)> {
         self.known.iter().map(|(key, outcome)| (key.split('|').collect(), outcome))
     }
@@ -105,12 +104,12 @@ impl Case<'_> {
         format!("{take}|{}|{condition}|{tracker}|{settings}|{seeds}|{most}|{width}x{height}", self.bodies)
     }
 
-    /// The outcome of a method, as far as it is known.
+    /// The outcome of a method, if it is known.
     pub(crate) fn known(&self, method: &Method, seeds: u32, ledger: &Ledger) -> Option<Outcome> {
         ledger.known.get(&self.key(method, seeds)).cloned()
     }
 
-    /// Outcomes of every method, those that are not known measured.
+    /// Outcomes of every method; unknown ones are measured.
     pub(crate) fn outcomes(
         &self,
         methods: &[Method],
@@ -231,7 +230,7 @@ fn measured(file: &ScenarioFile, set: &BenchmarkSet, seeds: u32) -> Result<Outco
     })
 }
 
-/// Mean distance of the markers of the truth refitted to the tracker's body, or to a calibrated one; frame 0 left out.
+/// Mean error of the markers of the truth refitted to the tracker's body or to a calibrated one, without frame 0.
 fn floor(set: &BenchmarkSet, calibrated: Option<&Humanoid>) -> f64 {
     let poses: Vec<Pose> = match (calibrated, &set.truth.refitted) {
         (Some(body), _) => {

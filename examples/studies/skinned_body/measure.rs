@@ -1,4 +1,4 @@
-//! Tracking once, and what is measured of it.
+//! A single tracking run and its measurements.
 
 use std::error::Error;
 
@@ -20,9 +20,9 @@ const LIMBS: [[Landmark; 2]; 4] = [
     [Landmark::LeftKnee, Landmark::LeftAnkle],
     [Landmark::RightKnee, Landmark::RightAnkle],
 ];
-/// Angles that joints are turned by away from the truth, degrees.
+/// Angles by which joints are turned away from the truth, degrees.
 const TURNS: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
-/// Every how many frames the energy of turned joints is looked at.
+/// Interval at which the energy of turned joints is computed, frames.
 const EVERY: usize = 23;
 
 pub(super) fn track_once(set: &BenchmarkSet, file: &ScenarioFile, seed: u64) -> Result<Outcome, Box<dyn Error>> {
@@ -74,10 +74,10 @@ fn within_half_a_turn(angle: f64) -> f64 {
     angle - turn * (angle / turn).round()
 }
 
-/// Where the head faces.
+/// The heading of the head.
 struct Heading {
     link: usize,
-    /// Its own axis that is the body's +X at the zero pose.
+    /// The head's axis that is the body's +X at the zero pose.
     forward: Unit<Vector3<f64>>,
 }
 
@@ -95,10 +95,11 @@ impl Heading {
     }
 }
 
-/// A turn in degrees, and the mean rise of the energy for the head's rotation and for the left arm's abduction.
+/// An angle in degrees, and the mean increase of the energy for the head's rotation and for the left arm's abduction.
 pub(super) type TurnRises = (f64, f64, f64);
 
-/// Mean rise of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is turned.
+/// Mean increase of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is
+/// turned.
 pub(super) fn turns(set: &BenchmarkSet) -> Result<Vec<TurnRises>, Box<dyn Error>> {
     let body = &set.blind.start.body;
     let refitted = set.truth.refitted.as_ref().ok_or("a refitted truth")?;

@@ -12,11 +12,11 @@ use skiagraph::report::plots::{Colour, Line, LinePlot, Size, Stroke};
 use super::{BODIES, CASES, Case, Known, Outcome, SCENARIO, Turns};
 
 const LIMBS: [&str; 4] = ["left arm", "right arm", "left leg", "right leg"];
-/// A limb is mistracked where its outer markers are off by more than this for so many frames in a row.
+/// A limb is mistracked if its outer markers are off by more than this for so many frames in a row.
 const ASTRAY_MM: f32 = 150.0;
 const IN_A_ROW: usize = 6;
 
-/// What `skinned-body.json` keeps of a case: one value a seed.
+/// The numbers of a case in `skinned-body.json`: one value per seed.
 #[derive(Default, Serialize)]
 struct Numbers {
     error_mm: Vec<f64>,
@@ -51,7 +51,7 @@ fn name(case: &Case) -> String {
     format!("{} views, {}, {}", case.views, case.body, case.method)
 }
 
-/// Mean of one value a seed, for capsules and the skin, in every setting.
+/// Means over seeds of one quantity, for capsules and the skin, in every setting.
 fn both(done: &[(Case, Vec<&Outcome>)], unit: &str, of: fn(&Numbers) -> &Vec<f64>) -> String {
     let centre = |found: &[&Outcome]| mean(of(&numbers(found))).unwrap_or(f64::NAN);
     let pairs = done.iter().filter(|(case, _)| case.body == "capsules").filter_map(|(case, capsules)| {
@@ -138,7 +138,7 @@ fn numbers(found: &[&Outcome]) -> Numbers {
     }
 }
 
-/// Errors over time, as figure 5 of the paper: a plot a quantity for every method before four cameras.
+/// Errors over time, as in figure 5 of the paper: one plot per quantity and method, with four cameras.
 fn over_time(folder: &Path, done: &[(Case, Vec<&Outcome>)], text: &mut String) -> Result<(), Box<dyn Error>> {
     *text += "\n## Over time\n\nMean over seeds; the band is from the lowest to the highest seed. For its skinned body, [Skinned APF], figure 5, has \
               mean position errors below 80 mm and orientation errors of about 8 degrees.\n";
@@ -186,7 +186,7 @@ fn line(body: &str, colour: Colour, found: &[&Outcome], of: fn(&Outcome) -> &[f3
     }
 }
 
-/// Where each mistracks which limb.
+/// The frames in which limbs are mistracked.
 fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
     write!(
         text,
@@ -228,7 +228,7 @@ fn stretches(errors: &[f32]) -> Vec<(usize, usize)> {
     found
 }
 
-/// What turning the head costs, beside moving an arm.
+/// How much turning the head increases the energy, compared with moving an arm.
 fn ambiguity(turns: &Turns, done: &[(Case, Vec<&Outcome>)], text: &mut String) {
     *text += "\n## Orientation of the head\n\nFor seven cameras, [Skinned APF] (figure 7) reports that the head's orientation is not accurate, because \
               a head is close to a sphere. The table shows how much the energy increases, in thousandths, when the head of the true pose (refitted to \
