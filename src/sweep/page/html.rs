@@ -204,7 +204,7 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
         format!(" By the mean alone: {}.", told(by_mean))
     };
     Some(format!(
-        "By {}: best {}. {sure}{mean}",
+        "By {}, the best is {}. {sure}{mean}",
         if cost == CostMeasure::Evaluations { "evaluations" } else { "processor time" },
         told(best)
     ))

@@ -20,12 +20,7 @@ pub fn sweep_markdown(input: &SweepPageInput) -> String {
     if !input.description.is_empty() {
         text.push_str(&format!("{}\n\n", input.description));
     }
-    text.push_str(&format!("    {}\n\n", input.command));
-    // the command stands above
-    for (name, value) in input.facts.iter().filter(|(name, _)| name != "command") {
-        writeln!(text, "- {name}: {value}").ok();
-    }
-    text.push_str("\n## What to choose\n\n");
+    text.push_str("## What to choose\n\n");
     for choice in CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)) {
         writeln!(text, "- {choice}").ok();
     }
@@ -40,7 +35,16 @@ pub fn sweep_markdown(input: &SweepPageInput) -> String {
     matters(input, &mut text);
     failures(input, &mut text);
     settings(input, &mut text);
+    method(input, &mut text);
     text
+}
+
+fn method(input: &SweepPageInput, text: &mut String) {
+    writeln!(text, "\n## Method\n\n    {}\n", input.command).ok();
+    // the command has its own line
+    for (name, value) in input.facts.iter().filter(|(name, _)| name != "command") {
+        writeln!(text, "- {name}: {value}").ok();
+    }
 }
 
 fn heat_maps(input: &SweepPageInput, text: &mut String) {
