@@ -141,7 +141,8 @@ impl MotionModel for Diffusion {
     fn descend(&self, state: &Pose, anchor: &Pose, mut evidence: NormalEquations) -> Option<Pose> {
         let mut towards = vec![0.0; self.body.step_len()];
         self.body.difference(state, anchor, &mut towards);
-        evidence.pull(&towards, &self.descent_precision());
+        let precision: Vec<f64> = self.descent_precision().iter().map(|p| p * evidence.prior_weight).collect();
+        evidence.pull(&towards, &precision);
         let step = evidence.step_within(&self.descent_room(state))?;
         let mut pose = self.body.step(state, step.as_slice());
         self.body.clamp_to_limits(&mut pose);

@@ -17,6 +17,8 @@ pub struct NormalEquations {
     pub weight: f64,
     /// Number of residuals.
     pub residuals: usize,
+    /// Factor, >= 1, on the weight of what a motion model holds a descent to: greater where the observation tells less.
+    pub prior_weight: f64,
 }
 
 /// What an observation says of a pose, and how sure that is.
@@ -27,6 +29,8 @@ pub struct Evidence {
     /// Sum, over groups of residuals that go wrong together, of the outer products of what a group pulls at the numbers
     /// of a step.
     pub scatter: DMatrix<f64>,
+    /// Share of the body's outline that lies on what was observed, in [0, 1]; `None` where no outline is in an image.
+    pub agreement: Option<f64>,
 }
 
 impl Evidence {
@@ -51,6 +55,11 @@ impl Evidence {
 const DAMPING: f64 = 0.01;
 
 impl NormalEquations {
+    /// The same evidence, with the weight of the prior times `factor`.
+    pub(crate) fn with_prior(self, factor: f64) -> Self {
+        Self { prior_weight: self.prior_weight * factor, ..self }
+    }
+
     /// Adds `precision_i (s_i - towards_i)^2` to the quadratic: a pull of every number towards a step.
     pub(super) fn pull(&mut self, towards: &[f64], precision: &[f64]) {
         for (i, (step, precision)) in towards.iter().zip(precision).enumerate() {
@@ -116,14 +125,15 @@ mod tests {
             cost: 10.0,
             weight: 10.0,
             residuals: 10,
+            prior_weight: 1.0,
         };
-        let alone = Evidence { equations: equations.clone(), scatter: DMatrix::zeros(1, 1) };
+        let alone = Evidence { equations: equations.clone(), scatter: DMatrix::zeros(1, 1), agreement: None };
         assert!((alone.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1).abs() < 1e-12);
         // Two groups of five that are off together by one: as two measurements.
-        let grouped = Evidence { equations, scatter: DMatrix::from_element(1, 1, 50.0) };
+        let grouped = Evidence { equations, scatter: DMatrix::from_element(1, 1, 50.0), agreement: None };
         assert!((grouped.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1 - 0.5).abs() < 1e-12);
         let nothing = NormalEquations { matrix: DMatrix::zeros(1, 1), cost: 0.0, weight: 0.0, ..grouped.equations };
-        let nothing = Evidence { equations: nothing, scatter: DMatrix::zeros(1, 1) };
+        let nothing = Evidence { equations: nothing, scatter: DMatrix::zeros(1, 1), agreement: None };
         assert!(nothing.covariance(&[0.0]).is_none() && nothing.covariance(&[1.0]).is_none());
     }
 
@@ -144,6 +154,7 @@ mod tests {
             cost: residuals.norm_squared(),
             weight: 2.0 * numbers as f64,
             residuals: 2 * numbers,
+            prior_weight: 1.0,
         }
     }
 

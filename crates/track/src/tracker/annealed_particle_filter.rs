@@ -10,7 +10,7 @@ use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
-use crate::motion_model::{MotionModel, SettingError};
+use crate::motion_model::{Evidence, MotionModel, SettingError};
 use crate::observation::Observation;
 use crate::rng::{Purpose, normal, stream};
 
@@ -230,14 +230,20 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.pose = self.model.pose(&state).clone();
             estimate.energy = Some(energy);
         }
-        estimate.covariances = self.covariances(best, &estimate.pose);
+        let Some(state) = self.model.with_pose(best, &estimate.pose) else { return };
+        let Some(evidence) = self.likelihood.evidence(&estimate.pose, FINAL_WIDTH, &mut self.likelihood.scratch())
+        else {
+            return;
+        };
+        estimate.covariances = self.covariances(&state, &estimate.pose, &evidence);
+        if let (Some(refinement), Some(agreement)) = (&mut self.refinement, evidence.agreement) {
+            refinement.weigh(agreement);
+        }
     }
 
     /// How uncertain the markers are at a pose that was refined.
-    fn covariances(&self, state: &M::State, pose: &Pose) -> Option<MarkerCovariances> {
-        let state = self.model.with_pose(state, pose)?;
-        let evidence = self.likelihood.evidence(pose, FINAL_WIDTH, &mut self.likelihood.scratch())?;
-        let covariance = self.model.covariance(&state, &evidence)?;
+    fn covariances(&self, state: &M::State, pose: &Pose, evidence: &Evidence) -> Option<MarkerCovariances> {
+        let covariance = self.model.covariance(state, evidence)?;
         let body = self.model.body();
         Some(body.marker_covariances(&body.link_frames(pose), &covariance))
     }

@@ -71,6 +71,8 @@ impl RefinementSettings {
 
 /// Limbs and pairs of them that most bodies have.
 const USUAL_LIMBS: u64 = 6;
+/// Share of an outline that does not agree with what was observed where all is well.
+const USUAL_MISFIT: f64 = 0.06;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
 const WIDTHS: [f64; 2] = [8.0, FINAL_WIDTH];
 pub(super) const FINAL_WIDTH: f64 = 1.5;
@@ -108,6 +110,8 @@ pub struct Refinement {
     mirrored: MirroredAngles,
     /// `None` before the filter was started.
     memory: Option<PoseMemory>,
+    /// Factor on the weight of the prior in descents, from how well the last estimate fitted.
+    prior_weight: f64,
 }
 
 /// What came of a refinement.
@@ -136,12 +140,13 @@ impl Refinement {
             return Err(SettingError::new("refinement", expected, other.joint_angles.len()));
         }
         let mirrored = MirroredAngles::of_body(body);
-        Ok(Self { settings, seed, limbs: limbs(body), training, mirrored, memory: None })
+        Ok(Self { settings, seed, limbs: limbs(body), training, mirrored, memory: None, prior_weight: 1.0 })
     }
 
     /// Forgets all poses but the start.
     pub(super) fn start(&mut self, start: &Pose) {
         self.memory = Some(PoseMemory::new(start));
+        self.prior_weight = 1.0;
     }
 
     /// Limbs of later frames are looked for near this estimate too.
@@ -149,6 +154,12 @@ impl Refinement {
         if let Some(memory) = &mut self.memory {
             memory.remember(estimate);
         }
+    }
+
+    /// Weighs the next frame's observation by how far the outline of this frame's estimate agrees with what was observed,
+    /// in [0, 1].
+    pub(super) fn weigh(&mut self, agreement: f64) {
+        self.prior_weight = prior_weight(agreement);
     }
 
     /// Of `count` particles, the numbers of those that go on from the refined pose: evenly spread.
@@ -168,7 +179,14 @@ impl Refinement {
         starts: &[M::State],
         energy: f64,
     ) -> Refined<M::State> {
-        let mut search = Search { model, likelihood, anchor, evaluations: 0, idle: Mutex::default() };
+        let mut search = Search {
+            model,
+            likelihood,
+            anchor,
+            prior_weight: self.prior_weight,
+            evaluations: 0,
+            idle: Mutex::default(),
+        };
         let starts: Vec<&M::State> = starts.iter().collect();
         let descended = search.descend_all(&starts, self.settings.iterations);
         let mut best = lowest(descended);
@@ -184,11 +202,23 @@ impl Refinement {
     }
 }
 
+/// Factor on the weight of the prior where the outline of the last estimate agreed with what was observed by this share.
+///
+/// Right bodies and wrong ones that follow a person agree by 0.94 and more, also among blobs; a lost arm leaves 0.9.
+/// Where a second person stands in the silhouettes it is 0.6 to 0.85, where outlines waver by 8 pixels 0.5: there free
+/// descents find poses of less energy farther from the truth than the particles are, and the prior holds them.
+fn prior_weight(agreement: f64) -> f64 {
+    let misfit = ((1.0 - agreement) / USUAL_MISFIT).max(1.0);
+    misfit * misfit * misfit * misfit
+}
+
 /// One frame's search.
 struct Search<'a, M: MotionModel, L: Likelihood> {
     model: &'a M,
     likelihood: &'a L,
     anchor: &'a Pose,
+    /// Factor on the weight of the prior in descents.
+    prior_weight: f64,
     evaluations: u64,
     /// Buffers that no thread uses: making them anew for every few poses would take as long as the search.
     idle: Mutex<Vec<L::Scratch>>,
@@ -233,6 +263,7 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
             let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
             let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
             let evidence = self.likelihood.linearise(self.model.pose(&state), width, scratch);
+            let evidence = evidence.map(|evidence| evidence.with_prior(self.prior_weight));
             match evidence.and_then(|evidence| self.model.descend(&state, self.anchor, evidence)) {
                 Some(next) => state = next,
                 None => break,

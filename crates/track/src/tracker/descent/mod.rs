@@ -12,8 +12,8 @@ mod observed;
 mod outline;
 mod samples;
 
-pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
-pub(super) use observed::{ObservedOutline, OutlineResidual};
+pub(super) use normal_equations::{Accumulator, slide, wrench};
+pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual};
 pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};
 
@@ -36,12 +36,22 @@ const REACH: f64 = 20.0;
 const NEAREST: f64 = 30.0;
 /// Least cosine between the directions in which a sample and the distance field inside the silhouette point.
 const SAME_SIDE: f64 = 0.2;
+/// Width of the robust weight by which outlines agree, lengths: wider than what separates bodies of other lengths and
+/// girths, narrower than what separates limbs.
+const AGREEMENT_WIDTH: f64 = 4.0;
 /// Least cosine between the normals of an observed point and of its sample.
 const SAME_NORMAL: f64 = 0.5;
 
 /// Pixels of a length in the images of a camera.
 pub(super) fn length_px(camera: &Camera) -> f64 {
     LENGTH * f64::from(camera.pinhole.height)
+}
+
+/// The robust weight of `[Geman 1987]`, `1 / (1 + (r / width)^2)^2`.
+pub(super) fn robust_weight(residual: f64, width: f64) -> f64 {
+    let ratio = residual / width;
+    let falloff = 1.0 / (1.0 + ratio * ratio);
+    falloff * falloff
 }
 
 /// Buffers of one thread.
@@ -60,7 +70,7 @@ impl DescentScratch {
     }
 }
 
-/// Calls `add` with the residuals of one view at a pose whose links are at `frames`.
+/// Calls `add` with the residuals of one view at a pose whose links are at `frames`; how far the outlines agree.
 #[expect(clippy::too_many_arguments, reason = "one view's data, the pose and the memory to work in")]
 pub(super) fn each_residual(
     body: &Humanoid,
@@ -71,9 +81,11 @@ pub(super) fn each_residual(
     observed: &ObservedOutline,
     scratch: &mut DescentScratch,
     add: impl FnMut(&OutlineSample, OutlineResidual),
-) {
+) -> OutlineAgreement {
     let DescentScratch { painters, drawn, samples } = scratch;
-    let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else { return };
+    let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else {
+        return OutlineAgreement::default();
+    };
     mask.clear();
     painter.place(&camera.camera_from_world);
     painter.paint(body, frames, mask);
@@ -81,7 +93,7 @@ pub(super) fn each_residual(
     samples.clear();
     outline.sample(body, frames, camera, SAMPLE_SPACING * length, samples);
     samples.retain(|sample| is_on_the_contour(sample, mask));
-    observed.each_residual(samples, length, add);
+    observed.each_residual(samples, length, add)
 }
 
 /// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the

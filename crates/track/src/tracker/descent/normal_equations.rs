@@ -2,18 +2,11 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3, Vector6};
 
-use super::OutlineSample;
 use super::observed::OutlineResidual;
+use super::{OutlineSample, robust_weight};
 use crate::body::{Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
-
-/// The robust weight of `[Geman 1987]`, `1 / (1 + (r / width)^2)^2`.
-pub(in crate::tracker) fn robust_weight(residual: f64, width: f64) -> f64 {
-    let ratio = residual / width;
-    let falloff = 1.0 / (1.0 + ratio * ratio);
-    falloff * falloff
-}
 
 /// Derivative of a residual, in lengths of `length` pixels, by the place in the world of `point`, which is given in the
 /// camera's frame.
@@ -121,6 +114,6 @@ impl Accumulator {
             }
         }
         let Self { cost, weight, residuals, .. } = self;
-        NormalEquations { matrix, gradient, cost, weight, residuals }
+        NormalEquations { matrix, gradient, cost, weight, residuals, prior_weight: 1.0 }
     }
 }

@@ -1,6 +1,8 @@
 //! The outline that was observed, and how far a model's outline lies from it.
 
-use super::{NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPECK};
+use super::{
+    AGREEMENT_WIDTH, NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPECK, robust_weight,
+};
 use crate::raster::{Mask, SignedDistance, contour, without_specks};
 
 /// One view's observed outline.
@@ -27,6 +29,27 @@ pub(in crate::tracker) struct OutlineResidual {
     pub(in crate::tracker) gradient: [f64; 2],
 }
 
+/// How far a body's outline lies on what was observed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::tracker) struct OutlineAgreement {
+    samples: usize,
+    near: f64,
+}
+
+impl OutlineAgreement {
+    /// Counts the samples of another view too.
+    pub(in crate::tracker) fn add(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.near += other.near;
+    }
+
+    /// Mean over the samples of 1 for those on the observed outline, less for those beside it, 0 for those far from it;
+    /// `None` without samples.
+    pub(in crate::tracker) fn share(self) -> Option<f64> {
+        (self.samples > 0).then(|| self.near / self.samples as f64)
+    }
+}
+
 impl ObservedOutline {
     /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels
     /// show anything, where not all do. `None` for a mask without an outline.
@@ -39,13 +62,14 @@ impl ObservedOutline {
     }
 
     /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed
-    /// point against the nearest sample whose normal agrees. `length` in pixels.
+    /// point against the nearest sample whose normal agrees. `length` in pixels. How far the samples agree.
     pub(in crate::tracker) fn each_residual(
         &self,
         samples: &[OutlineSample],
         length: f64,
         mut add: impl FnMut(&OutlineSample, OutlineResidual),
-    ) {
+    ) -> OutlineAgreement {
+        let mut near = 0.0;
         for sample in samples {
             let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
             let agreement = dot(found.gradient, sample.normal);
@@ -54,10 +78,13 @@ impl ObservedOutline {
             if found.distance < 0.0 && agreement < SAME_SIDE * steepness {
                 continue;
             }
-            add(sample, OutlineResidual { value: found.distance / length, gradient: found.gradient });
+            let value = found.distance / length;
+            near += robust_weight(value, AGREEMENT_WIDTH);
+            add(sample, OutlineResidual { value, gradient: found.gradient });
         }
+        let agreement = OutlineAgreement { samples: samples.len(), near };
         if samples.is_empty() {
-            return;
+            return agreement;
         }
         let grid = SampleGrid::new(samples, NEAREST * length);
         for point in &self.points {
@@ -66,6 +93,7 @@ impl ObservedOutline {
             let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
             add(sample, OutlineResidual { value: dot(point.normal, offset) / length, gradient: point.normal });
         }
+        agreement
     }
 }
 

@@ -57,6 +57,29 @@ fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<
     frames.map(|frame| tracker.track(&seen(&marching(frame), rig, frame)).unwrap()).collect()
 }
 
+#[test]
+fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
+    assert_eq!(prior_weight(1.0), 1.0);
+    assert_eq!(prior_weight(0.95), 1.0);
+    let weights = [0.9, 0.8, 0.5, 0.0].map(prior_weight);
+    assert!(weights.is_sorted() && weights[0] < 10.0 && weights[1] > 100.0 && weights[3].is_finite(), "{weights:?}");
+    // outlines that are where they were drawn agree, those of a body that stands beside them do not
+    let (rig, pose) = (rig(4), marching(0));
+    let mut likelihood = likelihood(&rig);
+    likelihood.prepare(&seen(&pose, &rig, 0)).unwrap();
+    let agreement = |pose: &Pose| likelihood.evidence(pose, FINAL_WIDTH, &mut likelihood.scratch()).unwrap().agreement;
+    let mut beside = pose.clone();
+    beside.world_from_root.translation.vector.y += 0.3;
+    assert!(agreement(&pose).unwrap() > 0.97 && agreement(&beside).unwrap() < 0.6, "{:?}", agreement(&beside));
+    let alone = CameraRig { cameras: rig.cameras[..1].to_vec() };
+    let mut one = SilhouetteLikelihood::new(body(), &alone, SilhouetteSettings::default()).unwrap().with_descent();
+    one.prepare(&seen(&pose, &alone, 0)).unwrap();
+    let weight = |likelihood: &SilhouetteLikelihood| {
+        likelihood.linearise(&pose, FINAL_WIDTH, &mut likelihood.scratch()).unwrap().prior_weight
+    };
+    assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not tell depth");
+}
+
 /// Mean distance of the markers, millimetres.
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((&body(), a), (&body(), b))

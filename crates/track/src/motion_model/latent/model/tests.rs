@@ -415,6 +415,7 @@ fn says(body: &Humanoid, here: &Pose, target: &Pose, weight: f64) -> NormalEquat
         cost: weight * towards.norm_squared(),
         weight,
         residuals: towards.len(),
+        prior_weight: 1.0,
     }
 }
 
