@@ -219,7 +219,8 @@ impl Likelihood for SilhouetteLikelihood {
 
 impl SilhouetteLikelihood {
     /// Calls `add` with every residual at a pose: view, its camera and length, sample, residual, and what it counts.
-    /// Where the links are, and how far the outlines agree; `None` of a likelihood that cannot be descended, and for a pose that is not finite.
+    /// Where the links are, and how far the outlines agree; `None` of a likelihood that cannot be descended, and for a
+    /// pose that is not finite.
     fn residuals<'s>(
         &self,
         pose: &Pose,
