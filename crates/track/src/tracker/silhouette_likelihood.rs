@@ -22,8 +22,8 @@ use crate::parallel;
 use crate::raster::{Mask, Overlap, TaperedCapsule};
 
 /// Factors on the weight of the prior where one camera sees an outline, and where two do: one cannot tell depth, and
-/// two leave limbs hidden, which a free descent then fits to whatever is there. Found on one walk: with one camera 30 is
-/// as good and 100 worse, with two 10 to 60 are as good.
+/// two leave limbs hidden, which a free descent then fits to whatever is there. Found on one walk: with one camera 30
+/// is as good and 100 worse, with two 10 to 60 are as good.
 const PRIOR_OF_ONE_VIEW: f64 = 40.0;
 const PRIOR_OF_TWO_VIEWS: f64 = 20.0;
 
