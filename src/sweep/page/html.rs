@@ -368,7 +368,7 @@ pub(super) mod tests {
     fn the_page_has_choice_map_curve_effects_failures_and_links() {
         let page = sweep_page(&grid()).unwrap();
         for words in [
-            "best layers=5 particles=200 (35",
+            "the best is layers=5 particles=200 (35",
             "likelihood evaluations a frame",
             "Pareto front",
             "<td class=\"map\"",
@@ -424,7 +424,9 @@ pub(super) mod tests {
         averaged.every = Some(SweepSummary { axes, settings, ..averaged.summary.clone() });
         averaged.over = vec!["clip".to_owned()];
         let page = sweep_page(&averaged).unwrap();
-        for words in ["mean over all values of clip", "best layers=5 particles=200 (35", "80.0 mm", "clip = run"] {
+        for words in
+            ["means over all values of clip", "the best is layers=5 particles=200 (35", "80.0 mm", "clip = run"]
+        {
             assert!(page.contains(words), "no {words:?}");
         }
     }
