@@ -39,6 +39,8 @@ const SAME_SIDE: f64 = 0.2;
 /// Width of the robust weight by which outlines agree, lengths: wider than what separates bodies of other lengths and
 /// girths, narrower than what separates limbs.
 const AGREEMENT_WIDTH: f64 = 4.0;
+/// The least such width, pixels: outlines of small images are known to half a pixel.
+const LEAST_AGREEMENT_WIDTH_PX: f64 = 4.0;
 /// Least cosine between the normals of an observed point and of its sample.
 const SAME_NORMAL: f64 = 0.5;
 

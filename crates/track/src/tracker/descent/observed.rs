@@ -1,7 +1,8 @@
 //! The outline that was observed, and how far a model's outline lies from it.
 
 use super::{
-    AGREEMENT_WIDTH, NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPECK, robust_weight,
+    AGREEMENT_WIDTH, LEAST_AGREEMENT_WIDTH_PX, NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE,
+    SPECK, robust_weight,
 };
 use crate::raster::{Mask, SignedDistance, contour, without_specks};
 
@@ -70,6 +71,7 @@ impl ObservedOutline {
         mut add: impl FnMut(&OutlineSample, OutlineResidual),
     ) -> OutlineAgreement {
         let mut near = 0.0;
+        let width = (AGREEMENT_WIDTH * length).max(LEAST_AGREEMENT_WIDTH_PX);
         for sample in samples {
             let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
             let agreement = dot(found.gradient, sample.normal);
@@ -79,7 +81,7 @@ impl ObservedOutline {
                 continue;
             }
             let value = found.distance / length;
-            near += robust_weight(value, AGREEMENT_WIDTH);
+            near += robust_weight(found.distance, width);
             add(sample, OutlineResidual { value, gradient: found.gradient });
         }
         let agreement = OutlineAgreement { samples: samples.len(), near };
