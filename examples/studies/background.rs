@@ -88,9 +88,9 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
          20 background images with drift (`[observation.images]`, defaults except the contrast), seeds {SEEDS:?} of clothing, light \
          and noise. F1 is over all pixels of all images, against the exact silhouettes. The mixture learns each period as one \
          component and is then fixed. The online mixture, MOG2 and KNN see all background images in order and then classify; ours \
-         continues to learn at its rate, OpenCV's do not. OpenCV's shadows count as background. *Cleaned* is an opening with 3 x 3 and a \
-         closing with 5 x 5; ours also fills holes and removes specks. Times are of one thread on a busy machine: compare them only with \
-         each other.\n\n\
+         continues to learn at its rate, OpenCV's do not. OpenCV's shadows count as background. *Cleaned* is, \
+         for OpenCV's, an opening with 3 x 3 and a closing with 5 x 5; ours removes specks, fills holes and closes with 3 x 3. Times are \
+         of one thread on a busy machine: compare them only with each other.\n\n\
          Made by `SKIAGRAPH_TEST_PYTHON=PYTHON cargo run --release --example studies -- background`, with opencv-python-headless in \
          PYTHON.\n",
         list(&ours_f1),
