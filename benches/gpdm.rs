@@ -7,11 +7,11 @@ use std::path::Path;
 
 use faer::Mat;
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 use skiagraph::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph::train::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 
 fn main() {
     divan::main();

@@ -10,7 +10,8 @@ use std::error::Error;
 use std::path::Path;
 
 use skiagraph::artefacts::Destination;
-use skiagraph::experiment::{NoProgress, draw, render};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{draw, render};
 use skiagraph::scenario::ScenarioFile;
 
 /// The built-in walk, seen by two small cameras.

@@ -10,7 +10,9 @@
 use std::error::Error;
 
 use skiagraph::body::{Humanoid, Pose};
-use skiagraph::experiment::{Measures, NoProgress, draw, track_with};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{draw, track_with};
+use skiagraph::measure::Measures;
 use skiagraph::observation::Observation;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};

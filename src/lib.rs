@@ -23,7 +23,13 @@
 //! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
-//! | [`scenario`], [`experiment`], [`sweep`] | scenarios in TOML; render, track, evaluate, report; many settings |
+//! | [`scenario`] | [`scenario::ScenarioFile`]: scenarios in TOML |
+//! | [`prepare`] | [`prepare::PreparedScene`]: the scene of a scenario |
+//! | [`external`], [`train`] | trackers that are other programs; [`train::Models`]: learned motion models |
+//! | [`measure`] | [`measure::Measures`]: estimates against the truth of a set |
+//! | [`inspect`] | [`inspect::inspect()`]: recordings, robots, skins, models and sets in numbers |
+//! | [`experiment`], [`sweep`] | render, track, evaluate, report; many settings of one scenario |
+//! | [`common`] | [`common::ExperimentError`], [`common::Progress`] |
 //! | [`artefacts`] | [`artefacts::Destination`]: where results go, and what is replaced |
 //!
 //! # Crates
@@ -130,7 +136,12 @@
 pub mod artefacts;
 #[doc(hidden)]
 pub mod cli;
+pub mod common;
 pub mod experiment;
+pub mod external;
+pub mod inspect;
+pub mod measure;
+pub mod prepare;
 pub mod report;
 pub mod scenario;
 pub mod sweep;
@@ -143,6 +154,7 @@ pub mod test_cameras;
 #[cfg(test)]
 #[path = "../crates/test_support/figure.rs"]
 pub mod test_figure;
+pub mod train;
 
 /// The linear algebra of poses, frames and points in this interface.
 pub use nalgebra;

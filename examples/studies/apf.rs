@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{NoProgress, RunRecord, run};
+use skiagraph::experiment::run;
+use skiagraph::measure::RunRecord;
 use skiagraph::report::plots::{Bar, BarGroup, BarPlot, Colour};
 use skiagraph::scenario::ScenarioFile;
 

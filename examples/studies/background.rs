@@ -9,11 +9,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use skiagraph::benchmark_set::silhouette_to_png;
-use skiagraph::experiment::PreparedScene;
 use skiagraph::observation::{
     BackgroundMixture, BackgroundSettings, Cleaning, Image, ImageSettings, Observer, OnlineBackground, OnlineSettings,
     Risk, SceneCamera, Segmenter,
 };
+use skiagraph::prepare::PreparedScene;
 use skiagraph::raster::{Mask, overlap};
 use skiagraph::scenario::ScenarioFile;
 

@@ -14,9 +14,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use skiagraph::camera::{Camera, Distortion};
-use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, draw, track};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Measures;
 use skiagraph::observation::{AXES, CorruptionAxis};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 /// Name, and override of the tracker's table: the algorithm as printed, and the default.
 const TRACKERS: [(&str, &str); 2] = [("paper", "tracker.annealed_particle_filter.paper=true"), ("default", "")];

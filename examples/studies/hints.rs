@@ -10,11 +10,14 @@ use std::path::Path;
 use nalgebra::Point3;
 use skiagraph::body::Markers;
 use skiagraph::camera::Camera;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{
     AxisOrder, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading, with_sides_exchanged,
 };
-use skiagraph::experiment::{Measures, Models, NoProgress, Tracked, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::{Measures, Tracked};
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 const SEEDS: u64 = 20;
 

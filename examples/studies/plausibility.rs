@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{MethodRecord, NoProgress, compare};
+use skiagraph::experiment::{MethodRecord, compare};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";

@@ -10,8 +10,10 @@ use std::path::Path;
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
 use skiagraph::body::SilhouettePainter;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{Interval, ValueRange, intersection_over_union, mean_interval};
-use skiagraph::experiment::{NoProgress, PreparedScene, run};
+use skiagraph::experiment::run;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/walk.toml";

@@ -19,11 +19,15 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use skiagraph::body::{Landmark, LinkFrames, Motion, Pose, Solid};
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::{Models, NoProgress, PreparedScene, Tracked, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Tracked;
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph::train::Models;
 
 /// Name, recording, skeleton, frames learned from and frames tracked, as the files count them.
 type Take = (&'static str, &'static str, &'static str, [usize; 2], [usize; 2]);

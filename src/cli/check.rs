@@ -11,7 +11,9 @@ use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::body::DrawnShares;
-use crate::experiment::{CameraView, CheckReport, ExperimentError, RunCost, check, unusable_files};
+use crate::common::ExperimentError;
+use crate::experiment::{CheckReport, RunCost, check, unusable_files};
+use crate::prepare::CameraView;
 use crate::scenario::{ScenarioError, ScenarioFile, Survey};
 use crate::sweep::SweepFile;
 

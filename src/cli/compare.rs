@@ -10,8 +10,9 @@ use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
+use crate::common::ExperimentError;
 use crate::evaluation::IntervalUnit;
-use crate::experiment::{ExperimentError, SidesToCompare, compare_sides};
+use crate::experiment::{SidesToCompare, compare_sides};
 use crate::report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval

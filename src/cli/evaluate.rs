@@ -11,7 +11,8 @@ use super::volume::Volume;
 use super::{CommandError, output, summary};
 use crate::benchmark_set::{FARTHEST_M, SetPlace};
 use crate::evaluation::AxisOrder;
-use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
+use crate::experiment::evaluate_run;
+use crate::measure::{PosesDeclared, REPORT_FILE};
 use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set

@@ -14,7 +14,8 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::SetPlace;
-use crate::experiment::{ExperimentError, ExportTo, export_set};
+use crate::common::ExperimentError;
+use crate::experiment::{ExportTo, export_set};
 
 /// Write a benchmark set in other tools' formats
 ///

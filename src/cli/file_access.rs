@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::AllowedFolders;
 use crate::scenario::{NamedOnCommandLine, ScenarioFile};
 use crate::sweep::PlannedSweep;

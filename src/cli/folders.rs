@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::benchmark_set::is_set;
-use crate::experiment::{ExperimentError, RUN_FILE};
+use crate::common::ExperimentError;
+use crate::measure::RUN_FILE;
 use crate::scenario::similar_file;
 
 /// Files of which a tracker's folder has one.

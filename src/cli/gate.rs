@@ -11,10 +11,10 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, keep_others_from_junit, put_file};
+use crate::common::ExperimentError;
 use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
 use crate::experiment::{
-    BASELINES, Baseline, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run,
-    read_rules,
+    BASELINES, Baseline, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run, read_rules,
 };
 use crate::report::GateReport;
 

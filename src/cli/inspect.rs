@@ -11,7 +11,8 @@ use super::inspect_words::in_words;
 use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
 use crate::artefacts::Destination;
-use crate::experiment::{ExperimentError, InspectOptions, Inspected, inspect, is_skin_file};
+use crate::common::ExperimentError;
+use crate::inspect::{InspectOptions, Inspected, inspect, is_skin_file};
 use crate::scenario::SolidsSource;
 
 /// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set

@@ -8,7 +8,8 @@ use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::experiment::{EditedSummary, ExperimentError, inspect_scenario};
+use crate::common::ExperimentError;
+use crate::inspect::{EditedSummary, inspect_scenario};
 use crate::scenario::ScenarioFile;
 
 /// A scenario to look at.

@@ -2,8 +2,8 @@
 
 use super::output::counted;
 use crate::body::DegreeOfFreedom;
-use crate::experiment::{Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
 use crate::input::plain;
+use crate::inspect::{Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
     match found {

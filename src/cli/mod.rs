@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand, each a thin call into experiment/.
+//! The command line: one file per subcommand, each a thin call into the other rooms.
 //!
 //! Results go to stdout, progress and notes to stderr. Exit codes: 0 done; 1 check failed; 2 usage or bad input; 3
 //! inconclusive; 75 try again later; 101 internal error; 130 interrupted.
@@ -40,7 +40,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::artefacts::ArtefactError;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::ScenarioError;
 
 /// Generates exact ground truth and measures markerless human motion trackers against it.

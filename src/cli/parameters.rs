@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::{self, foreign, limits};
 use crate::scenario::as_toml;
 

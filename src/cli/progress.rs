@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
-use crate::experiment::{Progress, Stage};
+use crate::common::{Progress, Stage};
 use crate::input::shell_word;
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::file_access::FileAccess;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{ScenarioFile, Survey, survey};
 
 #[derive(Args, Debug)]

@@ -1,7 +1,8 @@
 //! The summary table of a run.
 
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
-use crate::experiment::{Hint, MethodComparison, MethodRecord, RunRecord};
+use crate::experiment::{MethodComparison, MethodRecord};
+use crate::measure::{Hint, RunRecord};
 use crate::report::aliases;
 
 /// Whether a metric is in the table; `--json` and the report have all. Coverage has a column of its own.

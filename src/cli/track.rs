@@ -12,10 +12,8 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::is_public;
-use crate::experiment::{
-    Conformance, ExternalRecord, ProgramSandbox, ProgramSettings, check_program, track_set_calibrating,
-    track_set_with_program,
-};
+use crate::experiment::{check_program, track_set_calibrating, track_set_with_program};
+use crate::external::{Conformance, ExternalRecord, ProgramSandbox, ProgramSettings};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth

@@ -11,9 +11,10 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::experiment::{ClipOptions, ExperimentError, LearnedModel, TrainingInput, train as learn};
+use crate::common::ExperimentError;
 use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 use crate::scenario::ScenarioFile;
+use crate::train::{ClipOptions, LearnedModel, TrainingInput, train as learn};
 
 /// Number of joints over which `[GPDM graph]` sums the distance that TH bounds.
 const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
-use super::error::read_file;
+use super::read_runs;
 use super::run_reading::hints_of_runs;
-use super::{ExperimentError, read_runs};
 use crate::artefacts::{Destination, put_file};
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 use crate::input::{excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::json_tree;

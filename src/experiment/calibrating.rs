@@ -1,9 +1,8 @@
 //! Calibrates the tracker's body of a set, from its blind side alone, by what a tracker answers in the first frames.
 
-use super::ExperimentError;
-use super::progress::{Progress, advance};
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
+use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
     BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, SilhouetteSettings, Tracker,
     calibrate,

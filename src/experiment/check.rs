@@ -6,13 +6,13 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::cost::{RunCost, cost};
-use super::learning::Models;
-use super::robots::{RobotChoice, robot};
-use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
-use super::scene_preparation::PreparedScene;
-use super::{ExperimentError, LearnedModel, NoProgress, clip_file};
 use crate::body::{DrawnShares, Humanoid};
+use crate::common::{ExperimentError, NoProgress};
+use crate::prepare::robots::{RobotChoice, robot};
+use crate::prepare::scene_check::{CamerasInside, doubts, unseen, views};
+use crate::prepare::{ActorPath, CameraView, PreparedScene, clip_file};
 use crate::scenario::ScenarioFile;
+use crate::train::{LearnedModel, Models};
 
 /// Facts about a valid scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]

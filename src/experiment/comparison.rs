@@ -7,17 +7,17 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::learning::Models;
 use super::made_by::MadeBy;
-use super::progress::Progress;
 use super::rendering::draw;
 use super::run::MethodRun;
-use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
-use super::{ExperimentError, TrackTiming, to_json};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, output};
+use crate::common::{ExperimentError, Progress, to_json};
 use crate::evaluation::Summary;
+use crate::external::TrackTiming;
+use crate::prepare::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
 use crate::scenario::{Scenario, ScenarioFile};
+use crate::train::Models;
 
 /// The name of a comparison's numbers.
 pub const COMPARISON_FILE: &str = "comparison.json";

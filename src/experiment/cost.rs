@@ -4,18 +4,19 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::learning::Models;
-use super::measuring::Measures;
+use super::memory;
 use super::observing::observer;
-use super::scene_preparation::PreparedScene;
 use super::tracking::track;
-use super::{ExperimentError, NoProgress, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Motion, Solid};
+use crate::common::{ExperimentError, NoProgress};
+use crate::measure::Measures;
 use crate::observation::SilhouetteSource;
+use crate::prepare::PreparedScene;
 use crate::scenario::{AnnealedParticleFilterSettings, NoSettings, ScenarioFile, SearchSettings, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::FilterSettings;
+use crate::train::Models;
 
 /// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;

@@ -4,10 +4,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
-use super::progress::{Progress, Stage, advance};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
+use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
 

@@ -4,16 +4,17 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::error::read_file;
+use super::COMPARISON_FILE;
 use super::run_picture::{stored_columns, stored_methods};
 use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
-use super::search_file::{SearchRecord, search_from_npz};
-use super::tracking::{POSES_FILE, SEARCH_FILE};
-use super::{COMPARISON_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::body::Markers;
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
 use crate::input::limits;
+use crate::measure::search_file::search_from_npz;
+use crate::measure::tracked::{POSES_FILE, SEARCH_FILE};
+use crate::measure::{PER_FRAME_FILE, RUN_FILE, SearchRecord};
 use crate::npz::Npz;
 use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures};
 

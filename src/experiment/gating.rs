@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use super::run_reading::hints_of_runs;
 use super::seed_advice::{seed_advice, set_advice};
-use super::{Baseline, ExperimentError, read_runs};
+use super::{Baseline, read_runs};
+use crate::common::ExperimentError;
 use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, METRICS, find_metric, gate};
 use crate::input::{self, excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::{did_you_mean, json_tree};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::ExperimentError;
 use crate::benchmark_set::KEY_FILE;
+use crate::common::ExperimentError;
 use crate::rng::ObservationKey;
 use crate::scenario::{Mismatch, MismatchBy, Scenario, ScenarioFile};
 

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::ExperimentError;
 use super::key_source::{KeySource, fresh_key, has_secrets, note, without_key};
-use super::scenario_copy::scenario_text;
 use super::unfinished_set::{UnfinishedSet, settings_of};
 use crate::artefacts::{ArtefactError, output, write_whole};
 use crate::benchmark_set::BlindSet;
+use crate::common::ExperimentError;
 use crate::input::{self, hex_sha256, limits};
+use crate::prepare::scenario_copy::scenario_text;
 use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 

@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::external::EXTERNAL_FILE;
-use super::results::RUN_FILE;
-use super::scenario_copy::{SCENARIO_FILE, scenario_text};
-use super::tracking::{POSES_FILE, TRACK_FILE};
 use crate::artefacts::{ArtefactKind, difference, is_signed, sibling};
 use crate::benchmark_set::BlindSet;
-use crate::experiment::{ExperimentError, ProgramOptions, ProgramSettings};
+use crate::common::ExperimentError;
+use crate::external::{EXTERNAL_FILE, ProgramOptions, ProgramSettings};
 use crate::input::{self, limits};
+use crate::measure::RUN_FILE;
+use crate::measure::tracked::{POSES_FILE, TRACK_FILE};
 use crate::npz::Npz;
+use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// What made a result, key by key.

@@ -3,20 +3,22 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::error::read_file;
-use super::progress::Progress;
 use super::rendering::draw;
 use super::run::measure;
 use super::run_reading::{MORE_SEEDS, run_folders};
-use super::scenario_copy::SCENARIO_FILE;
 use super::seed_advice::by_hand;
-use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
-use super::{Baseline, ExperimentError, Models, read_runs};
+use super::tracking::track;
+use super::{Baseline, read_runs};
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::BenchmarkSet;
+use crate::common::{ExperimentError, Progress, read_file};
 use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
 use crate::input::{self, limits};
+use crate::measure::tracked::TRACK_FILE;
+use crate::measure::{TrackRecord, Tracked};
+use crate::prepare::scenario_copy::SCENARIO_FILE;
 use crate::scenario::{ScenarioFile, json_tree};
+use crate::train::Models;
 
 /// Where the sets of runs come from.
 #[derive(Clone, Copy, Debug, Default)]

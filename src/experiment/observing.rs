@@ -1,7 +1,8 @@
 //! What the cameras saw, as the scenario's `[observation]` wants it.
 
-use super::{ExperimentError, memory};
+use super::memory;
 use crate::camera::TimedRig;
+use crate::common::ExperimentError;
 use crate::observation::{ObservationSettings, SilhouetteObserver, SilhouetteSource};
 use crate::scene::GroundTruth;
 

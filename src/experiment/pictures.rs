@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageReader, Limits};
 
-use super::ExperimentError;
-use super::error::read_file;
 use crate::camera::MAX_IMAGE_SIZE;
+use crate::common::{ExperimentError, read_file};
 use crate::input::{foreign, limits};
 use crate::observation::Image;
 

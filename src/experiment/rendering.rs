@@ -3,18 +3,17 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use super::ExperimentError;
 use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::observer;
-use super::progress::{Progress, Stage};
 use super::same_set::{is_public_side_of, kept, set_difference};
-use super::scenario_copy::{inputs_of, scenario_text};
-use super::scene_check::{CamerasInside, unseen_in};
-use super::scene_preparation::PreparedScene;
 use super::unfinished_set::{UnfinishedSet, settings_of};
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
+use crate::common::{ExperimentError, Progress, Stage};
 use crate::observation::{Observation, ObservationFacts};
+use crate::prepare::PreparedScene;
+use crate::prepare::scenario_copy::{inputs_of, scenario_text};
+use crate::prepare::scene_check::{CamerasInside, unseen_in};
 use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 

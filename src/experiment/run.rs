@@ -3,21 +3,23 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::external::EXTERNAL_FILE;
-use super::hints::explained;
 use super::made_by::{MadeBy, free_place};
-use super::measuring::{Measures, SeedMeasures, check_fit};
-use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
-use super::progress::Progress;
 use super::rendering::draw;
-use super::results::{RunRecord, RunResults, tracker_in_words};
-use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
-use super::start_check::StartDistance;
-use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
-use super::{ExperimentError, Models, NamedFiles};
+use super::tracking::track;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Listing, sibling, sign};
 use crate::benchmark_set::{BenchmarkSet, SetPlace};
+use crate::common::{ExperimentError, NamedFiles, Progress};
+use crate::external::EXTERNAL_FILE;
+use crate::external::start_check::StartDistance;
+use crate::measure::hints::explained;
+use crate::measure::measuring::check_fit;
+use crate::measure::poses_file::{check_angles, check_scale, read_poses};
+use crate::measure::results::tracker_in_words;
+use crate::measure::tracked::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE};
+use crate::measure::{Measures, PosesDeclared, RunRecord, RunResults, SeedMeasures, Tracked};
+use crate::prepare::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
 use crate::scenario::{Scenario, ScenarioFile};
+use crate::train::Models;
 
 /// A run that is done.
 #[derive(Clone, Debug)]

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::error::read_file;
 use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_in_words};
-use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, MethodComparison, PER_FRAME_FILE, RUN_FILE};
+use super::{COMPARISON_FILE, MethodComparison};
+use crate::common::{ExperimentError, read_file};
 use crate::input::{limits, plain};
+use crate::measure::{CONTACT_SHEET_FILE, PER_FRAME_FILE, RUN_FILE};
 use crate::report::{ComparedMethod, SummaryPicture, comparison_picture, summary_picture};
 use crate::scenario::{TrackerSettings, json_tree};
 

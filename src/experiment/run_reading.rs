@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::error::read_file;
-use super::external::{EXTERNAL_FILE, ExternalRecord};
-use super::results::RUN_SCHEMA;
-use super::tracking::TRACK_FILE;
-use super::{COMPARISON_FILE, ExperimentError, RUN_FILE, RunRecord};
+use super::COMPARISON_FILE;
 use crate::artefacts::{LISTING, is_unlisted, parent_of};
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
+use crate::external::{EXTERNAL_FILE, ExternalRecord};
 use crate::input::{foreign, is_own_output, limits, plain, unquoted};
+use crate::measure::results::RUN_SCHEMA;
+use crate::measure::tracked::TRACK_FILE;
+use crate::measure::{RUN_FILE, RunRecord};
 use crate::scenario::json_tree;
 
 /// How deep below a folder runs are looked for.

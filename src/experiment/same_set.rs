@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::scene_hash::scene_hash;
 use crate::artefacts::backup_of;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set, listed_files};
+use crate::prepare::scene_hash::scene_hash;
 use crate::rng::ObservationKey;
 
 /// The first setting in which the set that stands at `place` differs from the one in `made`; `None` where the same

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::Baseline;
-use super::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
-use super::tracking::TRACK_FILE;
 use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, seeds_in_words};
+use crate::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use crate::input::{self, limits, shell_word};
+use crate::measure::tracked::TRACK_FILE;
 
 /// Commands that are spelt out at most.
 const MOST_COMMANDS: usize = 3;

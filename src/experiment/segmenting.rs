@@ -6,12 +6,10 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::error::read_file;
 use super::pictures::{images_in, read_image};
-use super::progress::{Progress, Stage, advance};
-use super::{ExperimentError, to_json};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, difference};
 use crate::benchmark_set::silhouette_to_png;
+use crate::common::{ExperimentError, Progress, Stage, advance, read_file, to_json};
 use crate::input::limits;
 use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
 use crate::parallel;

@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::error::read_file;
-use super::external::{
+use super::made_by::MadeBy;
+use super::tracking::track;
+use super::unfinished_run::UnfinishedRun;
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
+use crate::benchmark_set::{BlindSet, TruthSet, is_public};
+use crate::common::{ExperimentError, Progress, read_file, to_json};
+use crate::external::{
     ANSWERS_FILE, Conformance, ExternalRecord, ProgramSeed, ProgramSettings, Programmed, dry_run,
     track_seed_with_program,
 };
-use super::hints::told_by_the_start;
-use super::made_by::MadeBy;
-use super::progress::Progress;
-use super::tracking::{Tracked, track};
-use super::unfinished_run::UnfinishedRun;
-use super::{ExperimentError, Models, to_json};
-use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
-use crate::benchmark_set::{BlindSet, TruthSet, is_public};
 use crate::input::{hex_sha256, limits};
+use crate::measure::Tracked;
+use crate::measure::hints::told_by_the_start;
 use crate::scenario::TrackerSettings;
+use crate::train::Models;
 
 /// What a finished seed of a program is kept in.
 const SEED_FILE: &str = "answers.json";

@@ -1,17 +1,18 @@
 //! Trackers from the settings of scenarios.
 
-use super::calibrating::{self, Beginning};
+use super::calibrating;
+use super::calibrating::Beginning;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
-use super::progress::{Progress, Stage};
-use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
+use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
     AnnealedParticleFilter, BodyCalibration, Frozen, Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
+use crate::train::Models;
 
 /// What a tracker may be built from.
 pub(super) struct TrackerFactory<'a> {

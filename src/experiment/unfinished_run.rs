@@ -10,11 +10,11 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{ExperimentError, NamedFiles};
 use crate::artefacts::{
     ArtefactError, Destination, Resumable, ResumableKind, difference, is_signed, output, remove, sign, sync_parent,
     write_synced,
 };
+use crate::common::{ExperimentError, NamedFiles};
 
 const SEED: &str = "seed-";
 const WRITING: &str = "writing";

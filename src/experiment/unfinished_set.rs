@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::ExperimentError;
 use super::key_source::fresh_key;
 use crate::artefacts::{
     Artefact, ArtefactError, ArtefactKind, Destination, Resumable, ResumableKind, difference, output,
 };
 use crate::benchmark_set::SetError;
+use crate::common::ExperimentError;
 use crate::rng::ObservationKey;
 
 const JOURNAL: &str = "finished.sha256";

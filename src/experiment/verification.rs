@@ -1,8 +1,7 @@
 //! Verifying a set under the eyes of a watch.
 
-use super::ExperimentError;
-use super::progress::{Progress, Stage};
 use crate::benchmark_set::{BlindSet, SetPlace, Verification, VerifyOptions, verify_place};
+use crate::common::{ExperimentError, Progress, Stage};
 
 /// `skiagraph verify`: makes every check of a set; of every `every`th frame silhouettes and truth
 /// images are drawn anew.

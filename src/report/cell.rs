@@ -9,8 +9,7 @@ use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
-use super::drawing::new_picture;
-use super::drawing::{BLUE, FIGURE, new_sheet, pixel};
+use super::drawing::{BLUE, FIGURE, new_picture, new_sheet, pixel};
 use super::overlay::{PictureWindow, Whose, draw_bones, marker_bones};
 
 /// Width of a view's picture, pixels.

@@ -4,9 +4,8 @@ use std::fmt::Write;
 
 use tiny_skia::Pixmap;
 
-use super::ReportError;
-use super::base64;
 use super::drawing::{encoded, new_picture, pixel};
+use super::{ReportError, base64};
 
 /// Distances between all pairs of some training frames.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,9 +5,8 @@ use serde::Serialize;
 use super::figures::ResponsiveSvg;
 use super::html::render_page;
 use super::model_distances::{all_shown, draw};
-use super::model_figures;
 use super::model_input::{ModelPageInput, OneModel};
-use super::{FactGroup, ReportError};
+use super::{FactGroup, ReportError, model_figures};
 
 const TEMPLATE: &str = include_str!("model_page.html");
 

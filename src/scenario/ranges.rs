@@ -1,10 +1,9 @@
 //! Range checks that types cannot express.
 
-use super::filming;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, filming,
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;

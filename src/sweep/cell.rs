@@ -11,14 +11,16 @@ use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, is_set};
-use crate::experiment::error::stays_unreadable;
-use crate::experiment::results::verdict_on;
+use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
 use crate::experiment::run::MethodRun;
 use crate::experiment::tracking::prepare;
-use crate::experiment::{ExperimentError, Measures, Models, Progress, Stage, render, track};
+use crate::experiment::{render, track};
+use crate::measure::Measures;
+use crate::measure::results::verdict_on;
 use crate::mocap::MocapError;
 use crate::report::Grade;
 use crate::scenario::ScenarioFile;
+use crate::train::Models;
 
 /// The folder of all reports.
 pub(super) const REPORTS: &str = "reports";

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::definition::SweepBudget;
 use super::file::{AxisValue, SweepFile};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{Scenario, ScenarioError, ScenarioFile, ScenarioTemplate};
 
 /// By what share a budget may be missed where rounding to a whole number is what misses it.

@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::cell::of_this_thread;
 use super::plan::Draft;
 use super::plan_file::{PlanRecord, SweepCell};
-use crate::experiment::ExperimentError;
-use crate::experiment::PreparedScene;
+use crate::common::ExperimentError;
 use crate::experiment::cost::cost;
+use crate::prepare::PreparedScene;
 use crate::scenario::ScenarioFile;
 
 /// Settings that are tried, about a second each.

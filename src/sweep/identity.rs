@@ -13,10 +13,9 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::ExperimentError;
-use crate::experiment::error::stays_unreadable;
-use crate::experiment::scenario_copy::inputs_of;
+use crate::common::{ExperimentError, stays_unreadable};
 use crate::input::{self, hex_sha256, hex_sha256_of};
+use crate::prepare::scenario_copy::inputs_of;
 use crate::scenario::{Scenario, ScenarioFile};
 
 /// Hexadecimal digits of a hash that are kept.

@@ -23,8 +23,8 @@ use super::plan_file::{
 };
 use super::settings::{Setting, settings, with_method};
 use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, parent_of, sync_parent, write_whole};
-use crate::experiment::error::read_file;
-use crate::experiment::{ExperimentError, check_metric, to_json};
+use crate::common::{ExperimentError, read_file, to_json};
+use crate::experiment::check_metric;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate};
 

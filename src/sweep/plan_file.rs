@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
-use crate::experiment::error::read_file;
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
 

@@ -11,7 +11,7 @@ use super::identity::{DIGITS, short};
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use crate::artefacts::{output, write_whole};
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, to_json};
 use crate::input::{self, limits};
 use crate::parallel;
 

@@ -8,8 +8,7 @@ use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Status, SweepResults};
 use crate::artefacts::LockedPlace;
-use crate::experiment::ExperimentError;
-use crate::experiment::{Progress, Stage};
+use crate::common::{ExperimentError, Progress, Stage};
 
 /// What came of running a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]

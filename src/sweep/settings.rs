@@ -8,7 +8,7 @@ use serde_json::{Map, Number, Value};
 use super::constraints::Constraints;
 use super::definition::Expansion;
 use super::file::{AxisValue, SweepAxis, SweepFile};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::excerpt;
 use crate::parallel;
 use crate::rng::{Purpose, stream};

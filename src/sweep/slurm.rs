@@ -13,7 +13,7 @@ use super::plan_file::SweepCell;
 use super::results::SweepResults;
 use super::shards::{shard, to_ranges};
 use crate::artefacts::{LockedPlace, output, write_whole};
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, to_json};
 use crate::input::{plain, shell_word};
 
 /// The folder of scripts and of Slurm's logs.

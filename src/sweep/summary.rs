@@ -10,8 +10,9 @@ use super::cell::REPORTS;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
+use crate::common::ExperimentError;
 use crate::evaluation::{Direction, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
-use crate::experiment::{ExperimentError, REPORT_FILE};
+use crate::measure::REPORT_FILE;
 use crate::parallel;
 
 /// All settings of a sweep.

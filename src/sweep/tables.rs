@@ -13,8 +13,8 @@ use super::plan_file::{SweepCell, table_text};
 use super::results::{CellRecord, Status, SweepResults};
 use super::shards::to_ranges;
 use crate::artefacts::{Unfinished, of_this_process, output, sync_parent};
+use crate::common::ExperimentError;
 use crate::evaluation::METRICS;
-use crate::experiment::ExperimentError;
 use crate::input::table_cell;
 
 /// The table of all cells.

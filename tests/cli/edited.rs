@@ -4,7 +4,7 @@ use std::path::Path;
 
 use skiagraph::body::Motion;
 use skiagraph::contact::{ContactRule, GroundContacts, Pace};
-use skiagraph::experiment::PreparedScene;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 fn staged(motion: &str, contact: &str) -> Result<PreparedScene, String> {

@@ -5,8 +5,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use skiagraph::artefacts::{ArtefactError, Destination};
-use skiagraph::experiment::{ClipOptions, ExperimentError, NoProgress, Progress, Stage, TrainingInput, train};
+use skiagraph::common::{ExperimentError, NoProgress, Progress, Stage};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::train::{ClipOptions, TrainingInput, train};
 
 use crate::sandbox::{Sandbox, TINY};
 

@@ -7,9 +7,11 @@ use std::sync::OnceLock;
 
 use skiagraph::artefacts::Destination;
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{LearnedFrom, LearnedModel, ModelFacts, NoProgress, render, track_set};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::{LearnedFrom, LearnedModel, ModelFacts};
 
 use super::support::test_data;
 use super::targets::DIVIDER;

@@ -7,12 +7,12 @@ use std::sync::LazyLock;
 
 use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
 use skiagraph::body::{Humanoid, mesh_from_bytes, shipped, skin_from_gltf};
-use skiagraph::experiment::LearnedModel;
 use skiagraph::mocap::{
     Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers,
 };
 use skiagraph::npz::Npz;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::LearnedModel;
 
 /// What a target is handed.
 pub type Target = fn(&[u8]);

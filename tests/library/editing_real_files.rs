@@ -4,7 +4,7 @@ use std::path::Path;
 
 use skiagraph::body::Motion;
 use skiagraph::contact::{ContactRule, GroundContacts, GroundQuality};
-use skiagraph::experiment::PreparedScene;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 fn scenario(name: &str) -> ScenarioFile {

@@ -11,7 +11,8 @@ use skiagraph::artefacts::Destination;
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::{LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
-use skiagraph::experiment::{NoProgress, RenderOptions, render_with};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::scenario::ScenarioFile;
 

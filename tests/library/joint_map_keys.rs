@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use skiagraph::experiment::PreparedScene;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 /// Landmarks and the joints of `scenarios/motions/01_01.bvh`, counted from its root.

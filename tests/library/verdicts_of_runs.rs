@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use skiagraph::artefacts::Destination;
-use skiagraph::experiment::{NoProgress, check, run};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{check, run};
 use skiagraph::report::Grade;
 use skiagraph::scenario::ScenarioFile;
 

@@ -5,9 +5,12 @@ use std::error::Error;
 use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::BodyShape;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{GateRules, GateVerdict, MeasuredClip, MeasuredRuns, gate};
-use skiagraph::experiment::{Measures, Models, NoProgress, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Measures;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::Models;
 
 const REPETITIONS: u64 = 10;
 const SEEDS: u64 = 10;

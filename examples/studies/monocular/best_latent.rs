@@ -4,9 +4,9 @@ use faer::Mat;
 use rayon::prelude::*;
 use skiagraph::body::{Markers, Pose};
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::PreparedScene;
 use skiagraph::motion_model::gpdm_graph::GpdmGraph;
 use skiagraph::motion_model::pose_chart::PlanarRoot;
+use skiagraph::prepare::PreparedScene;
 
 /// Mean over frames of the least error of a latent point of `models` at the true root: a pattern search from the three
 /// best training latents of every model, with steps from a tenth of the latents' spread to a thousandth.

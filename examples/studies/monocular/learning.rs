@@ -5,9 +5,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::experiment::{Models, NoProgress, PreparedScene};
+use skiagraph::common::NoProgress;
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 use super::best_latent::best_latent;
 

@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Summary;
-use skiagraph::experiment::{Compared, NoProgress, PreparedScene, compare};
+use skiagraph::experiment::{Compared, compare};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::report::ComparedMethod;
 use skiagraph::scenario::ScenarioFile;
 

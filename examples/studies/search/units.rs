@@ -9,13 +9,17 @@ use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
 use skiagraph::camera::{CameraRig, TimedRig};
-use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, track};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::track;
+use skiagraph::measure::Measures;
 use skiagraph::observation::Observer;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::retarget::{FitOptions, fit_motion_to_markers};
 use skiagraph::rng::ObservationKey;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::GroundTruth;
 use skiagraph::tracker::CalibrationVerdict;
+use skiagraph::train::Models;
 
 use super::spoiled::Condition;
 use super::takes::Take;

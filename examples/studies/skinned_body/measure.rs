@@ -5,11 +5,14 @@ use std::error::Error;
 use nalgebra::{Unit, Vector3};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, Markers, Pose};
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Evaluation;
-use skiagraph::experiment::{Measures, Models, NoProgress, track};
+use skiagraph::experiment::track;
+use skiagraph::measure::Measures;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::TruthFrame;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph::train::Models;
 
 use super::Outcome;
 

@@ -10,7 +10,7 @@ use super::super::file_access::FileAccess;
 use super::super::progress::TerminalProgress;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
 
 /// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call

@@ -7,12 +7,11 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
-use super::super::CommandError;
 use super::super::file_access::FileAccess;
-use super::super::output;
 use super::super::volume::duration;
+use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::sweep::{Draft, Expansion, Planned, Sweep, SweepCost, SweepFile, sweep_cost};
 

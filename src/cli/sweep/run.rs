@@ -14,8 +14,8 @@ use super::super::{CommandError, output};
 use super::definition::Definition;
 use super::jobs_or_all_cores;
 use crate::artefacts::ArtefactError;
+use crate::common::ExperimentError;
 use crate::evaluation::FEWEST_RUNS;
-use crate::experiment::ExperimentError;
 use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
 
 /// Number of settings in the table; `runs.csv` has all.

@@ -5,9 +5,8 @@ use std::collections::HashSet;
 use serde::Serialize;
 
 use super::analysis::{CostMeasure, Effect, effects, pareto_front};
-use super::heat;
 use super::input::SweepPageInput;
-use super::shown;
+use super::{heat, shown};
 use crate::evaluation::{Direction, mean};
 use crate::report::displayed::{number, symbol};
 use crate::report::plots::{

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
+use crate::common::ExperimentError;
 use crate::evaluation::{Direction, Metric, Unit, find_metric, seeds_in_words};
-use crate::experiment::ExperimentError;
 use crate::input::shell_word;
 use crate::scenario::ScenarioError;
 use crate::sweep::definition::{Expansion, Sweep};
