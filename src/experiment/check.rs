@@ -9,7 +9,7 @@ use super::cost::{RunCost, cost};
 use crate::body::{DrawnShares, Humanoid};
 use crate::common::{ExperimentError, NoProgress};
 use crate::prepare::robots::{RobotChoice, robot};
-use crate::prepare::scene_check::{CamerasInside, doubts, unseen, views};
+use crate::prepare::scene_check::{CamerasInside, prop_notes, unseen, views};
 use crate::prepare::{ActorPath, CameraView, PreparedScene, clip_file};
 use crate::scenario::ScenarioFile;
 use crate::train::{LearnedModel, Models};
@@ -74,24 +74,24 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Chec
         return Err(missing);
     }
     let begin = Instant::now();
-    let mut staged = PreparedScene::new(file, mocap_directory).map_err(|error| vec![error])?;
+    let mut scene = PreparedScene::new(file, mocap_directory).map_err(|error| vec![error])?;
     let staging_s = begin.elapsed().as_secs_f64();
-    let views = views(&staged);
-    let CamerasInside { refused: mut errors, told } = CamerasInside::new(file, &staged);
-    staged.notes.extend(told);
-    errors.extend(unseen(file, &staged, &views));
-    errors.extend(unfit_models(file, &staged));
+    let views = views(&scene);
+    let CamerasInside { mut errors, notes } = CamerasInside::new(file, &scene);
+    scene.notes.extend(notes);
+    errors.extend(unseen(file, &scene, &views));
+    errors.extend(unfit_models(file, &scene));
     if !errors.is_empty() {
         return Err(errors);
     }
-    let cost = cost(file, &staged, staging_s).map_err(|error| vec![error])?;
-    let path = ActorPath::new(&staged);
-    Ok(check_report(file, staged, path, views, cost))
+    let cost = cost(file, &scene, staging_s).map_err(|error| vec![error])?;
+    let path = ActorPath::new(&scene);
+    Ok(check_report(file, scene, path, views, cost))
 }
 
 fn check_report(
     file: &ScenarioFile,
-    staged: PreparedScene,
+    scene: PreparedScene,
     path: ActorPath,
     views: Vec<CameraView>,
     cost: RunCost,
@@ -100,9 +100,9 @@ fn check_report(
     let trackers = scenario.trackers();
     let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
-    let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
-    let mut notes = staged.notes.clone();
-    notes.extend(doubts(&staged));
+    let (frames, frames_per_second) = (scene.frames(), scene.ground_truth.frames_per_second);
+    let mut notes = scene.notes.clone();
+    notes.extend(prop_notes(&scene));
     CheckReport {
         schema: "skiagraph.check/1",
         sound: true,
@@ -110,21 +110,21 @@ fn check_report(
         frames,
         frames_per_second,
         duration_s: frames as f64 / frames_per_second,
-        actor: staged.ground_truth.actor.name.clone(),
-        tracker_body: staged.start.body.name.clone(),
-        actor_drawn: drawn(&staged.ground_truth.actor),
-        tracker_body_drawn: drawn(&staged.start.body),
-        matched: staged.facts.matched,
-        retarget_residual_mm: staged.report.mean_residual_mm,
+        actor: scene.ground_truth.actor.name.clone(),
+        tracker_body: scene.start.body.name.clone(),
+        actor_drawn: drawn(&scene.ground_truth.actor),
+        tracker_body_drawn: drawn(&scene.start.body),
+        matched: scene.facts.matched,
+        retarget_residual_mm: scene.report.mean_residual_mm,
         path,
-        cameras: staged.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect(),
+        cameras: scene.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect(),
         views,
         tracker: names.join(", "),
         seeds: scenario.seeds,
         likelihood_evaluations: per_frame * frames as u64 * u64::from(scenario.seeds),
         cost,
         notes,
-        clip: staged.clip,
+        clip: scene.clip,
     }
 }
 
@@ -168,9 +168,9 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
 }
 
 /// What is wrong with the models of files for this body, rate and test.
-fn unfit_models(file: &ScenarioFile, staged: &PreparedScene) -> Vec<ExperimentError> {
-    let mut models = Models::new(file, &staged.sources);
-    let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
+fn unfit_models(file: &ScenarioFile, scene: &PreparedScene) -> Vec<ExperimentError> {
+    let mut models = Models::new(file, &scene.sources);
+    let (body, rate) = (&scene.start.body, scene.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
     trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &NoProgress).err()).collect()
 }

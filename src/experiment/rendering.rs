@@ -41,28 +41,28 @@ fn draw_by<T>(
     progress: &dyn Progress,
     make: impl FnOnce(&SetParts<'_>, &(dyn Fn(usize) -> Observation + Sync)) -> Result<T, SetError>,
 ) -> Result<(T, Vec<String>), ExperimentError> {
-    let staged = PreparedScene::new(file, mocap_directory)?;
-    let inside = CamerasInside::new(file, &staged);
-    if let Some(refused) = inside.refused.into_iter().next() {
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    let inside = CamerasInside::new(file, &scene);
+    if let Some(refused) = inside.errors.into_iter().next() {
         return Err(refused);
     }
     let settings = &file.scenario.observation;
-    let others = staged.ground_truth.distractors.len();
+    let others = scene.ground_truth.distractors.len();
     let facts =
         (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
-    progress.begin(Stage::Render, staged.frames());
+    progress.begin(Stage::Render, scene.frames());
     let parts = SetParts {
         name: &file.scenario.name,
-        rig: &staged.rig,
-        start: &staged.start,
-        ground_truth: &staged.ground_truth,
-        refitted: Some(&staged.refitted),
-        facts: &staged.facts,
-        recordings: &staged.sources,
+        rig: &scene.rig,
+        start: &scene.start,
+        ground_truth: &scene.ground_truth,
+        refitted: Some(&scene.refitted),
+        facts: &scene.facts,
+        recordings: &scene.sources,
         observation: facts.as_ref(),
-        key: staged.key,
+        key: scene.key,
     };
-    let observer = observer(&staged.ground_truth, &staged.rig, settings)?;
+    let observer = observer(&scene.ground_truth, &scene.rig, settings)?;
     let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
     let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     let made = make(&parts, &|frame| {
@@ -75,12 +75,12 @@ fn draw_by<T>(
         return Err(ExperimentError::Interrupted);
     }
     // frames that were drawn before an interruption may be those that show something
-    let others = observed.into_inner() < staged.frames();
-    let is_seen = seen.into_inner() || (others && (0..staged.frames()).any(|frame| shows(&observer.observe(frame))));
+    let others = observed.into_inner() < scene.frames();
+    let is_seen = seen.into_inner() || (others && (0..scene.frames()).any(|frame| shows(&observer.observe(frame))));
     if !is_seen {
-        return Err(unseen_in(file, staged.frames()));
+        return Err(unseen_in(file, scene.frames()));
     }
-    Ok((made, [staged.notes, inside.told].concat()))
+    Ok((made, [scene.notes, inside.notes].concat()))
 }
 
 /// How a set is rendered.

@@ -55,8 +55,8 @@ pub fn track(
     Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, bodies, estimates) })
 }
 
-/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`crate::measure::Measures::new`] measures
-/// the result against the truth.
+/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed.
+/// [`crate::measure::Measures::new`] measures the result against the truth.
 ///
 /// # Errors
 /// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.

@@ -115,18 +115,18 @@ pub fn inspect_scenario(
     picture: Option<Destination<'_>>,
 ) -> Result<EditedSummary, ExperimentError> {
     let place = picture.map(|to| place_of(file, mocap_directory, to)).transpose()?;
-    let staged = PreparedScene::new(file, mocap_directory)?;
-    let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
-    let (rule, pace) = (ContactRule::default(), Pace(&staged.pace));
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    let (body, motion) = (&scene.ground_truth.actor, scene.ground_truth.motion());
+    let (rule, pace) = (ContactRule::default(), Pace(&scene.pace));
     let contacts = GroundContacts::from_motion_at_pace(body, &motion, &rule, pace).ok();
     if let Some(place) = place {
         let stances = contacts.as_ref().map_or_else(Default::default, |c| c.feet.each_ref().map(|foot| foot.stances()));
-        let seams = staged.seams.iter().map(|seam| seam.first..seam.end).collect();
+        let seams = scene.seams.iter().map(|seam| seam.first..seam.end).collect();
         let title = file.scenario.name.clone();
         place.put(&MotionStrip { title, body, motion: &motion, stances, seams }.png()?)?;
     }
     let roots: Vec<_> = motion.poses.iter().map(|pose| pose.world_from_root.translation.vector.xy()).collect();
-    let hits = &staged.report.limit_hits;
+    let hits = &scene.report.limit_hits;
     Ok(EditedSummary {
         schema: INSPECT_SCHEMA,
         what: "scenario",
@@ -136,16 +136,16 @@ pub fn inspect_scenario(
         frames_per_second: motion.frames_per_second,
         duration_s: motion.duration_s(),
         path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
-        takes: staged.sources.iter().map(|source| source.in_words()).collect(),
-        seams: staged.seams.iter().map(|seam| seam_summary(seam, contacts.as_ref())).collect(),
+        takes: scene.sources.iter().map(|source| source.in_words()).collect(),
+        seams: scene.seams.iter().map(|seam| seam_summary(seam, contacts.as_ref())).collect(),
         contact: contacts.as_ref().map(contact_summary),
         fastest: FastestAngle::new(body, &motion),
-        retarget_residual_mm: staged.report.mean_residual_mm,
+        retarget_residual_mm: scene.report.mean_residual_mm,
         limits_hit: hits
             .iter()
             .map(|hit| (hit.degree_of_freedom.clone(), hit.lower_frames + hit.upper_frames))
             .collect(),
-        notes: staged.notes.clone(),
+        notes: scene.notes.clone(),
     })
 }
 

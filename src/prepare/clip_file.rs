@@ -17,23 +17,23 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
     ("jump", include_str!("../../scenarios/motions/humanoid3d_jump.txt")),
 ];
 
-/// The longest motion that anything is done with, seconds.
+/// The longest motion that is accepted, seconds.
 const LONGEST_MOTION_S: f64 = 3600.0;
 
-/// Below a folder of recordings no path is this deep, unless links make a circle.
+/// Folders of recordings are searched to this depth, because links may form a circle.
 const GREATEST_DEPTH: usize = 12;
 
-/// Statures that a body may have whose unit is not guessed but said, by the format or by the user, metres. What
-/// a guess may lead to is narrower (`mocap`).
+/// Accepted statures of a body whose unit is given by the format or the user, metres. The range for guessed units is
+/// narrower (`mocap`).
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 
 /// The part of a recording that is used.
 pub(crate) struct UsedRecording {
-    /// Cut, repeated and resampled.
+    /// The clip, cut, repeated and resampled.
     pub(crate) clip: Clip,
-    /// Which frames of which file it is, as they were recorded.
+    /// Its frames in the recorded file.
     pub(crate) source: SourceRecording,
-    /// Whether it was one cycle of a motion meant to repeat, and has been repeated as often as asked for.
+    /// Whether it is one cycle of a cyclic motion, and so already repeated to `loop_to_s`.
     pub(crate) was_cyclic: bool,
 }
 
@@ -49,8 +49,7 @@ pub(crate) fn load(
     })
 }
 
-/// What is wrong with the names of the recordings of a motion and its takes that [`load`] reads: neither they nor their
-/// skeletons need be sound, but there.
+/// Errors for recordings and skeletons of a motion and its takes that do not exist. Their content is not checked.
 pub(crate) fn missing(
     file: &ScenarioFile,
     table: &str,
@@ -79,8 +78,8 @@ fn missing_of_one(
     missing.map(|(key, message)| scenario_error_at(key, message)).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, in these places; `scenario_error_at`
-/// is how a complaint about a key of the settings is put.
+/// As [`load`], for a `recording` in these places: the path of the settings' clip, which need not be UTF-8.
+/// `scenario_error_at` makes the error for a key of the settings.
 pub(crate) fn read_part(
     places: ClipFolders<'_>,
     recording: &Path,
@@ -92,7 +91,7 @@ pub(crate) fn read_part(
         metres_per_unit: settings.metres_per_unit,
         up: settings.up,
         skeleton: None,
-        // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
+        // frame numbers are those of the file, so a rest pose is removed only after cutting
         keep_rest_pose: true,
         markers: settings.marker_map.clone(),
     };
@@ -142,7 +141,7 @@ pub(crate) fn read_part(
         clip = clip.mirrored().map_err(|e| scenario_error_at("mirror", e.to_string()))?;
     }
     clip = clip.at_speed(settings.speed.unwrap_or(1.0));
-    // what is no cycle is repeated on the body, by a transition
+    // motions that are not cyclic are repeated later, on the body, with a transition
     if let Some(duration) = settings.loop_to_s.filter(|_| was_cyclic) {
         clip = clip.looped(duration).map_err(|e| scenario_error_at("loop_to_s", e.to_string()))?;
     }
@@ -159,7 +158,7 @@ pub(crate) fn read_part(
     Ok(UsedRecording { clip, source, was_cyclic })
 }
 
-/// Refuses a body that no unit can be meant to make.
+/// Refuses a body of an implausible size: the unit is wrong.
 fn check_stature(clip: &Clip) -> Result<(), String> {
     let stature = clip.stature();
     let (least, most) = (STATURES.start(), STATURES.end());
@@ -173,8 +172,8 @@ fn check_stature(clip: &Clip) -> Result<(), String> {
     ))
 }
 
-/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit`
-/// where the file's unit is known.
+/// A whole recording at its own frame rate. `path` is a file or `embedded:NAME`; `metres_per_unit` overrides the file's
+/// unit.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
@@ -192,12 +191,12 @@ pub(crate) fn read_whole(path: &Path, metres_per_unit: Option<f64>) -> Result<Cl
     Ok(clip)
 }
 
-/// The name of a built-in clip, of `embedded:NAME`.
+/// NAME of `embedded:NAME`.
 fn built_in(path: &Path) -> Option<&str> {
     path.to_str()?.strip_prefix("embedded:")
 }
 
-/// The text of a built-in clip, or a message that says which there are.
+/// The text of a built-in clip, or an error message that lists the known names.
 fn embedded(name: &str) -> Result<&'static str, String> {
     let known = EMBEDDED_CLIPS.map(|(name, _)| name);
     EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
@@ -207,8 +206,7 @@ fn embedded(name: &str) -> Result<&'static str, String> {
     })
 }
 
-/// The files of a `recording`, which is the settings' clip, that [`load`] reads; none for a built-in clip and for files
-/// that are missing.
+/// The files that [`load`] reads for a `recording`, the settings' clip: none for built-in clips and missing files.
 pub(crate) fn paths_of(places: ClipFolders<'_>, recording: &Path, settings: &MotionSettings) -> Vec<PathBuf> {
     if built_in(recording).is_some() {
         return Vec::new();
@@ -227,26 +225,26 @@ pub(crate) fn paths_of(places: ClipFolders<'_>, recording: &Path, settings: &Mot
     [vec![clip], skeletons].concat()
 }
 
-/// Where clips may be.
+/// Where clips are searched.
 #[derive(Clone, Copy)]
 pub(crate) struct ClipFolders<'a> {
     pub(crate) folder: &'a Path,
     pub(crate) mocap_directory: Option<&'a Path>,
-    /// Where files that are named by their path may lie.
+    /// Folders in which paths may point.
     pub(crate) allowed: &'a AllowedFolders,
 }
 
 impl<'a> ClipFolders<'a> {
-    /// Those of a scenario.
+    /// The folders of a scenario.
     pub(crate) fn of(file: &'a ScenarioFile, mocap_directory: Option<&'a Path>) -> Self {
         Self { folder: &file.folder, mocap_directory, allowed: &file.allowed }
     }
 
-    /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the
-    /// first in alphabetical order.
+    /// The file of that path or name. If several below the recordings' folder match, the one with the right hash, else
+    /// the first in alphabetical order.
     ///
     /// # Errors
-    /// In words, where there is none, or where the path leads to a file that may not be named.
+    /// A message if there is no such file or the path may not be named.
     fn find(&self, name: &Path, sha256: Option<&str>, settings: &MotionSettings) -> Result<PathBuf, String> {
         let beside = self.folder.join(name);
         if let Err(outside) = self.check(&beside) {
@@ -272,7 +270,7 @@ impl<'a> ClipFolders<'a> {
     }
 
     fn missing(&self, name: &str, settings: &MotionSettings) -> String {
-        // below the recordings' folder nothing is found by such a path
+        // such paths are not searched below the recordings' folder
         let is_path =
             Path::new(name).is_absolute() || Path::new(name).components().any(|part| part == Component::ParentDir);
         if is_path {
@@ -293,7 +291,7 @@ impl<'a> ClipFolders<'a> {
         format!("`{}` is not in {}, {searched}{guess}{source}{hash}", excerpt(name), folder.display())
     }
 
-    /// The end of a message that says what is there instead, if anything is alike.
+    /// The suggestion of a similar file name, for the end of a message.
     fn guess(&self, name: &str) -> String {
         let guess = similar_file(&self.folder.join(name));
         guess.map(|guess| format!("; did you mean `{}`?", excerpt(&guess))).unwrap_or_default()
@@ -335,11 +333,11 @@ mod tests {
     }
 
     #[test]
-    fn an_inserted_rest_pose_is_used_only_where_the_first_frame_is_asked_for() {
-        let asked = shipped_bvh("first_frame = 1\nlast_frame = 30");
+    fn an_inserted_rest_pose_is_used_only_if_the_first_frame_is_requested() {
+        let with_rest_pose = shipped_bvh("first_frame = 1\nlast_frame = 30");
         let (from_second, to_30) = (shipped_bvh("first_frame = 2\nlast_frame = 30"), shipped_bvh("last_frame = 30"));
-        assert!(asked.has_inserted_rest_pose() && !to_30.has_inserted_rest_pose());
-        assert_eq!(asked.frames.len(), to_30.frames.len() + 1);
+        assert!(with_rest_pose.has_inserted_rest_pose() && !to_30.has_inserted_rest_pose());
+        assert_eq!(with_rest_pose.frames.len(), to_30.frames.len() + 1);
         assert_eq!(to_30.frames, from_second.frames);
         assert_eq!(shipped_bvh("").frames[..to_30.frames.len()], to_30.frames);
     }

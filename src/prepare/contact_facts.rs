@@ -1,11 +1,11 @@
-//! What a set says of how the feet came to stand on the ground.
+//! The facts that a set records about planting and simulation.
 
 use crate::benchmark_set::{ContactFacts, PushFacts, SimulationFacts};
 use crate::body::Humanoid;
 use crate::physics::{PlantingReport, Push, SimulationReport, SimulationSettings};
 
-/// Of a motion with planted feet.
-pub(crate) fn fixed(report: &PlantingReport) -> ContactFacts {
+/// Facts of a motion with planted feet.
+pub(crate) fn planted(report: &PlantingReport) -> ContactFacts {
     ContactFacts {
         joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
         raised_mm: (report.raised_mm > 0.0).then_some(report.raised_mm),
@@ -13,7 +13,7 @@ pub(crate) fn fixed(report: &PlantingReport) -> ContactFacts {
     }
 }
 
-/// Of a motion of `body` that was simulated.
+/// Facts of a simulated motion of `body`.
 pub(crate) fn simulated(body: &Humanoid, settings: &SimulationSettings, report: &SimulationReport) -> ContactFacts {
     let name = |link: usize| body.links.get(link).map_or_else(String::new, |link| link.name.clone());
     let push = |push: &Push| PushFacts {

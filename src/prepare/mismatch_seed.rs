@@ -1,11 +1,11 @@
-//! What the mismatch of a tracker's body is drawn from.
+//! The seed from which the mismatch of the tracker's body is drawn.
 
 use crate::body::Humanoid;
 use crate::retarget::SegmentLengths;
 use crate::rng::{KeyedSeed, Purpose};
 use crate::scenario::{MismatchBy, ScenarioFile};
 
-/// The seed of the scenario, or one that `actor` and the observation's key make of it.
+/// The seed of the scenario, or one derived from it, the `actor` and the observation's key.
 pub(crate) fn mismatch_seed(file: &ScenarioFile, actor: &Humanoid) -> KeyedSeed {
     let settings = &file.scenario.tracker_body;
     let seed = u64::from(settings.seed);
@@ -18,8 +18,8 @@ pub(crate) fn mismatch_seed(file: &ScenarioFile, actor: &Humanoid) -> KeyedSeed 
     }
 }
 
-/// By what a subject is known: the lengths of his limbs, whole millimetres. They are those of a skeleton that does not
-/// stretch, so that all recordings of a subject have the same; trunk and shoulders bend.
+/// What identifies a subject: the lengths of the limbs in whole millimetres. Limbs are rigid, so all recordings of a
+/// subject have the same lengths; trunk and shoulders bend.
 fn subject(actor: &Humanoid) -> [u64; 4] {
     let SegmentLengths { upper_arm, forearm, thigh, shank, .. } = SegmentLengths::from_body(actor).symmetric();
     [upper_arm, forearm, thigh, shank].map(|[left, _]| left.map_or(u64::MAX, |length| (1e3 * length).round() as u64))

@@ -10,42 +10,42 @@ use crate::retarget::{Physique, Retargeted, physique_shape};
 use crate::rng::KeyedSeed;
 use crate::scenario::{PopulationName, ScenarioFile, ShapeSettings};
 
-/// Whom a draw is for: the same seed draws another person for the tracker than for the actor.
+/// Whom a person is drawn for: the same seed draws different persons for the actor and the tracker.
 #[derive(Clone, Copy, Debug)]
 enum DrawnFor {
     Actor = 0,
     Tracker = 1,
 }
 
-/// Gives a performance the person of `[actor] shape`: the motion's angles stay, its path grows with the legs.
+/// Gives a retargeted motion the body of `[actor] shape`: joint angles stay, the path is scaled with the legs.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the key.
-pub(crate) fn given_to_person(
+pub(crate) fn apply_shape(
     file: &ScenarioFile,
     template: &Humanoid,
-    performed: &mut Retargeted,
+    retargeted: &mut Retargeted,
 ) -> Result<(), ExperimentError> {
     let Some(settings) = &file.scenario.actor.shape else { return Ok(()) };
     let unmet = |detail: String| scenario_error(file, "actor.shape", detail);
-    // who is drawn replaces the recorded subject; what is only said changes that subject
+    // a drawn person replaces the recorded subject; given values only change that subject
     let person = is_drawn(settings).then(|| drawn_actor(settings));
-    let subject = if person.is_some() { BodyShape::identity(template) } else { performed.shape.clone() };
+    let subject = if person.is_some() { BodyShape::identity(template) } else { retargeted.shape.clone() };
     let base = template.reshaped(&subject);
     let physique = physique_of(settings, person.as_ref(), base.total_mass());
     let shape = subject.then(&physique_shape(&base, &physique).map_err(unmet)?);
     let body = template.reshaped(&shape);
-    performed.motion = carried_over(&performed.humanoid, &body, &performed.motion);
-    performed.report.notes.push(in_words(settings, person.as_ref(), &body));
-    performed.humanoid = body;
-    performed.shape = shape;
+    retargeted.motion = carried_over(&retargeted.humanoid, &body, &retargeted.motion);
+    retargeted.report.notes.push(describe(settings, person.as_ref(), &body));
+    retargeted.humanoid = body;
+    retargeted.shape = shape;
     Ok(())
 }
 
 /// The tracker's body as another adult, or child of the same age, of the actor's stature.
 ///
 /// # Errors
-/// What cannot be met, in words.
+/// A message about the requirement that cannot be met.
 pub(crate) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let shape = file.scenario.actor.shape.as_ref();
     let own = shape.filter(|shape| is_drawn(shape)).map(drawn_actor);
@@ -61,16 +61,16 @@ pub(crate) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Hu
     Ok(template.reshaped(&physique_shape(template, &Physique::from(&person))?))
 }
 
-/// `body`, another robot's of the actor's lengths, with the actor's mass.
+/// `body`, of another robot with the actor's lengths, with the actor's mass.
 ///
 /// # Errors
-/// What cannot be met, in words.
-pub(crate) fn of_its_mass(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
+/// A message about the requirement that cannot be met.
+pub(crate) fn with_mass_of(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let physique = Physique { mass_kg: Some(actor.total_mass()), ..Physique::default() };
     Ok(body.reshaped(&physique_shape(body, &physique)?))
 }
 
-/// Whether somebody else than the recorded subject is drawn.
+/// Whether a person is drawn instead of the recorded subject.
 fn is_drawn(settings: &ShapeSettings) -> bool {
     settings.population.is_some() || settings.age_years.is_some()
 }
@@ -80,7 +80,7 @@ fn drawn_actor(settings: &ShapeSettings) -> Person {
     drawn(settings, seed.into(), DrawnFor::Actor, settings.stature_m)
 }
 
-fn drawn(settings: &ShapeSettings, seed: KeyedSeed, whose: DrawnFor, stature_m: Option<f64>) -> Person {
+fn drawn(settings: &ShapeSettings, seed: KeyedSeed, drawn_for: DrawnFor, stature_m: Option<f64>) -> Person {
     let by_population = match settings.population {
         Some(PopulationName::Women) => Some(Sex::Female),
         Some(PopulationName::Men) => Some(Sex::Male),
@@ -88,16 +88,16 @@ fn drawn(settings: &ShapeSettings, seed: KeyedSeed, whose: DrawnFor, stature_m: 
     };
     let sex = by_population.or(settings.sex);
     if settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
-        return Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m);
+        return Person::drawn_child(seed, drawn_for as u64, sex, settings.age_years, stature_m);
     }
-    Person::drawn(seed, whose as u64, sex, stature_m)
+    Person::drawn(seed, drawn_for as u64, sex, stature_m)
 }
 
-/// What is drawn, with what is said in its place.
+/// The drawn values, replaced by given ones.
 fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) -> Physique {
     let mut physique = person.map(Physique::from).unwrap_or_default();
     if let (None, Some(sex)) = (person, settings.sex) {
-        // girths of that sex at the same mass
+        // the girths of that sex at the same mass
         let (lengths, girths) = ([1.0; 9], [1.0; 8]);
         let even = Person { sex, age_years: None, stature_m: 1.0, mass_kg, lengths, girths };
         physique.girths = Some(even.of_its_sex().girths);
@@ -118,8 +118,8 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
     physique
 }
 
-/// A person as a note.
-fn in_words(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) -> String {
+/// The note about a person.
+fn describe(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) -> String {
     let who = person.map_or("the recorded subject, changed".to_owned(), |person| {
         let who = match (person.age_years, person.sex) {
             (None, Sex::Female) => "a woman".to_owned(),
@@ -130,8 +130,7 @@ fn in_words(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) 
         format!("{who}, drawn with seed {}", settings.seed.unwrap_or(1))
     });
     let stature = body.stature().map_or(String::new(), |stature| format!(", {stature:.3} m"));
-    let said = |map: &BTreeMap<String, f64>| map.keys().cloned().collect::<Vec<_>>();
-    let said = [said(&settings.lengths_m), said(&settings.girths)].concat();
-    let said = if said.is_empty() { String::new() } else { format!("; said: {}", said.join(", ")) };
-    format!("actor.shape: {who}{stature}, {:.1} kg{said}", body.total_mass())
+    let given: Vec<&str> = settings.lengths_m.keys().chain(settings.girths.keys()).map(String::as_str).collect();
+    let given = if given.is_empty() { String::new() } else { format!("; given: {}", given.join(", ")) };
+    format!("actor.shape: {who}{stature}, {:.1} kg{given}", body.total_mass())
 }

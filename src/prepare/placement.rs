@@ -1,15 +1,15 @@
-//! `[motion] start_m` and `heading_deg`: where a motion begins and which way the body faces there.
+//! `[motion] start_m` and `heading_deg`: where a motion begins, and the body's heading there.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, Motion};
 use crate::scenario::MotionSettings;
 
-/// Turns a motion of `body` about the vertical and moves it over the ground so that its first frame is as the settings
-/// want it; without any it stays as it is, to the bit.
+/// Turns a motion of `body` about the vertical and moves it over the ground, so that its first frame has the place and
+/// heading of the settings. Without these settings the motion keeps all its bits.
 ///
 /// # Errors
-/// In words, where a heading is wanted of a body that is upside down in the first frame.
+/// A message if a heading is set and the body is upside down in the first frame.
 pub(crate) fn place(body: &Humanoid, motion: &mut Motion, settings: &MotionSettings) -> Result<(), String> {
     let Some(first) = motion.poses.first() else { return Ok(()) };
     let was = first.world_from_root.translation.vector;
@@ -49,12 +49,12 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_without_settings_stays_as_it_is() {
+    fn a_motion_without_settings_does_not_change() {
         assert_eq!(placed(&settings(None, None)), walk(20));
     }
 
     #[test]
-    fn the_first_frame_is_where_and_faces_where_it_is_wanted_and_the_rest_follows() {
+    fn the_first_frame_has_the_place_and_heading_of_the_settings_and_the_rest_follows() {
         let motion = placed(&settings(Some([2.0, -1.5]), Some(120.0)));
         let first = &motion.poses[0];
         assert!((first.world_from_root.translation.vector.xy() - nalgebra::Vector2::new(2.0, -1.5)).norm() < 1e-12);
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn either_setting_alone_leaves_the_other_as_recorded() {
+    fn each_setting_alone_keeps_the_other_as_recorded() {
         let was = walk(20).poses[0].clone();
         let moved = placed(&settings(Some([0.5, 0.25]), None));
         assert!((moved.poses[0].heading().unwrap() - was.heading().unwrap()).abs() < 1e-12);

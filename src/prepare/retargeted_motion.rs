@@ -1,10 +1,10 @@
-//! `[motion]` and `[[training.clips]]` on a robot: every take retargeted, then edited as the settings say.
+//! `[motion]` and `[[training.clips]]` on a robot: every take is retargeted, then edited by the settings.
 
 use std::path::Path;
 
 use super::clip_file;
 use super::clip_file::UsedRecording;
-use super::people::given_to_person;
+use super::people::apply_shape;
 use super::placement::place;
 use super::retargeting::retargeted;
 use crate::benchmark_set::SourceRecording;
@@ -15,25 +15,25 @@ use crate::editing::{EditError, Joined, Seam, Take, along_path, carried_over, jo
 use crate::retarget::Retargeted;
 use crate::scenario::{MotionSettings, ScenarioFile};
 
-/// The recordings of a motion, read, cut and at the motion's rate: the clip and what follows it.
+/// The recordings of a motion, cut and resampled to the motion's rate: the first take and those that follow.
 pub(crate) struct Recordings<'a> {
     settings: &'a MotionSettings,
     table: String,
     takes: Vec<(String, MotionSettings, UsedRecording)>,
 }
 
-/// A motion of a robot, edited.
+/// An edited motion of a robot.
 pub(crate) struct RetargetedMotion {
-    /// With the body of the first take's subject.
+    /// The motion, on the body of the first take's subject.
     pub(crate) retargeted: Retargeted,
     /// Where takes were joined.
     pub(crate) seams: Vec<Seam>,
-    /// How many times as fast as recorded each frame is; empty where all are as fast.
+    /// Each frame's speed relative to the recording; empty if all frames have the recorded speed.
     pub(crate) pace: Vec<f64>,
 }
 
 impl<'a> Recordings<'a> {
-    /// Reads them.
+    /// Reads the recordings of `settings`, which are the scenario's `table`.
     pub(crate) fn load(
         file: &ScenarioFile,
         table: &str,
@@ -48,22 +48,22 @@ impl<'a> Recordings<'a> {
         Ok(Self { settings, table: table.to_owned(), takes })
     }
 
-    /// Which frames of which files they are.
+    /// Their frames in the recorded files.
     pub(crate) fn sources(&self) -> Vec<SourceRecording> {
         self.takes.iter().map(|(.., recording)| recording.source.clone()).collect()
     }
 
-    /// Their name.
+    /// Their names.
     pub(crate) fn name(&self) -> String {
         let names: Vec<&str> = self.takes.iter().map(|(.., recording)| recording.clip.name.as_str()).collect();
         names.join(" + ")
     }
 
-    /// Performed by `template`, scaled to the first take's subject. `robot` is the key and name of its setting.
+    /// The motion on `template`, scaled to the first take's subject. `robot` is the key and value of its setting.
     ///
     /// # Errors
     /// [`ExperimentError`] that names the key.
-    pub(crate) fn performed_by(
+    pub(crate) fn retarget_to(
         &self,
         file: &ScenarioFile,
         robot: (&str, &str),
@@ -75,7 +75,7 @@ impl<'a> Recordings<'a> {
             let key = format!("{table}.clip");
             let mut own = retargeted(file, (&key, settings), robot, &recording.clip, template)?;
             if first.is_none() {
-                given_to_person(file, template, &mut own)?;
+                apply_shape(file, template, &mut own)?;
             }
             let body = first.as_ref().map_or(&own.humanoid, |first| &first.humanoid);
             let motion = match &first {
@@ -110,7 +110,7 @@ impl<'a> Recordings<'a> {
         self.edit(file, RetargetedMotion { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
     }
 
-    /// How many times as fast as recorded each frame is, before it is varied.
+    /// Each frame's speed relative to the recording, before variation.
     fn pace(&self, made: &Joined) -> Vec<f64> {
         let speeds: Vec<f64> = self.takes.iter().map(|(_, settings, _)| settings.speed.unwrap_or(1.0)).collect();
         if speeds.iter().all(|speed| *speed == 1.0) {
@@ -119,15 +119,15 @@ impl<'a> Recordings<'a> {
         made.takes_of_frames().into_iter().map(|take| speeds[take]).collect()
     }
 
-    /// Variation, path, place and length.
+    /// Applies variation, length, path and placement.
     fn edit(
         &self,
         file: &ScenarioFile,
-        performance: RetargetedMotion,
+        unedited: RetargetedMotion,
         mut made: Joined,
     ) -> Result<RetargetedMotion, ExperimentError> {
         let settings = self.settings;
-        let RetargetedMotion { mut retargeted, mut pace, .. } = performance;
+        let RetargetedMotion { mut retargeted, mut pace, .. } = unedited;
         if let Some(variation) = &settings.variation {
             let varied = varied(&retargeted.humanoid, &made.motion, variation);
             for seam in &mut made.seams {
@@ -160,7 +160,7 @@ impl<'a> Recordings<'a> {
         place(&retargeted.humanoid, &mut made.motion, settings)
             .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
         retargeted.motion = made.motion;
-        retargeted.report.notes.extend(made.seams.iter().map(in_words));
+        retargeted.report.notes.extend(made.seams.iter().map(describe));
         Ok(RetargetedMotion { retargeted, seams: made.seams, pace })
     }
 }
@@ -169,7 +169,7 @@ fn at<'a>(file: &'a ScenarioFile, table: &'a str, key: &'static str) -> impl Fn(
     move |error| scenario_error(file, &format!("{table}.{key}"), error.to_string())
 }
 
-/// What is wrong with a take that cannot be repeated: told of the key that cut it, if one did.
+/// The error of a take that cannot be repeated: at the key that cut it, if one did.
 fn not_repeated(file: &ScenarioFile, table: &str, settings: &MotionSettings, error: &EditError) -> ExperimentError {
     let (key, part) = match (settings.first_frame, settings.last_frame) {
         (None, None) => ("loop_to_s", String::new()),
@@ -178,13 +178,13 @@ fn not_repeated(file: &ScenarioFile, table: &str, settings: &MotionSettings, err
     };
     let message = match part.as_str() {
         "" => error.to_string(),
-        part => format!("the part that is used, {part}, cannot be repeated as `loop_to_s` asks: {error}"),
+        part => format!("the part in use, {part}, cannot be repeated for `loop_to_s`: {error}"),
     };
     scenario_error(file, &format!("{table}.{key}"), message)
 }
 
-/// A seam as a note.
-fn in_words(seam: &Seam) -> String {
+/// The note about a seam.
+fn describe(seam: &Seam) -> String {
     let Seam { first, end, distance_m, from, to } = seam;
     format!(
         "`{}` goes over into `{}` in frames {first} to {}: the poses are {:.0} mm apart",

@@ -1,4 +1,4 @@
-//! From a recording to a motion of a body: the steps that the test and what is learned from share.
+//! From a recording to a motion of a body: the steps that test and training motions share.
 
 use super::contact_facts;
 use crate::benchmark_set::ContactFacts;
@@ -11,7 +11,7 @@ use crate::physics::plant_feet_at_pace;
 use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
 use crate::scenario::{ContactMode, MotionSettings, ScenarioFile};
 
-/// A recording given to a robot; what is wrong is told of the key that names the one or the other.
+/// Retargets a recording to a robot. Errors name the key of the clip or of the robot.
 pub(crate) fn retargeted(
     file: &ScenarioFile,
     (clip_key, settings): (&str, &MotionSettings),
@@ -33,36 +33,36 @@ pub(crate) fn retargeted(
     })
 }
 
-/// Does to the motion what `[actor] contact` says; what came of it. `pace` is that of [`super::retargeted_motion`]. Where
-/// the test is simulated, what is only learned from is fixed.
-pub(crate) fn plant_feet_if_asked(
+/// Measures the ground contacts of a motion, or plants its feet, by `[actor] contact`. `pace` is that of
+/// [`super::retargeted_motion`]. With `simulate`, motions that are only learned from are planted.
+pub(crate) fn apply_contact_mode(
     mode: ContactMode,
-    performed: &mut Retargeted,
+    retargeted: &mut Retargeted,
     pace: Pace<'_>,
 ) -> Result<Option<ContactFacts>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,
         ContactMode::Measure => {
-            let contacts = GroundContacts::from_motion_at_pace(&performed.humanoid, &performed.motion, &rule, pace)?;
+            let contacts = GroundContacts::from_motion_at_pace(&retargeted.humanoid, &retargeted.motion, &rule, pace)?;
             Some(ContactFacts::measured(&GroundQuality::from_contacts(&contacts)))
         }
         ContactMode::Fix | ContactMode::Simulate => {
-            let fixed = plant_feet_at_pace(&performed.humanoid, &performed.motion, &rule, pace)?;
-            performed.motion = fixed.motion;
-            Some(contact_facts::fixed(&fixed.report))
+            let planted = plant_feet_at_pace(&retargeted.humanoid, &retargeted.motion, &rule, pace)?;
+            retargeted.motion = planted.motion;
+            Some(contact_facts::planted(&planted.report))
         }
     })
 }
 
-/// The motion of `body` whose markers come nearest to those of another.
+/// The motion of `body` whose markers are nearest to the given ones.
 pub(crate) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64) -> Motion {
     let fits = fit_motion_to_markers(body, markers, &body.zero_pose(), &FitOptions::default());
     let poses = fits.into_iter().map(|fit| fit.pose).collect();
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-/// Where a body's markers are, frame by frame.
+/// The positions of a body's markers in every frame.
 pub(crate) fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
     let mut frames = LinkFrames::default();
     let of = |pose| {

@@ -1,5 +1,5 @@
-//! The cameras of a scenario: a ring or an arc, files of other tools, single cameras, less those that are left out; how
-//! they move and when they take their images.
+//! The cameras of a scenario: a ring or an arc, files of other tools and single cameras, without those that are left
+//! out; how they move and when they take images.
 
 use std::path::Path;
 
@@ -18,10 +18,10 @@ use crate::scenario::{
     ScenarioFile, did_you_mean,
 };
 
-/// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
+/// Default height that a ring of cameras looks at, metres: the pelvis of an adult.
 const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 
-/// The cameras that see `motion`, how they move and when they take their images.
+/// The cameras that see `motion`, how they move and when they take images.
 pub(crate) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<TimedRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let in_rig = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
@@ -29,15 +29,13 @@ pub(crate) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<TimedRig, Expe
         None => Vec::new(),
         Some(ring) => ring_of(ring, motion).map_err(|e| in_rig("rig.ring", e))?.cameras,
     };
-    let mut add = |key: &str, camera: Camera| match cameras.iter().any(|known| known.name == camera.name) {
-        true => {
+    let mut add = |key: &str, camera: Camera| {
+        if cameras.iter().any(|known| known.name == camera.name) {
             let message = format!("two cameras are named `{}`; camera names must be unique", excerpt(&camera.name));
-            Err(scenario_error(file, &format!("{key}.name"), message))
+            return Err(scenario_error(file, &format!("{key}.name"), message));
         }
-        false => {
-            cameras.push(camera);
-            Ok(cameras.len())
-        }
+        cameras.push(camera);
+        Ok(cameras.len())
     };
     let mut count = settings.ring.as_ref().map_or(0, |ring| ring.count as usize);
     for (index, settings) in settings.file.iter().enumerate() {
@@ -57,7 +55,7 @@ pub(crate) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<TimedRig, Expe
     timed(file, rig, motion)
 }
 
-/// Takes the cameras away that `rig.leave_out` names.
+/// Removes the cameras of `rig.leave_out`.
 fn leave_out(file: &ScenarioFile, cameras: &mut Vec<Camera>) -> Result<(), ExperimentError> {
     for (index, name) in file.scenario.rig.leave_out.iter().enumerate() {
         let key = format!("rig.leave_out[{index}]");
@@ -66,14 +64,13 @@ fn leave_out(file: &ScenarioFile, cameras: &mut Vec<Camera>) -> Result<(), Exper
             let guess =
                 did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
             let left = names().collect::<Vec<_>>().join(", ");
-            let message =
-                format!("expected the name of a camera that is there, {left}; found `{}`{guess}", excerpt(name));
+            let message = format!("expected the name of a camera of the rig, {left}; found `{}`{guess}", excerpt(name));
             return Err(scenario_error(file, &key, message));
         };
         cameras.remove(at);
     }
     if cameras.is_empty() {
-        let message = "expected a camera that is not left out, found none: leave fewer out".to_owned();
+        let message = "expected at least one remaining camera, found none: leave fewer out".to_owned();
         return Err(scenario_error(file, "rig.leave_out", message));
     }
     Ok(())
@@ -93,7 +90,7 @@ fn cameras_of_file(
     let format = settings.format().unwrap_or(CameraFileFormat::OpenCv);
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let mut cameras = read_cameras(&text, format, &options);
-    // a file of one camera without a name is named as the file
+    // a single camera without a name gets the name of the file
     if options.name.is_none() && matches!(&cameras, Ok(found) if found.len() == 1 && found[0].name == "camera") {
         options.name = stem;
         cameras = read_cameras(&text, format, &options);
@@ -128,7 +125,7 @@ fn single_camera(name: &str, c: &CameraSettings) -> Result<Camera, CameraError> 
     Camera::from_opencv(name, c.matrix, c.rotation, c.translation_m, c.distortion, width, height)
 }
 
-/// Half-way between the root's least and greatest coordinates.
+/// The middle between the root's least and greatest coordinates.
 fn middle_of_path(motion: &Motion) -> Point3<f64> {
     let places = || motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
     let first = places().next().unwrap_or(Point3::origin());
@@ -136,8 +133,8 @@ fn middle_of_path(motion: &Motion) -> Point3<f64> {
     nalgebra::center(&low, &high)
 }
 
-/// The cameras of `rig` as they move and take their images of `motion`. What is said of cameras that are left out is
-/// passed over.
+/// Adds to `rig` how its cameras move and when they take images of `motion`. Settings of cameras that are left out are
+/// ignored.
 fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let mut paths = vec![None; rig.cameras.len()];
@@ -162,12 +159,12 @@ fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRi
         timings[camera] = CameraTiming { every, offset_s: 1e-3 * offset_ms, line_delay_s: 1e-6 * line_delay_us };
     }
     let rig = TimedRig::new(rig, paths, timings).map_err(|e| refused("rig.motion", e))?;
-    let on_its_way = rig.check(motion.poses.len(), motion.frames_per_second);
-    on_its_way.map_err(|e| refused("rig.motion", e))?;
+    let checked = rig.check(motion.poses.len(), motion.frames_per_second);
+    checked.map_err(|e| refused("rig.motion", e))?;
     Ok(rig)
 }
 
-/// How the cameras film, for users.
+/// Notes about how the cameras move and take images.
 pub(crate) fn rig_notes(moments: &RigMoments, rig: &CameraRig, frames_per_second: f64) -> Vec<String> {
     let cameras = rig.cameras.iter().enumerate();
     let words = cameras.filter_map(|(index, camera)| Some((camera, moments.in_words(index, frames_per_second)?)));
@@ -179,7 +176,7 @@ fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
     CameraKeyframe { time_s, position: position_m, look_at: look_at_m, roll: roll_deg.to_radians() }
 }
 
-/// The number of the camera of a name.
+/// The index of the camera with this name.
 fn camera_named(file: &ScenarioFile, key: &str, name: &str, rig: &CameraRig) -> Result<usize, ExperimentError> {
     rig.cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
         let names = || rig.cameras.iter().map(|camera| camera.name.as_str());
@@ -198,12 +195,12 @@ mod tests {
     fn names(overrides: &[&str]) -> Result<Vec<String>, String> {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let file = ScenarioFile::built_in(&overrides).map_err(|e| e.to_string())?;
-        let staged = PreparedScene::new(&file, None).map_err(|e| e.to_string())?;
-        Ok(staged.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect())
+        let scene = PreparedScene::new(&file, None).map_err(|e| e.to_string())?;
+        Ok(scene.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect())
     }
 
     #[test]
-    fn cameras_that_are_left_out_are_gone_and_the_others_keep_their_names() {
+    fn cameras_that_are_left_out_are_missing_and_the_others_keep_their_names() {
         let short = "motion.loop_to_s=0.1";
         assert_eq!(names(&[short, "rig.leave_out=[\"cam01\"]"]).unwrap(), ["cam00", "cam02", "cam03"]);
         let error = names(&[short, "rig.leave_out=[\"cam1\"]"]).unwrap_err();

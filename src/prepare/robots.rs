@@ -1,4 +1,4 @@
-//! The robots of a scenario, each with the solids that its settings choose, and whether enough of it is drawn.
+//! The robots of a scenario, with the solids of their settings, and a check that enough of each is drawn.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ use crate::scenario::{
     similar_file,
 };
 
-/// A robot as a table of a scenario asks for it.
+/// The robot settings of one table of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobotChoice<'a> {
     /// The table: `actor`, `tracker_body`, `distractor[0]`.
     pub(crate) table: &'a str,
-    /// Name of a robot that ships, or a path.
+    /// The name of a built-in robot, or a path.
     pub(crate) robot: &'a str,
     pub(crate) solids: SolidsSource,
     /// Whether cameras see a skin instead of solids.
@@ -40,28 +40,29 @@ impl<'a> RobotChoice<'a> {
         Self { table, robot, solids: *solids, has_skin: skin.is_some() }
     }
 
-    /// The key of the robot.
+    /// The key of the robot's setting.
     pub(crate) fn key(&self) -> String {
         format!("{}.robot", self.table)
     }
 
-    /// Whether both are one robot, drawn alike.
+    /// Whether both are the same robot with the same solids.
     pub(crate) fn is_same_robot(&self, other: &Self) -> bool {
         (self.robot, self.solids) == (other.robot, other.solids)
     }
 }
 
-/// The robot that a table asks for.
+/// The robot of a table.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the key or the file; also for a robot of which too little is drawn.
+/// [`ExperimentError`] that names the key or the file; also if too little of the robot is drawn.
 pub(crate) fn robot(file: &ScenarioFile, choice: &RobotChoice<'_>) -> Result<Humanoid, ExperimentError> {
     let refuse = |message: String| scenario_error(file, &choice.key(), message);
     let path = Path::new(choice.robot);
     if !is_shipped(path) {
         file.path_of(&choice.key(), path).map_err(ScenarioError::from)?;
     }
-    let mut body = robot_named(&file.folder, path, choice.solids, &file.allowed).map_err(|error| error.put(refuse))?;
+    let mut body =
+        robot_named(&file.folder, path, choice.solids, &file.allowed).map_err(|error| error.into_error(refuse))?;
     if choice.has_skin {
         return Ok(body);
     }
@@ -70,7 +71,7 @@ pub(crate) fn robot(file: &ScenarioFile, choice: &RobotChoice<'_>) -> Result<Hum
         return Err(refuse(too_little(choice, &shares, &body)));
     }
     if let Some(missing) = shares.missing_in_words() {
-        body.notes.push(format!("drawn are {}; without solids: {missing}", shares.in_words()));
+        body.notes.push(format!("drawn: {}; without solids: {missing}", shares.in_words()));
     }
     Ok(body)
 }
@@ -102,19 +103,19 @@ fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -
     )
 }
 
-/// Why there is no robot of a name.
-pub(crate) enum NoRobot {
-    /// None ships, and no file is there; in words.
+/// Why a robot cannot be loaded.
+pub(crate) enum RobotLoadError {
+    /// No built-in robot and no file has this name; a message.
     Unknown(String),
     /// The file cannot be used.
     Unusable(UrdfError),
 }
 
-impl NoRobot {
-    /// As an error; `complain` puts the words where they belong.
-    pub(crate) fn put(self, complain: impl FnOnce(String) -> ExperimentError) -> ExperimentError {
+impl RobotLoadError {
+    /// As an error; `refuse` makes the one for an unknown name.
+    pub(crate) fn into_error(self, refuse: impl FnOnce(String) -> ExperimentError) -> ExperimentError {
         match self {
-            Self::Unknown(words) => complain(words),
+            Self::Unknown(message) => refuse(message),
             Self::Unusable(error) => error.into(),
         }
     }
@@ -124,15 +125,15 @@ fn is_shipped(name: &Path) -> bool {
     SHIPPED_ROBOTS.iter().any(|(known, _)| name == Path::new(known))
 }
 
-/// A robot that ships, or one of a file below `folder`, whose meshes may lie where `allowed` says.
+/// A built-in robot, or one from a file below `folder`, whose meshes must be in `allowed` folders.
 pub(crate) fn robot_named(
     folder: &Path,
     name: &Path,
     solids: SolidsSource,
     allowed: &AllowedFolders,
-) -> Result<Humanoid, NoRobot> {
+) -> Result<Humanoid, RobotLoadError> {
     if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
-        let body = shipped(known).map_err(NoRobot::Unusable)?;
+        let body = shipped(known).map_err(RobotLoadError::Unusable)?;
         return Ok(if solids == SolidsSource::FromJoints { body.with_solids_from_joints() } else { body });
     }
     let path = folder.join(name);
@@ -140,17 +141,17 @@ pub(crate) fn robot_named(
         let known = SHIPPED_ROBOTS.map(|(known, _)| known);
         let guess = did_you_mean(&name.to_string_lossy(), known).map(str::to_owned).or_else(|| similar_file(&path));
         let guess = guess.map(|guess| format!("; did you mean `{}`?", excerpt(&guess))).unwrap_or_default();
-        let words = format!(
+        let message = format!(
             "`{}` is neither a built-in robot ({}) nor the file {}{guess}",
             excerpt(&name.display().to_string()),
             known.join(", "),
             excerpt(&path.display().to_string())
         );
-        return Err(NoRobot::Unknown(words));
+        return Err(RobotLoadError::Unknown(message));
     }
     match solids {
         SolidsSource::Urdf => Humanoid::load_allowing(&path, allowed),
         SolidsSource::FromJoints => Humanoid::load_skeleton(&path),
     }
-    .map_err(NoRobot::Unusable)
+    .map_err(RobotLoadError::Unusable)
 }

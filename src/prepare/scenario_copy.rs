@@ -1,4 +1,4 @@
-//! The files of a scenario: its copy beside what was made from it, and what it reads.
+//! The files of a scenario: its copy beside the results, and the files that it reads.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use crate::scenario::{Scenario, ScenarioFile};
 
 pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
 
-/// The scenario with its overrides, to be run again.
+/// The scenario with its overrides as TOML, to be run again.
 pub(crate) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
     let malformed = |detail| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail };
     let tree = serde_json::to_value(scenario).map_err(|e| malformed(e.to_string()))?;
     toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
-/// What a command reads of a scenario: its file, recordings, robots and models.
+/// The files that a scenario reads: its own file, recordings, robots, skins, cameras and models.
 pub(crate) fn inputs_of(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Inputs {
     let scenario = &file.scenario;
     let training = scenario.training.iter().flat_map(|training| &training.clips);
@@ -32,7 +32,7 @@ pub(crate) fn inputs_of(file: &ScenarioFile, mocap_directory: Option<&Path>) -> 
     let models =
         trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
     let named = robots.chain(cameras).chain(models).chain(skins::paths_of(file));
-    // what a scenario may not name is not read
+    // files outside the allowed folders are never read
     let named = named.filter(|path| file.allowed.check(path).is_ok());
     Inputs::new(file.path.iter().cloned().chain(recordings).chain(named))
 }

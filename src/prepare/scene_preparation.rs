@@ -6,12 +6,12 @@ use nalgebra::{Unit, Vector3};
 
 use super::distractors::{SceneDistractors, distractors};
 use super::mismatch_seed::mismatch_seed;
-use super::people::{another_adult, of_its_mass};
+use super::people::{another_adult, with_mass_of};
 use super::retargeted_motion::{Recordings, RetargetedMotion};
-use super::retargeting::{plant_feet_if_asked, refit};
+use super::retargeting::{apply_contact_mode, refit};
 use super::rig::{rig, rig_notes};
 use super::robots::{RobotChoice, robot};
-use super::skins::dressed;
+use super::skins::attach_skin;
 use super::{contact_facts, training};
 use crate::benchmark_set::{
     AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
@@ -30,39 +30,39 @@ use crate::scenario::{
 };
 use crate::scene::GroundTruth;
 
-/// A scenario whose files are read: ready to be drawn.
+/// The scene of a scenario, ready to be rendered.
 #[derive(Clone, Debug)]
 pub struct PreparedScene {
-    /// Whose motion, in words.
+    /// Names of the recordings.
     pub clip: String,
-    /// The true cameras, how they move and take their images.
+    /// The true cameras, how they move and when they take images.
     pub rig: TimedRig,
-    /// The truth, frame by frame.
+    /// The ground truth of every frame.
     pub ground_truth: GroundTruth,
-    /// Which frames of which files the actor performs.
+    /// The frames of the recorded files that the actor performs.
     pub sources: Vec<SourceRecording>,
     /// Where takes were joined.
     pub seams: Vec<Seam>,
-    /// How many times as fast as recorded each frame is; empty where all are as fast.
+    /// Each frame's speed relative to the recording; empty if all frames have the recorded speed.
     pub pace: Vec<f64>,
     /// The same of every training motion.
     pub training_sources: Vec<SourceRecording>,
-    /// What the tracker is told.
+    /// What the tracker is given.
     pub start: Start,
-    /// The tracker's body brought nearest to the truth; one pose a frame.
+    /// The tracker's body fitted to the truth; one pose per frame.
     pub refitted: Motion,
     /// How well the recording was retargeted to the actor.
     pub report: RetargetReport,
     /// Facts for the set.
     pub facts: TruthFacts,
-    /// The secret that everything drawn for the observations depends on.
+    /// The secret key of the observations' random numbers.
     pub key: ObservationKey,
-    /// Notes: guesses, repaired frames, doubtful views.
+    /// Notes about guesses, repaired frames and doubtful views.
     pub notes: Vec<String>,
 }
 
 impl PreparedScene {
-    /// Reads what the scenario names. Clips that are named without a path are looked for below `mocap_directory`.
+    /// Reads the files of a scenario and prepares its scene. Clips are also searched below `mocap_directory`.
     ///
     /// # Errors
     /// [`ExperimentError`] that names the file, line or key.
@@ -75,39 +75,39 @@ impl PreparedScene {
         let tracker_template = robot(file, &of_tracker)?;
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
-        let (actor_template, notes_of_skin) =
-            dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        let (actor_template, actor_skin_notes) =
+            attach_skin(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
         check_surface(file, "actor.robot", &actor_template)?;
-        let (tracker_template, notes_of_tracker) =
-            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
+        let (tracker_template, tracker_skin_notes) =
+            attach_skin(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
-        let RetargetedMotion { retargeted: mut performed, seams, pace } =
-            recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
-        performed.humanoid = performed.humanoid.with_masses_of_skin();
-        let contact = apply_contact(file, &mut performed, &pace)?;
-        let body = tracker_body(file, &tracker_template, &performed, same_robot)?.with_masses_of_skin();
+        let RetargetedMotion { mut retargeted, seams, pace } =
+            recordings.retarget_to(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
+        retargeted.humanoid = retargeted.humanoid.with_masses_of_skin();
+        let contact = apply_contact(file, &mut retargeted, &pace)?;
+        let body = tracker_body(file, &tracker_template, &retargeted, same_robot)?.with_masses_of_skin();
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
-            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &performed.motion)?), Vec::new()),
+            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &retargeted.motion)?), Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let RetargetedMotion { retargeted: mut own, pace, .. } =
-                    recordings.performed_by(file, robot, &tracker_template)?;
+                    recordings.retarget_to(file, robot, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
-                    plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
+                    apply_contact_mode(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
                 (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
             }
         };
-        let rig = rig(file, &performed.motion)?;
+        let rig = rig(file, &retargeted.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
-        let frames = performed.motion.poses.len();
-        let SceneDistractors { distractors, notes: other_notes } = distractors(file, frames, mocap_directory)?;
-        let ground_truth = GroundTruth::among(performed.humanoid, &performed.motion, &rig, props, distractors)?;
+        let frames = retargeted.motion.poses.len();
+        let SceneDistractors { distractors, notes: distractor_notes } = distractors(file, frames, mocap_directory)?;
+        let ground_truth = GroundTruth::among(retargeted.humanoid, &retargeted.motion, &rig, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = if matched {
-            performed.motion
+            retargeted.motion
         } else {
             let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
             refit(&body, &markers, ground_truth.frames_per_second)
@@ -119,20 +119,20 @@ impl PreparedScene {
         let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
         let told = RigMoments::told(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
-        let mut notes = performed.report.notes.clone();
-        notes.extend(lens_without_effect(corruption, rig.rig()));
+        let mut notes = retargeted.report.notes.clone();
+        notes.extend(lens_note(corruption, rig.rig()));
         let rate = ground_truth.frames_per_second;
         notes.extend(told.iter().flat_map(|told| rig_notes(told, rig.rig(), rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
-        notes.extend(robot_notes("actor", &actor_template, &notes_of_skin));
+        notes.extend(robot_notes("actor", &actor_template, &actor_skin_notes));
         if !same_robot {
-            notes.extend(robot_notes("tracker_body", &tracker_template, &notes_of_tracker));
+            notes.extend(robot_notes("tracker_body", &tracker_template, &tracker_skin_notes));
         }
-        notes.extend(notes_of_skin.iter().map(|note| format!("actor.skin: {note}")));
-        notes.extend(notes_of_tracker.iter().map(|note| format!("tracker_body.skin: {note}")));
-        notes.extend(other_notes);
-        notes.extend(footless("actor.robot", &ground_truth.actor));
-        notes.extend(footless("tracker_body.robot", &body));
+        notes.extend(actor_skin_notes.iter().map(|note| format!("actor.skin: {note}")));
+        notes.extend(tracker_skin_notes.iter().map(|note| format!("tracker_body.skin: {note}")));
+        notes.extend(distractor_notes);
+        notes.extend(footless_note("actor.robot", &ground_truth.actor));
+        notes.extend(footless_note("tracker_body.robot", &body));
         let unseen = ground_truth.unseen_frames(&rig).len();
         if unseen > 0 {
             let frames = ground_truth.frames.len();
@@ -150,16 +150,16 @@ impl PreparedScene {
             training_sources,
             refitted,
             facts: TruthFacts {
-                motion: motion_in_words(file),
+                motion: describe_motion(file),
                 matched,
-                mismatch: if matched { String::new() } else { mismatch_in_words(file) },
+                mismatch: if matched { String::new() } else { describe_mismatch(file) },
                 contact,
                 observation_seed: scenario_observation.seed_to_tell(!ground_truth.distractors.is_empty()),
                 images: scenario_observation.images_of_truth(),
-                retargeting: Some(RetargetFacts::new(&performed.report)),
+                retargeting: Some(RetargetFacts::new(&retargeted.report)),
             },
             key: seed.key,
-            report: performed.report,
+            report: retargeted.report,
             notes,
             ground_truth,
         })
@@ -181,33 +181,33 @@ fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), 
     Err(scenario_error(file, key, message.to_owned()))
 }
 
-/// Notes of a robot's file; the body's last notes are those of its skin.
+/// Notes about a robot's file. The body's last notes, those of its skin, are left out.
 fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> {
     let own = body.notes.len().saturating_sub(of_skin.len());
     body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
 }
 
-/// What to tell the user about a body that cannot stand.
-fn footless(key: &str, body: &Humanoid) -> Option<String> {
+/// The note about a body without feet.
+fn footless_note(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
-/// As [`plant_feet_if_asked`], but a body that is to be simulated is.
+/// As [`apply_contact_mode`], and simulates the motion for [`ContactMode::Simulate`].
 fn apply_contact(
     file: &ScenarioFile,
-    performed: &mut Retargeted,
+    retargeted: &mut Retargeted,
     pace: &[f64],
 ) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
-        return plant_feet_if_asked(file.scenario.actor.contact, performed, Pace(pace));
+        return apply_contact_mode(file.scenario.actor.contact, retargeted, Pace(pace));
     }
     let settings = SimulationSettings {
         pace: pace.to_vec(),
-        ..simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?
+        ..simulation_settings(file, &retargeted.humanoid, retargeted.motion.duration_s())?
     };
-    let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
-    performed.motion = simulated.motion;
-    Ok(Some(contact_facts::simulated(&performed.humanoid, &settings, &simulated.report)))
+    let simulated = simulate(&retargeted.humanoid, &retargeted.motion, &settings)?;
+    retargeted.motion = simulated.motion;
+    Ok(Some(contact_facts::simulated(&retargeted.humanoid, &settings, &simulated.report)))
 }
 
 fn simulation_settings(
@@ -244,14 +244,14 @@ fn simulation_settings(
     })
 }
 
-/// What to tell a user whose cameras have no lens to ignore.
-fn lens_without_effect(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
+/// The note about an ignored lens of cameras without distortion.
+fn lens_note(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
     let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
-    let note = "observation.corruption.lens_ignored: no camera's lens distorts, so that nothing changes";
+    let note = "observation.corruption.lens_ignored: no camera has lens distortion, so this has no effect";
     (corruption.lens_ignored != 0.0 && ideal).then(|| note.to_owned())
 }
 
-/// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
+/// The tracker's body: scaled to the actor's subject, then with the mismatch of the settings.
 fn tracker_body(
     file: &ScenarioFile,
     template: &Humanoid,
@@ -260,20 +260,18 @@ fn tracker_body(
 ) -> Result<Humanoid, ExperimentError> {
     let settings = &file.scenario.tracker_body;
     let unmet = |detail: String| scenario_error(file, "tracker_body.mismatch", detail);
-    let body = match same_robot {
-        _ if settings.mismatch == Mismatch::Population => {
-            another_adult(file, template, &actor.humanoid).map_err(unmet)?
-        }
-        true => template.reshaped(&actor.shape),
-        false => {
-            let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
-            match file.scenario.actor.shape {
-                Some(_) => of_its_mass(&body, &actor.humanoid).map_err(|detail| {
-                    let detail = format!("the tracker's body cannot have the actor's mass: {detail}");
-                    scenario_error(file, "actor.shape", detail)
-                })?,
-                None => body,
-            }
+    let body = if settings.mismatch == Mismatch::Population {
+        another_adult(file, template, &actor.humanoid).map_err(unmet)?
+    } else if same_robot {
+        template.reshaped(&actor.shape)
+    } else {
+        let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
+        match file.scenario.actor.shape {
+            Some(_) => with_mass_of(&body, &actor.humanoid).map_err(|detail| {
+                let detail = format!("the tracker's body cannot have the actor's mass: {detail}");
+                scenario_error(file, "actor.shape", detail)
+            })?,
+            None => body,
         }
     };
     let body = match settings.mismatch.percents() {
@@ -290,7 +288,7 @@ fn tracker_body(
     })
 }
 
-fn motion_in_words(file: &ScenarioFile) -> String {
+fn describe_motion(file: &ScenarioFile) -> String {
     let motion = &file.scenario.motion;
     let frames = match (motion.first_frame, motion.last_frame) {
         (None, None) => String::new(),
@@ -300,13 +298,13 @@ fn motion_in_words(file: &ScenarioFile) -> String {
         }
     };
     let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();
-    let edits = edits_in_words(motion);
+    let edits = describe_edits(motion);
     let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
     format!("{}{frames}{repeated}{edits}{source}", motion.clip)
 }
 
-/// What was done to a recording beyond cutting and repeating it.
-fn edits_in_words(motion: &MotionSettings) -> String {
+/// The edits of a recording besides cutting and repeating.
+fn describe_edits(motion: &MotionSettings) -> String {
     let mut words = String::new();
     if motion.mirror {
         words += ", mirrored";
@@ -330,7 +328,7 @@ fn edits_in_words(motion: &MotionSettings) -> String {
     words
 }
 
-fn mismatch_in_words(file: &ScenarioFile) -> String {
+fn describe_mismatch(file: &ScenarioFile) -> String {
     let scenario = &file.scenario;
     let (actor, tracker) = (&scenario.actor.robot, &scenario.tracker_body.robot);
     let by = match scenario.tracker_body.mismatch_by {

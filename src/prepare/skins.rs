@@ -1,4 +1,4 @@
-//! `[actor] skin` and `[tracker_body] skin`: a robot gets its surface.
+//! `[actor] skin` and `[tracker_body] skin`: the surface of a robot.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,12 @@ use crate::retarget::with_skin;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use std::sync::Arc;
 
-/// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones;
-/// `table` is `actor` or `tracker_body`.
+/// `robot` with the skin of this name, if one is given, and the notes about the skin, which are also the body's last
+/// notes. `table` is `actor`, `tracker_body` or a distractor's.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the key, and what is wrong with the skin or its fit.
-pub(crate) fn dressed(
+/// [`ExperimentError`] that names the key and the problem with the skin or its fit.
+pub(crate) fn attach_skin(
     file: &ScenarioFile,
     table: &str,
     robot: Humanoid,
@@ -38,7 +38,7 @@ pub(crate) fn dressed(
     Ok((body, notes))
 }
 
-/// A skin that ships, or one of a file below `folder`, whose parts may lie where `allowed` says.
+/// A built-in skin, or one from a file below `folder`, whose parts must be in `allowed` folders.
 fn skin_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<SkinMesh, SkinError> {
     if let Some(known) = SHIPPED_SKINS.iter().find(|known| name == Path::new(known)) {
         return shipped_skin(known);
@@ -50,7 +50,7 @@ fn skin_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<Sk
     read_skin_allowing(&path, allowed)
 }
 
-/// The files of a scenario's skins that do not ship.
+/// The files of a scenario's skins; names of built-in skins give files that do not exist.
 pub(crate) fn paths_of(file: &ScenarioFile) -> Vec<PathBuf> {
     let scenario = &file.scenario;
     let others = scenario.distractor.iter().map(|other| &other.skin);

@@ -1,28 +1,28 @@
-//! `[training]`: from recordings to motions of the tracker's own body, at the rate of the test.
+//! `[training]`: from recordings to motions of the tracker's body, at the frame rate of the test.
 
 use std::path::Path;
 
 use super::retargeted_motion::{Recordings, RetargetedMotion};
-use super::retargeting::{markers, plant_feet_if_asked, refit};
+use super::retargeting::{apply_contact_mode, markers, refit};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::Humanoid;
 use crate::common::{ExperimentError, scenario_error};
 use crate::contact::Pace;
 use crate::scenario::ScenarioFile;
 
-/// What a scenario's tracker may learn from.
+/// The training motions of a scenario.
 pub(crate) struct TrainingSources {
     pub(crate) training: TrainingMotions,
-    /// Which frames of which file each motion is.
+    /// The motions' frames in the recorded files.
     pub(crate) sources: Vec<SourceRecording>,
 }
 
-/// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first
-/// retargeted to the actor's robot and treated as `[actor] contact` says, and the tracker's body is then fitted to the
-/// markers: what differs between training and test is the motion alone. `None` where the scenario has no training.
+/// The recordings of `[training]` as motions of `body`, the tracker's. As for the test, each recording is first
+/// retargeted to the actor's robot with `[actor] contact`, and the tracker's body is then fitted to its markers, so
+/// training and test differ in the motion alone. `None` if the scenario has no training.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the file and key, also where training shares frames with `test` or differs in rate.
+/// [`ExperimentError`] that names the file and key, also if training shares frames with `test` or has another rate.
 pub(crate) fn load(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -57,10 +57,9 @@ pub(crate) fn load(
             return Err(scenario_error_at("clip", message));
         }
         let robot = ("actor.robot", file.scenario.actor.robot.as_str());
-        let RetargetedMotion { retargeted: mut performed, pace, .. } =
-            recordings.performed_by(file, robot, actor_template)?;
-        plant_feet_if_asked(file.scenario.actor.contact, &mut performed, Pace(&pace))?;
-        let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
+        let RetargetedMotion { mut retargeted, pace, .. } = recordings.retarget_to(file, robot, actor_template)?;
+        apply_contact_mode(file.scenario.actor.contact, &mut retargeted, Pace(&pace))?;
+        let motion = refit(body, &markers(&retargeted.humanoid, &retargeted.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
             let (found, rate) = (motion.poses.len(), motion.frames_per_second);
             let message = format!(
@@ -78,7 +77,7 @@ pub(crate) fn load(
     Ok(Some(learned))
 }
 
-/// The first of some recordings that shares frames with the test, and which of its frames.
+/// The first recording that shares frames with the test, the test recording, and the shared frames.
 fn shared<'a>(
     sources: &'a [SourceRecording],
     test: &'a [SourceRecording],

@@ -109,8 +109,8 @@ fn sample(
     mocap_directory: Option<&std::path::Path>,
 ) -> Result<TriedSetting, ExperimentError> {
     let (begin, processor) = (Instant::now(), of_this_thread());
-    let staged = PreparedScene::new(file, mocap_directory)?;
-    let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    let cost = cost(file, &scene, begin.elapsed().as_secs_f64())?;
     let busy = own_share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
     Ok(TriedSetting {
         weight: cell.weight as f64,

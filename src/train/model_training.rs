@@ -75,12 +75,12 @@ impl TrainingInput {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
             return Err(scenario_error(file, "training", message.to_owned()));
         };
-        let staged = PreparedScene::new(file, mocap_directory)?;
-        let motions = staged.start.training.motions().to_vec();
-        let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
-        let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
+        let scene = PreparedScene::new(file, mocap_directory)?;
+        let motions = scene.start.training.motions().to_vec();
+        let learned_from = scene.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
+        let fingerprints = scene.training_sources.into_iter().map(|source| source.fingerprint).collect();
         let files = inputs_of(file, mocap_directory).into_paths();
-        Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
+        Ok(Self { body: scene.start.body, motions, learned_from, fingerprints, notes: scene.notes, files })
     }
 
     /// Recordings, each retargeted to the robot at its subject's size.
@@ -99,7 +99,7 @@ impl TrainingInput {
         let places = ClipFolders { folder: Path::new(""), mocap_directory, allowed: &allowed };
         let meshes = if options.allow_outside { &allowed } else { &strict };
         let template = robot_named(Path::new(""), &options.robot, SolidsSource::Urdf, meshes)
-            .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
+            .map_err(|e| e.into_error(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),
             motions: vec![],

@@ -110,7 +110,7 @@ fn what_is_cut_or_superfluous_in_a_motion_is_told_at_its_own_key() {
     for (arguments, words) in [
         (
             "check motion.last_frame=3",
-            "motion.last_frame: the part that is used, frames 1 to 3, cannot be repeated as `loop_to_s` asks",
+            "motion.last_frame: the part in use, frames 1 to 3, cannot be repeated for `loop_to_s`",
         ),
         ("check motion.skeleton=a.asf", "motion.skeleton: expected it only with an .amc clip"),
     ] {
