@@ -59,7 +59,7 @@ pub(super) fn table(record: &RunRecord) -> String {
         .filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
-    lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.in_words())));
+    lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.describe())));
     lines.extend(worse_in_words(record));
     lines.push(format!("  {}", record.summary.interval));
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {

@@ -1,4 +1,4 @@
-//! Errors of experiments.
+//! The error of the application.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -274,7 +274,7 @@ impl ExperimentError {
         if self.names_a_file() { self } else { Self::With { file: file.into(), source: Box::new(self) } }
     }
 
-    /// The same of work whose progress is saved, if it is.
+    /// The same error for work whose progress is saved, if it is.
     pub(crate) fn with_progress(self, resumable: &Resumable) -> Self {
         let partial = resumable.folder().to_owned();
         match self {
@@ -344,7 +344,7 @@ fn said(errors: &[String]) -> String {
     if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
 }
 
-/// What is wrong with a scenario, at one of its keys.
+/// An error at one key of a scenario.
 pub(crate) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
     ScenarioError::from(file.complaint(key, message)).into()
 }

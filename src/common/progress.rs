@@ -2,12 +2,12 @@
 
 use super::ExperimentError;
 
-/// What is being done.
+/// The kind of work in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Frames are drawn.
     Render,
-    /// Truth images are drawn: one a camera and frame.
+    /// Truth images are drawn: one per camera and frame.
     Layers,
     /// A motion model is learned from frames.
     Learn,
@@ -19,7 +19,7 @@ pub enum Stage {
     Evaluate,
     /// Images are segmented.
     Segment,
-    /// Frames of a set are drawn anew and compared.
+    /// Frames of a set are drawn again and compared.
     Verify,
     /// Frames of a set are written in another format.
     Export,
@@ -29,19 +29,19 @@ pub enum Stage {
 
 /// Observes an experiment, from any thread.
 pub trait Progress: Sync {
-    /// A stage of so many frames, or cells, begins.
+    /// A stage of `frames` frames, or cells, begins.
     fn begin(&self, stage: Stage, frames: usize);
 
     /// One more of them is done.
     fn advance(&self);
 
-    /// Where the work stands, in words.
+    /// A short text about the state of the work.
     fn set_status(&self, _state: &str) {}
 
-    /// Something that a user should know now.
+    /// A note that the user should see at once.
     fn note(&self, _note: &str) {}
 
-    /// The command that asked for the work, as reports tell it; `None` where there is none.
+    /// The command that started the work, for reports; `None` if there is none.
     fn command(&self) -> Option<String> {
         None
     }
@@ -64,7 +64,10 @@ impl Progress for NoProgress {
     }
 }
 
-/// One more frame is done; an error if the work should stop.
+/// Reports that one more frame is done.
+///
+/// # Errors
+/// [`ExperimentError::Interrupted`] if the work should stop.
 pub(crate) fn advance(progress: &dyn Progress) -> Result<(), ExperimentError> {
     progress.advance();
     if progress.interrupted() { Err(ExperimentError::Interrupted) } else { Ok(()) }

@@ -133,7 +133,7 @@ pub fn compare(
         compared.comparison.methods.insert(name.clone(), record);
         compared.methods.push(ComparedMethod {
             name: name.clone(),
-            tracker: done.tracker_in_words,
+            tracker: done.tracker_description,
             knows_truth: settings.kind().needs_truth,
             summary: done.record.summary,
             frozen: done.record.frozen,

@@ -11,10 +11,10 @@ use crate::benchmark_set::{BenchmarkSet, SetPlace};
 use crate::common::{ExperimentError, NamedFiles, Progress};
 use crate::external::EXTERNAL_FILE;
 use crate::external::start_check::StartDistance;
-use crate::measure::hints::explained;
+use crate::measure::hints::with_hint;
 use crate::measure::measuring::check_fit;
 use crate::measure::poses_file::{check_angles, check_scale, read_poses};
-use crate::measure::results::tracker_in_words;
+use crate::measure::results::describe_tracker;
 use crate::measure::tracked::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE};
 use crate::measure::{Measures, PosesDeclared, RunRecord, RunResults, SeedMeasures, Tracked};
 use crate::prepare::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
@@ -97,7 +97,7 @@ pub fn evaluate_run(
     }
     if !is_tracked {
         check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit)
-            .map_err(|detail| malformed(explained(&whole, &tracked, detail)))?;
+            .map_err(|detail| malformed(with_hint(&whole, &tracked, detail)))?;
         let note = note_of_start(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }
@@ -220,7 +220,7 @@ pub(crate) struct MethodRun<'a> {
 pub(crate) struct MethodOutcome {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
-    pub(super) tracker_in_words: String,
+    pub(super) tracker_description: String,
     /// HumanEva error, mm, `[seed][frame]`.
     pub(super) errors: Vec<Vec<Option<f64>>>,
 }
@@ -244,7 +244,7 @@ impl MethodRun<'_> {
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
         Ok(MethodOutcome {
             record: results.record,
-            tracker_in_words: tracker_in_words(&tracked),
+            tracker_description: describe_tracker(&tracked),
             errors: measures.seeds.iter().filter_map(error).collect(),
             tracked,
         })

@@ -16,7 +16,7 @@ use crate::external::{
 };
 use crate::input::{hex_sha256, limits};
 use crate::measure::Tracked;
-use crate::measure::hints::told_by_the_start;
+use crate::measure::hints::hint_from_start;
 use crate::scenario::TrackerSettings;
 use crate::train::Models;
 
@@ -135,7 +135,7 @@ pub fn track_set_with_program(
         estimate: None,
         read_as: None,
     };
-    told_by_the_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
+    hint_from_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
     directory.write_all(&tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;

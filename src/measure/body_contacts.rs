@@ -1,4 +1,4 @@
-//! Contact of one body over a clip; frames without a pose stay unknown.
+//! Contacts of one body over a clip; frames without a pose are unknown.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::evaluation::ContactMeasures;
 use crate::parallel;
 use nalgebra::{Point3, Vector3};
 
-/// Contact of a body, frame by frame.
+/// Contacts of a body in every frame.
 pub(crate) struct BodyContacts {
     ground: GroundContacts,
     self_depth_m: Vec<f64>,
@@ -17,12 +17,12 @@ pub(crate) struct BodyContacts {
     prop_depth_m: Option<Vec<f64>>,
     /// `None` for a body without mass.
     dynamics: Option<Dynamics>,
-    /// `None` where every frame has a pose.
+    /// `None` if every frame has a pose.
     known: Option<Vec<bool>>,
 }
 
 impl BodyContacts {
-    /// `None` for a body whose feet have no geometry: then nothing is said about contact.
+    /// Contacts of a motion; `None` for a body whose feet have no geometry.
     pub(crate) fn from_motion(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
         let rule = ContactRule::default();
         let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
@@ -35,8 +35,8 @@ impl BodyContacts {
         Some(Self { ground, self_depth_m, prop_depth_m, dynamics, known: None })
     }
 
-    /// As [`Self::from_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None`
-    /// without any pose.
+    /// As [`Self::from_motion`], for poses with gaps: each stretch between gaps is measured separately. `None` without
+    /// poses.
     pub(crate) fn from_poses(
         body: &Humanoid,
         poses: &[Option<Pose>],
@@ -51,12 +51,12 @@ impl BodyContacts {
             if stretch.len() == poses.len() {
                 return Some(part);
             }
-            whole.get_or_insert_with(|| part.opened(poses.len())).put(stretch.start, part);
+            whole.get_or_insert_with(|| part.unknown_frames(poses.len())).put(stretch.start, part);
         }
         whole
     }
 
-    /// What evaluation takes.
+    /// The contacts as evaluation takes them.
     pub(crate) fn touching(&self) -> ContactMeasures<'_> {
         ContactMeasures {
             ground: &self.ground,
@@ -67,8 +67,8 @@ impl BodyContacts {
         }
     }
 
-    /// The same tracks over `frames` frames of which none is known.
-    fn opened(&self, frames: usize) -> Self {
+    /// The same tracks over `frames` frames, all unknown.
+    fn unknown_frames(&self, frames: usize) -> Self {
         let track = |track: &ContactTrack| ContactTrack {
             frames: vec![UNKNOWN_CONTACT; frames],
             links: track.links.clone(),
@@ -91,7 +91,7 @@ impl BodyContacts {
         }
     }
 
-    /// Puts the frames of a stretch where they belong.
+    /// Copies the frames of a stretch that begins at frame `start`.
     fn put(&mut self, start: usize, part: Self) {
         let frames = start..start + part.self_depth_m.len();
         let tracks = self.ground.links.iter_mut().chain(&mut self.ground.feet);
@@ -131,7 +131,7 @@ fn unknown_dynamics() -> DynamicsFrame {
     }
 }
 
-/// Frames with a pose that follow each other.
+/// Runs of consecutive frames with a pose.
 fn stretches(poses: &[Option<Pose>]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for frame in (0..poses.len()).filter(|frame| poses[*frame].is_some()) {
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::body::shipped;
 
-    /// A body that slides along x over the ground by 10 mm a frame and falls.
+    /// A body that slides along x by 10 mm per frame and sinks.
     fn poses(body: &Humanoid) -> Vec<Option<Pose>> {
         let pose = |frame: usize| {
             let mut pose = body.zero_pose();
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_not_known_and_leaves_what_is_far_from_it_alone() {
+    fn a_gap_is_unknown_and_does_not_change_distant_frames() {
         let body = shipped("tracker25").unwrap();
         let all = poses(&body);
         let whole = BodyContacts::from_poses(&body, &all, 60.0, &[]).unwrap();

@@ -1,4 +1,4 @@
-//! What is said of a run whose error would mostly go away if its numbers were read in another way.
+//! Hints for a run most of whose error comes from a misread estimate: other axes, units, sides, frames or names.
 
 use std::collections::BTreeMap;
 
@@ -16,39 +16,38 @@ use crate::evaluation::{
     marker_of_other_side, with_sides_exchanged,
 };
 
-/// A pelvis that is nearer than this to the origin in every frame is there by definition, metres.
+/// If the pelvis is nearer than this to the origin in every frame, positions are relative to it; metres,
 const AT_ORIGIN_M: f64 = 0.001;
-/// A true pelvis that is farther than this from the origin on average is not, metres.
+/// provided that the true pelvis is on average farther than this from the origin; metres.
 const AWAY_M: f64 = 0.25;
-/// Frames of a program's answers that are compared with the start pose.
+/// Number of a program's first frames that are compared with the start pose.
 const FIRST_FRAMES: usize = 6;
 
-/// An explanation of most of a run's error, with the options that mend it.
+/// An explanation of most of a run's error, with the options that correct it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hint {
-    /// What seems to have been misread; empty for positions relative to the body.
+    /// The properties that seem to be misread; empty for other explanations, such as positions relative to the body.
     pub kinds: Vec<MisreadingKind>,
-    /// The explanation in words, with what to do.
+    /// The explanation, and what to do.
     pub text: String,
-    /// Options of `skiagraph evaluate` that read the file so; empty where none applies.
+    /// Options of `skiagraph evaluate` that correct it; empty if there are none.
     pub options: Vec<String>,
-    /// Lines of a joint map that names the columns so; empty where the names are right.
+    /// Lines of a joint map that correct the names; empty if the names are right.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
-    /// Mean distance of the markers as they were read, over the frames that were looked at, millimetres.
+    /// Mean distance of the markers as read, over the compared frames, millimetres.
     pub error_as_read_mm: Option<f64>,
-    /// The same when they are read so, millimetres; `None` where that is not known.
+    /// The same after the correction, millimetres; `None` if unknown.
     pub error_corrected_mm: Option<f64>,
 }
 
-/// The explanation of most of a run's error, if there is one. Nothing was read of the program's own trackers, so theirs
-/// has none.
+/// The explanation of most of a run's error, if there is one. Estimates of this program's trackers are never misread.
 pub(crate) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
     if tracked.record.is_some() {
         return None;
     }
-    if let Some(doubt) = doubt(tracked) {
-        return Some(doubt);
+    if let Some(hint) = suspicious_values(tracked) {
+        return Some(hint);
     }
     let truth: Vec<Markers> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
     let sequences: Vec<GivenSequence> = tracked
@@ -60,11 +59,11 @@ pub(crate) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
         .collect();
     let case = HintCase { truth: &truth, rate: set.blind.frames_per_second, cameras: &camera_centres(&set.blind) };
     let found = case.find(&sequences, tracked);
-    found.map(|found| in_words(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked))
+    found.map(|found| describe(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked))
 }
 
-/// What is doubtful of the numbers themselves, whatever their errors.
-fn doubt(tracked: &Tracked) -> Option<Hint> {
+/// A hint about suspicious values, which does not depend on their errors: quaternions, placeholders.
+fn suspicious_values(tracked: &Tracked) -> Option<Hint> {
     let read_as = tracked.read_as.as_ref();
     let quaternions = read_as.and_then(|read_as| read_as.doubt.clone());
     let text = quaternions.or_else(|| missing_values::note(&tracked.estimates.sequences))?;
@@ -79,9 +78,9 @@ impl Hint {
     }
 }
 
-/// What the first answers of a program say when they are compared with the start pose, which it was given: `track` does
-/// not know the truth.
-pub(crate) fn told_by_the_start(set: &BlindSet, tracked: &Tracked) -> Option<String> {
+/// The hint for a program's first frames, compared with the start pose that it was given: `track` does not know the
+/// truth.
+pub(crate) fn hint_from_start(set: &BlindSet, tracked: &Tracked) -> Option<String> {
     let body = &set.start.body;
     let start = body.markers(&body.link_frames(&set.start.pose));
     let first = |sequence: &EstimatedSequence| {
@@ -93,21 +92,21 @@ pub(crate) fn told_by_the_start(set: &BlindSet, tracked: &Tracked) -> Option<Str
     };
     let sequences: Vec<GivenSequence> = tracked.estimates.sequences.iter().map(first).collect();
     let frames = sequences.first().map_or(0, |sequence| sequence.markers.len());
-    // no shift is looked for (a rate of 0): a body that leaves its start would seem to be early
+    // a rate of 0 excludes shifts: a body that leaves its start pose would seem to be early
     let case = HintCase { truth: &vec![start; frames], rate: 0.0, cameras: &camera_centres(set) };
     let found = case.find(&sequences, tracked)?;
-    Some(format!("judged by the start pose, {}", in_words(&found, tracked).text))
+    Some(format!("compared with the start pose, {}", describe(&found, tracked).text))
 }
 
-/// What a refusal of a file's units says, with all else that is wrong with its numbers.
-pub(crate) fn explained(set: &BenchmarkSet, tracked: &Tracked, refusal: String) -> String {
+/// The refusal of a file's units, with a hint if more than the units is wrong.
+pub(crate) fn with_hint(set: &BenchmarkSet, tracked: &Tracked, refusal: String) -> String {
     match hint(set, tracked).filter(|hint| hint.kinds.len() > 1) {
         Some(hint) => format!("{refusal}; {}", hint.text),
         None => refusal,
     }
 }
 
-/// Positions of one repetition, as they are and with left and right exchanged.
+/// Positions of one seed, as read and with left and right exchanged.
 struct GivenSequence {
     markers: Vec<Markers>,
     swapped: Vec<Markers>,
@@ -122,7 +121,7 @@ impl GivenSequence {
             Some(poses) => {
                 let places =
                     |pose: &Option<Pose>| Some(Point3::from(pose.as_ref()?.world_from_root.translation.vector));
-                let other = other_degrees(body);
+                let other = degrees_of_other_side(body);
                 let swapped = |pose: &Option<Pose>| match pose {
                     None => [None; LANDMARKS.len()],
                     Some(pose) => {
@@ -141,8 +140,8 @@ impl GivenSequence {
     }
 }
 
-/// For every degree of freedom that of the other side.
-fn other_degrees(body: &Humanoid) -> Vec<usize> {
+/// The index of each degree of freedom's counterpart on the other side.
+fn degrees_of_other_side(body: &Humanoid) -> Vec<usize> {
     let names: Vec<&str> = body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect();
     let other = |(index, name): (usize, &&str)| {
         let other = other_side(name, &names);
@@ -151,16 +150,16 @@ fn other_degrees(body: &Humanoid) -> Vec<usize> {
     names.iter().enumerate().map(other).collect()
 }
 
-/// Where the cameras are, as trackers are told: one entry a frame where they move.
+/// The camera centres that trackers are given: one entry per frame if cameras move, else one.
 fn camera_centres(set: &BlindSet) -> Vec<Vec<Point3<f64>>> {
     let frames = if set.moments.is_some() { set.frame_count } else { 1 };
     (0..frames).map(|frame| set.rig_at(frame).cameras.iter().map(Camera::centre).collect()).collect()
 }
 
-/// What positions are compared with.
+/// The positions with which an estimate is compared.
 struct HintCase<'a> {
     truth: &'a [Markers],
-    /// Frames a second.
+    /// Frames per second.
     rate: f64,
     cameras: &'a [Vec<Point3<f64>>],
 }
@@ -184,7 +183,7 @@ impl HintCase<'_> {
     }
 }
 
-/// Positions whose pelvis is the origin: what lifters from images answer.
+/// The hint for positions whose origin is the pelvis, as programs that lift image keypoints write them.
 fn relative_to_the_body(truth: &[Markers], tracked: &Tracked) -> Option<Hint> {
     let pelvis = Landmark::Pelvis as usize;
     let sequences = &tracked.estimates.sequences;
@@ -195,29 +194,29 @@ fn relative_to_the_body(truth: &[Markers], tracked: &Tracked) -> Option<Hint> {
     (is_given && away && places.all(|place| place.coords.norm() < AT_ORIGIN_M)).then(|| {
         Hint::without_errors(
             "the estimate's pelvis is at the origin in every frame: its positions are relative to the body, so errors in \
-             the world say nothing of it; compare mpjpe_root_mm and pa_mpjpe_mm, or add the path of the pelvis"
+             the world are meaningless; compare mpjpe_root_mm and pa_mpjpe_mm, or add the path of the pelvis"
                 .to_owned(),
         )
     })
 }
 
-fn in_words(found: &Misreading, tracked: &Tracked) -> Hint {
+fn describe(found: &Misreading, tracked: &Tracked) -> Hint {
     let correction = &found.correction;
     let kinds = correction.kinds();
     let [before, after] = [found.error_as_read_m, found.error_corrected_m].map(|metres| 1000.0 * metres);
-    let told = match &tracked.read_as {
-        Some(read_as) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.told(&kinds),
-        None => ReadingAdvice { text: of_program(correction), ..ReadingAdvice::default() },
+    let advice = match &tracked.read_as {
+        Some(read_as) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.advice(&kinds),
+        None => ReadingAdvice { text: advice_for_program(correction), ..ReadingAdvice::default() },
     };
     Hint {
         kinds,
         text: format!(
-            "most of the error would go away if the estimate were read in another way (about {before:.0} mm as it \
-             is, {after:.0} mm then): {}",
-            told.text
+            "most of the error would go away if the estimate were read differently (about {before:.0} mm as read, \
+             {after:.0} mm corrected): {}",
+            advice.text
         ),
-        options: told.options,
-        joint_map: told.joint_map,
+        options: advice.options,
+        joint_map: advice.joint_map,
         error_as_read_mm: Some(before),
         error_corrected_mm: Some(after),
     }
@@ -227,7 +226,7 @@ fn has_poses(tracked: &Tracked) -> bool {
     tracked.estimates.sequences.iter().any(|sequence| sequence.poses().is_some())
 }
 
-/// A file as it was read, and how it should be.
+/// How a file was read, and the correction.
 struct FileAdvice<'a> {
     read_as: &'a ReadAs,
     correction: &'a Correction,
@@ -242,61 +241,59 @@ struct ReadingAdvice {
 }
 
 impl FileAdvice<'_> {
-    fn told(&self, kinds: &[MisreadingKind]) -> ReadingAdvice {
-        let mut told = ReadingAdvice::default();
+    fn advice(&self, kinds: &[MisreadingKind]) -> ReadingAdvice {
+        let mut advice = ReadingAdvice::default();
         let mut parts = Vec::new();
         for kind in kinds {
-            let (part, option) = self.part(*kind, &mut told.joint_map);
+            let (part, option) = self.part(*kind, &mut advice.joint_map);
             parts.push(part);
-            told.options.extend(option);
+            advice.options.extend(option);
         }
         let file = &self.read_as.file;
-        told.text = format!("{file}: {}", parts.join("; "));
-        if !told.options.is_empty() {
-            told.text += &format!(". Say {}", told.options.join(" "));
+        advice.text = format!("{file}: {}", parts.join("; "));
+        if !advice.options.is_empty() {
+            advice.text += &format!(". Use {}", advice.options.join(" "));
         }
-        if !told.joint_map.is_empty() {
+        if !advice.joint_map.is_empty() {
             let names: Vec<String> =
-                told.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} is {ours:?}")).collect();
-            told.text += &format!(". Give a --joint-map: {}", names.join(", "));
+                advice.joint_map.iter().map(|(theirs, ours)| format!("{theirs:?} is {ours:?}")).collect();
+            advice.text += &format!(". Use a --joint-map: {}", names.join(", "));
         }
         if kinds.contains(&MisreadingKind::Offset) {
-            told.text += ". The offset was found from the truth: use it only if the file's origin is there";
+            advice.text += ". The offset was derived from the truth: use it only if the file's origin is really there";
         }
-        told
+        advice
     }
 
-    /// One kind of change in words, and the option that makes it.
+    /// The description of one correction, and the option that makes it.
     fn part(&self, kind: MisreadingKind, map: &mut BTreeMap<String, String>) -> (String, Option<String>) {
         let (read_as, correction) = (self.read_as, self.correction);
         match kind {
             MisreadingKind::Axes => {
                 let order = read_as.order.then(correction.axes);
                 let up = order.up_in_words();
-                match order.is_mirrored() {
-                    true if self.poses => {
-                        (format!("its axes are {order}, left-handed: turn it before it is read"), None)
-                    }
-                    true => (format!("its axes are {order} ({up}, left-handed)"), Some(format!("--axes {order}"))),
-                    false => (format!("its axes are {order} ({up})"), Some(format!("--axes {order}"))),
+                let handed = if order.is_mirrored() { ", left-handed" } else { "" };
+                if order.is_mirrored() && self.poses {
+                    return (format!("its axes are {order}, left-handed: convert the file to right-handed axes"), None);
                 }
+                (format!("its axes are {order} ({up}{handed})"), Some(format!("--axes {order}")))
             }
             MisreadingKind::Units => {
                 let metres = correction.scale * read_as.metres_per_unit.unwrap_or(1.0);
                 let unit = UNITS_OF_LENGTH.iter().find(|(.., known)| (known / metres - 1.0).abs() < 1e-6);
-                let of = if self.poses { "the root is in" } else { "it is in" };
+                let subject = if self.poses { "the root is in" } else { "it is in" };
                 match unit {
-                    Some((word, plural, _)) => (format!("{of} {plural}"), Some(format!("--units {word}"))),
-                    None => (format!("{of} units of {metres} m"), None),
+                    Some((word, plural, _)) => (format!("{subject} {plural}"), Some(format!("--units {word}"))),
+                    None => (format!("{subject} units of {metres} m"), None),
                 }
             }
             MisreadingKind::Sides => {
-                let option = if read_as.swapped_sides { "nothing of sides (no --swap-sides)" } else { "--swap-sides" };
+                let option = if read_as.swapped_sides { "no --swap-sides" } else { "--swap-sides" };
                 ("left and right are exchanged, unless the body faces backwards".to_owned(), Some(option.to_owned()))
             }
             MisreadingKind::Shift => {
                 let shift = read_as.shift_frames.unwrap_or(0) + correction.shift;
-                let late = if correction.shift < 0 { ", unless the tracker is late by as much throughout" } else { "" };
+                let late = if correction.shift < 0 { ", unless the tracker is always that late" } else { "" };
                 (format!("its frame 0 is the set's frame {shift}{late}"), Some(format!("--shift {shift}")))
             }
             MisreadingKind::Offset => {
@@ -307,12 +304,12 @@ impl FileAdvice<'_> {
             }
             MisreadingKind::Names => {
                 self.names(map);
-                ("names belong to other markers".to_owned(), None)
+                ("names are given to the wrong markers".to_owned(), None)
             }
         }
     }
 
-    /// The lines of the joint map: sides are exchanged after it.
+    /// Adds the lines of the joint map; sides are exchanged after it.
     fn names(&self, map: &mut BTreeMap<String, String>) {
         let side = |marker: usize| if self.correction.swapped { marker_of_other_side(marker) } else { marker };
         let moved = self.correction.names.iter().enumerate().filter(|(marker, name)| marker != *name);
@@ -324,8 +321,8 @@ impl FileAdvice<'_> {
     }
 }
 
-/// What has to be corrected in the program.
-fn of_program(correction: &Correction) -> String {
+/// The corrections that a program needs.
+fn advice_for_program(correction: &Correction) -> String {
     let mut parts = Vec::new();
     for kind in correction.kinds() {
         parts.push(match kind {
@@ -340,15 +337,15 @@ fn of_program(correction: &Correction) -> String {
             MisreadingKind::Units => format!("it answers in units of {} m, expected metres", correction.scale),
             MisreadingKind::Sides => "it exchanges left and right".to_owned(),
             MisreadingKind::Shift if correction.shift < 0 => {
-                format!("its answers are {} frames late throughout", -correction.shift)
+                format!("all its answers are {} frames late", -correction.shift)
             }
-            MisreadingKind::Shift => format!("its answers are {} frames early throughout", correction.shift),
+            MisreadingKind::Shift => format!("all its answers are {} frames early", correction.shift),
             MisreadingKind::Offset => {
                 let [x, y, z] = <[f64; 3]>::from(correction.offset);
-                format!("its origin is at {x:.3}, {y:.3}, {z:.3} m of the set")
+                format!("its origin is at {x:.3}, {y:.3}, {z:.3} m in the set")
             }
             MisreadingKind::Names => "it exchanges names of markers".to_owned(),
         });
     }
-    format!("{}. Correct it in the program: no option of evaluate changes answers", parts.join("; "))
+    format!("{}. Correct the program: no option of evaluate changes its answers", parts.join("; "))
 }

@@ -22,20 +22,20 @@ use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
-/// Measures of a run: every seed, all seeds together, and the frozen tracker.
+/// Measures of a run: of every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
 pub struct Measures {
     /// The clip's name.
     pub clip: String,
-    /// One entry a seed.
+    /// One entry per seed.
     pub seeds: Vec<SeedMeasures>,
     /// All seeds together.
     pub summary: Summary,
     /// Evaluation of a tracker that never moves.
     pub frozen: Evaluation,
-    /// How good the observed silhouettes are; `None` where they are exact.
+    /// Quality of the observed silhouettes; `None` if they are exact.
     pub segmentation: Option<SegmentationQuality>,
-    /// What would explain most of the error, if the numbers of the estimate were read otherwise.
+    /// An explanation of most of the error by a misread estimate.
     pub hint: Option<Hint>,
 }
 
@@ -44,15 +44,15 @@ pub struct Measures {
 pub struct SeedMeasures {
     /// The seed.
     pub seed: u64,
-    /// What was measured.
+    /// The metrics.
     pub evaluation: Evaluation,
-    /// Where the answers put the markers.
+    /// Estimated markers of every frame.
     pub markers: Vec<Markers>,
-    /// Energy of the answers, per frame; empty where unknown.
+    /// Energy of the estimates, per frame; empty if unknown.
     pub energy: Vec<Option<f64>>,
-    /// Energy of the truth, refitted to the body that the tracker used, per frame; empty where unknown.
+    /// Energy of the truth, refitted to the body that the tracker used, per frame; empty if unknown.
     pub truth_energy: Vec<Option<f64>>,
-    /// When the actor's and the answers' feet stand; empty where either body has none.
+    /// Stances of the true and estimated feet; empty if either body has no feet.
     pub stances: Vec<FootStances>,
 }
 
@@ -140,7 +140,7 @@ impl Measures {
         Ok(Self { seeds, summary, frozen, segmentation, clip, hint })
     }
 
-    /// One entry a seed.
+    /// The evaluations, one entry per seed.
     pub fn runs(&self) -> Vec<SeedRun<'_>> {
         self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
@@ -160,18 +160,18 @@ struct ViewAgreement {
 struct Agreements {
     overlaps: Vec<Vec<Option<f64>>>,
     boundaries: Vec<Vec<Option<f64>>>,
-    /// Overlaps with the exact silhouettes; `None` where the observed ones are exact.
+    /// Overlaps with the exact silhouettes; `None` if the observed ones are exact.
     exact: Option<Vec<Vec<Option<f64>>>>,
 }
 
-/// A frame beside its exact silhouettes.
+/// A frame compared with its exact silhouettes.
 struct AgainstExact {
     /// `[estimate][camera]`.
     overlaps: Vec<Vec<Option<f64>>>,
     qualities: Vec<MaskQuality>,
 }
 
-/// Of every camera that took an image.
+/// Quality of the observed masks of every camera that took an image.
 fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
     let both = observed.silhouettes.iter().zip(&exact.silhouettes).enumerate();
     both.filter(|(camera, _)| observed.has_image(*camera))
@@ -179,14 +179,14 @@ fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
         .collect()
 }
 
-/// The answers of one seed and what is known about them.
+/// The estimates of one seed and their silhouettes' agreement.
 struct SeedEstimate<'a> {
-    /// The body that the poses are of.
+    /// The body that the poses refer to.
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
     agreements: &'a Agreements,
     energy: &'a [Option<f64>],
-    /// Whether energies are of the tracker's own likelihood.
+    /// Whether energies come from the tracker's own likelihood.
     is_own: bool,
 }
 
@@ -261,15 +261,14 @@ fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
     if records.iter().all(|r| r.energy.is_none()) { Vec::new() } else { records.iter().map(|r| r.energy).collect() }
 }
 
-/// The truth brought nearest to a body that a tracker calibrated.
+/// The truth refitted to a calibrated body.
 fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
     let truth = &set.truth.ground_truth;
     let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
     refit(body, &markers, truth.frames_per_second)
 }
 
-/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers
-/// without a likelihood.
+/// The energy of the truth by the tracker's own likelihood and body; empty for trackers without a likelihood.
 fn truth_energy(
     tracked: &Tracked,
     set: &BlindSet,
@@ -285,8 +284,8 @@ fn truth_energy(
     energies_of(refitted, likelihood, set)
 }
 
-/// The energy that skiagraph's silhouette likelihood, with its default settings and the set's body, gives the truth
-/// refitted to that body, for poses of a program whose own likelihood is not known; empty where it gave none.
+/// The energy of the truth, refitted to the set's body, by the default silhouette likelihood, because the likelihood of
+/// another program is unknown; empty if there are no poses.
 fn program_truth_energy(
     set: &BenchmarkSet,
     sequences: &[EstimatedSequence],
@@ -301,7 +300,7 @@ fn program_truth_energy(
     energies_of(&motion, default_likelihood(&set.blind)?, &set.blind)
 }
 
-/// The same of a program's poses.
+/// The energy of a program's poses by the default silhouette likelihood.
 fn program_energy(set: &BlindSet, sequence: &EstimatedSequence) -> Result<Vec<Option<f64>>, ExperimentError> {
     if sequence.poses().is_none() {
         return Ok(Vec::new());
@@ -348,14 +347,14 @@ impl Painters {
         Self { cameras: rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
-    /// Puts the cameras where they were when they took their images; whether they film in such a way that this is told.
+    /// Moves the cameras to their poses at the time of the images. Returns whether the observation has such poses.
     pub(crate) fn place(&mut self, observed: &Observation) -> bool {
         let placements = observed.moment.iter().flat_map(|moment| &moment.camera_from_world);
         self.cameras.iter_mut().zip(placements).for_each(|(painter, placement)| painter.place(placement));
         observed.moment.is_some()
     }
 
-    /// As [`Self::silhouettes`], from where the cameras were; empty for a camera that took no image.
+    /// As [`Self::silhouettes`], with the cameras at their poses; empty masks for cameras that took no image.
     pub(crate) fn seen(&mut self, observed: &Observation, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
         self.place(observed);
         let mut masks = self.silhouettes(body, pose);
@@ -363,19 +362,19 @@ impl Painters {
         masks
     }
 
-    /// A body's silhouette in every camera.
+    /// The silhouettes of a body in every camera.
     pub(crate) fn silhouettes(&mut self, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
         let frames = body.link_frames(pose);
         self.cameras.iter_mut().map(|painter| painter.silhouette(body, &frames)).collect()
     }
 
-    /// Where props are in every camera's image; empty without any.
+    /// The silhouettes of props in every camera; empty without props.
     pub(crate) fn props(&mut self, props: &[Prop]) -> Vec<Mask> {
         let seen = if props.is_empty() { &mut [][..] } else { &mut self.cameras };
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
     }
 
-    /// `[answer][camera]`: overlap of each pose's silhouettes with those observed.
+    /// `[estimate][camera]`: overlap of each pose's silhouettes with the observed ones.
     fn overlaps<'p>(
         &mut self,
         observed: &Observation,
@@ -395,7 +394,7 @@ impl Painters {
         poses.map(of_pose).collect()
     }
 
-    /// `[answer][camera]`: agreement of each pose's silhouettes with those observed.
+    /// `[estimate][camera]`: agreement of each pose's silhouettes with the observed ones.
     fn agreements<'p>(
         &mut self,
         observed: &Observation,
@@ -429,7 +428,7 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     }
     let estimates = &tracked.estimates;
     let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
-    // another program may have written its rate in single precision; NaN is no rate
+    // another program may have written its rate in single precision; NaN must fail
     let is_same = (rate - expected).abs() <= 1e-4 * expected;
     if !is_same {
         return Err(format!("the run has {rate} frames a second, the set {expected}"));
@@ -442,7 +441,7 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     let (found, frames) = (estimates.frames(), set.blind.frame_count);
     if found != frames {
         let hint = if tracked.read_as.is_some() {
-            "; if that is right, say --shift with the set's frame of its first"
+            "; if that is right, use --shift with the set's frame of the file's first frame"
         } else {
             ""
         };
@@ -451,5 +450,5 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     if estimates.sequences.iter().any(EstimatedSequence::has_any) {
         return Ok(());
     }
-    Err("every frame of every seed is NaN: it holds no estimate".to_owned())
+    Err("every frame of every seed is NaN: it has no estimate".to_owned())
 }

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::body::{Humanoid, Landmark, LinkFrames, Pose};
 use crate::evaluation::PARTS;
 
-/// One frame: rotation of every part from its rotation at the zero pose, in the world.
+/// One frame: rotation of every part in the world, relative to its rotation at the zero pose.
 pub(crate) type Parts = [Option<UnitQuaternion<f64>>; PARTS];
 
 /// Proximal and distal end of every part but the root.
@@ -19,16 +19,16 @@ const LIMBS: [[Landmark; 2]; PARTS - 1] = [
     [Landmark::LeftElbow, Landmark::LeftWrist],
     [Landmark::RightElbow, Landmark::RightWrist],
 ];
-/// Two bodies' limbs point the same way at their zero poses up to this cosine: 10 degrees.
+/// Limbs of two bodies are comparable if their directions at the zero pose differ by at most 10 degrees (this cosine).
 const SAME_DIRECTION: f64 = 0.985;
 
-/// Which parts of two bodies can be compared, and how to find them.
+/// The parts of two bodies whose rotations can be compared.
 pub(crate) struct ComparableParts {
     comparable: [bool; PARTS],
 }
 
 impl ComparableParts {
-    /// Of two bodies: a part whose zero pose is another one has no rotation in common.
+    /// The comparable parts of two bodies: those with the same direction at the zero pose.
     pub(crate) fn new(a: &Humanoid, b: &Humanoid) -> Self {
         let [a, b] = [a, b].map(zero_directions);
         let mut comparable = [true; PARTS];
@@ -43,7 +43,7 @@ impl ComparableParts {
         !self.comparable[1..].contains(&true)
     }
 
-    /// Of poses; `None` is a frame without one.
+    /// The rotations of the parts for poses; `None` is a frame without a pose.
     pub(crate) fn rotations<'p>(&self, body: &Humanoid, poses: impl Iterator<Item = Option<&'p Pose>>) -> Vec<Parts> {
         let zero_from_links: Vec<_> = body.body_from_links().iter().map(UnitQuaternion::inverse).collect();
         let mut frames = LinkFrames::default();
@@ -60,7 +60,7 @@ impl ComparableParts {
     }
 }
 
-/// Where limbs point at the zero pose, in the body's axes.
+/// Directions of the limbs at the zero pose, in the body's axes.
 fn zero_directions(body: &Humanoid) -> [Option<Vector3<f64>>; PARTS - 1] {
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
     let body_from_root = body.root_from_body().inverse();
@@ -75,7 +75,7 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn shipped_bodies_share_all_parts_and_a_bent_knee_turns_its_shank_alone() {
+    fn built_in_bodies_share_all_parts_and_a_bent_knee_turns_only_its_shank() {
         let (actor, tracker) = (shipped("actor").unwrap(), shipped("tracker25").unwrap());
         let parts = ComparableParts::new(&actor, &tracker);
         assert!(!parts.is_root_alone() && parts.comparable == [true; PARTS]);

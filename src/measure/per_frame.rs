@@ -1,4 +1,4 @@
-//! `per_frame.csv`: one row per seed and frame; the metrics, then how the search went.
+//! `per_frame.csv`: one row per seed and frame with the metrics and the facts of the search.
 
 use super::measuring::Measures;
 use super::tracked::Tracked;
@@ -6,7 +6,7 @@ use crate::common::ExperimentError;
 use crate::evaluation::{EvaluationError, write_per_frame};
 use crate::input::table_cell;
 
-/// The table's bytes. An empty cell is a frame without a value.
+/// The bytes of the table. Frames without a value have empty cells.
 pub(crate) fn to_csv(tracked: &Tracked, measures: &Measures) -> Result<Vec<u8>, ExperimentError> {
     let failed = |error: csv::Error| EvaluationError::Write(error.to_string());
     let mut metrics = Vec::new();

@@ -1,4 +1,4 @@
-//! Every frame of the run with the median error, and of the run with the worst frame, packed for the report.
+//! The frames of the run with the median error and of the run with the worst frame, packed for the report.
 
 use rayon::prelude::*;
 
@@ -9,11 +9,11 @@ use crate::common::ExperimentError;
 use crate::raster::Mask;
 use crate::report::{PackedView, Playback, PlaybackPlan, typical_run, worst_frames};
 
-/// Frames that the plan is made from.
+/// Number of frames from which the plan is made.
 const SAMPLES: usize = 6;
 
-/// The frames of the seed whose error is in the middle, then of that with the worst frame where it is another; none
-/// without a seed.
+/// The frames of the seed with the median error, then of the seed with the worst frame if it is another one; empty
+/// without seeds.
 pub(crate) fn playbacks(
     set: &BenchmarkSet,
     tracked: &Tracked,
@@ -26,16 +26,16 @@ pub(crate) fn playbacks(
     shown.iter().map(|run| playback(set, tracked, measures, *run, shown.len())).collect()
 }
 
-/// Observed masks of a frame, and those of an estimate if there is one.
+/// Observed masks of a frame, and the masks of the estimate if there is one.
 pub(crate) type SeenMasks = (Vec<Mask>, Option<Vec<Mask>>);
 
-/// How finely, and how often, so many frames of so many cameras are kept, from some that are looked at.
+/// The resolution and stride at which `frames` frames of `cameras` cameras are kept, by the size of some sampled frames.
 pub(crate) fn plan_of(
     frames: usize,
     cameras: usize,
-    mut look: impl FnMut(usize) -> Result<SeenMasks, ExperimentError>,
+    mut masks_of: impl FnMut(usize) -> Result<SeenMasks, ExperimentError>,
 ) -> Result<PlaybackPlan, ExperimentError> {
-    let samples = (0..SAMPLES.min(frames)).map(|index| look(index * (frames - 1) / (SAMPLES - 1)));
+    let samples = (0..SAMPLES.min(frames)).map(|index| masks_of(index * (frames - 1) / (SAMPLES - 1)));
     let samples: Vec<SeenMasks> = samples.collect::<Result<_, _>>()?;
     let mut pairs: Vec<(&Mask, Option<&Mask>)> = Vec::new();
     for (observed, estimated) in &samples {
@@ -45,7 +45,7 @@ pub(crate) fn plan_of(
     Ok(PlaybackPlan::new(frames, cameras, &pairs))
 }
 
-/// The frames of a run, one of so many on the page.
+/// The frames of a run, one of `on_page` runs on the page.
 fn playback(
     set: &BenchmarkSet,
     tracked: &Tracked,
@@ -76,13 +76,13 @@ fn playback(
             },
         )
         .collect::<Result<_, ExperimentError>>()?;
-    let is_filmed = set.blind.moments.is_some();
+    let is_moving = set.blind.moments.is_some();
     Ok(Playback {
         seed: measures.seeds[run].seed,
         plan,
         views: packed,
-        props: if is_filmed { Vec::new() } else { painters.props(&set.truth.ground_truth.props) },
-        moved: kept.iter().filter(|_| is_filmed).map(|frame| set.blind.rig_at(*frame).into_owned()).collect(),
+        props: if is_moving { Vec::new() } else { painters.props(&set.truth.ground_truth.props) },
+        moved: kept.iter().filter(|_| is_moving).map(|frame| set.blind.rig_at(*frame).into_owned()).collect(),
         truth: kept.iter().map(|frame| set.truth.ground_truth.frames[*frame].markers).collect(),
         estimate: kept.iter().map(|frame| measures.seeds[run].markers[*frame]).collect(),
     })

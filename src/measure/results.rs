@@ -24,7 +24,7 @@ use crate::scenario::TrackerSettings;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
-/// What `run.json` begins with.
+/// The schema in `run.json`.
 pub(crate) const RUN_SCHEMA: &str = "skiagraph.run/1";
 /// The name of a run's table of frames.
 pub const PER_FRAME_FILE: &str = "per_frame.csv";
@@ -33,74 +33,74 @@ pub const REPORT_FILE: &str = "report.html";
 /// The name of a run's picture: cameras x frames.
 pub const CONTACT_SHEET_FILE: &str = "contact_sheet.png";
 
-/// How many frames the contact sheet shows, besides the worst.
+/// Number of frames on the contact sheet besides the worst.
 const SHEET_FRAMES: usize = 5;
-/// How many of the worst frames have a picture in the report.
+/// Number of worst frames with a picture in the report.
 const WORST_FRAMES: usize = 10;
 
-/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds. It is
-/// written and read as this; files of earlier versions may lack what has a default.
+/// A run in numbers: `run.json`. Everything except `timing` has the same bytes for the same set, tracker and seeds.
+/// Files of earlier versions may lack fields that have a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// `skiagraph.run/1`.
     pub schema: String,
-    /// The scenario's, and so the set's, name.
+    /// Name of the scenario and the set.
     pub scenario: String,
     /// First seed.
     #[serde(default)]
     pub seed: u64,
     /// All seeds.
     pub seeds: Vec<u64>,
-    /// The tracker's name; `external` for poses that another program made.
+    /// The tracker's name; `external` for poses of another program.
     pub tracker: String,
-    /// What would explain most of the error, if the estimate were read otherwise.
+    /// An explanation of most of the error by a misread estimate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hint: Option<Hint>,
-    /// How the file was read, of poses that another program made.
+    /// How another program's file of poses was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_as: Option<ReadAs>,
-    /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
+    /// The tracker and all its settings as in a scenario; absent for poses of another program.
     pub settings: Option<Value>,
-    /// What the tracker learned from, in words; empty where it learns nothing, and for poses that another program made.
+    /// Descriptions of the tracker's training recordings; empty without any, and for poses of another program.
     #[serde(default)]
     pub learned_from: Vec<String>,
     /// Hash of the set's files.
     pub set_hash: String,
-    /// Hash of all that the set shares with other draws of its observation's noise; records of earlier versions have
-    /// none.
+    /// Hash of everything that the set shares with other draws of its observation noise; absent in records of earlier
+    /// versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_hash: Option<String>,
-    /// Seed of the observations, where anything is drawn with it.
+    /// Seed of the observations, if anything is drawn with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
     /// Version of the program.
     pub version: String,
-    /// What is known about bodies and motion, in words.
+    /// Facts about bodies, motion, cameras, observations and settings.
     #[serde(default)]
     pub facts: Vec<FactGroup>,
     /// Whether actor and tracker share one body.
     #[serde(default)]
     pub matched: bool,
-    /// How the truth came to stand on the ground; absent where contact was neither measured nor changed.
+    /// Ground-contact processing of the truth; absent if contact was neither measured nor changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
-    /// How the observations were made; absent where they are exact.
+    /// How the observations were made; absent if they are exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation: Option<ObservationFacts>,
-    /// How good the observed silhouettes are, means over cameras and frames; absent where they are exact.
+    /// Quality of the observed silhouettes, means over cameras and frames; absent if they are exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub segmentation: Option<SegmentationQuality>,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// Every metric over all seeds, with its protocol, interval and value per seed. Also per joint.
+    /// Every metric over all seeds, with its protocol, interval and values per seed and joint.
     #[serde(flatten)]
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
     #[serde(default)]
     pub frozen: std::collections::BTreeMap<String, f64>,
-    /// The run in words: how good it is, and whether the search or the model is at fault.
+    /// The verdict: how good the run is, and whether the search or the model causes the error.
     pub verdict: Verdict,
     /// File with one row per seed and frame.
     #[serde(default)]
@@ -108,21 +108,21 @@ pub struct RunRecord {
     /// File with estimates and truth.
     #[serde(default)]
     pub poses: String,
-    /// File for people.
+    /// File with the report.
     #[serde(default)]
     pub report: String,
-    /// What differs from run to run; absent for poses that another program made.
+    /// What differs between runs; absent for poses of another program.
     #[serde(default)]
     pub timing: Option<TrackTiming>,
-    /// The program that tracked, where one did.
+    /// The external program that tracked, if one did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<ExternalRecord>,
-    /// The file or folder that was measured, as the command named it, where the results stand elsewhere.
+    /// The measured file or folder as named by the command, if the results are elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<String>,
 }
 
-/// Everything that a measured run leaves on disk.
+/// The numbers and files of a measured run.
 #[derive(Clone, Debug)]
 pub struct RunResults {
     /// The numbers.
@@ -132,7 +132,7 @@ pub struct RunResults {
 }
 
 impl RunResults {
-    /// Puts measures into files.
+    /// Makes the files of a measured run.
     ///
     /// # Errors
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
@@ -140,7 +140,7 @@ impl RunResults {
         Self::of_command(set, tracked, measures, None)
     }
 
-    /// As [`Self::new`], asked for by a command, which the report tells.
+    /// As [`Self::new`]; the report names the `command`.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -157,7 +157,7 @@ impl RunResults {
         let sheet = sheet(set, tracked, measures)?;
         let playbacks = playbacks(set, tracked, measures)?;
         let this_run = this_run(tracked, command);
-        let tracker = tracker_in_words(tracked);
+        let tracker = describe_tracker(tracked);
         let input = ReportInput {
             matched: set.truth.facts.matched,
             facts: &facts,
@@ -182,7 +182,7 @@ impl RunResults {
     }
 }
 
-/// The verdict on a run, as its report has it.
+/// The verdict of a run, as in its report.
 pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
     let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
@@ -249,7 +249,7 @@ fn record(
     }
 }
 
-/// The pictures of the run whose error is in the middle, and of the worst frames of all.
+/// The pictures of the run with the median error, and of the worst frames of all runs.
 fn sheet<'a>(
     set: &'a BenchmarkSet,
     tracked: &Tracked,
@@ -285,7 +285,7 @@ fn sheet<'a>(
     Ok(Some(Sheet { rig, frames_per_second, props, frames, worst }))
 }
 
-pub(crate) fn tracker_in_words(tracked: &Tracked) -> String {
+pub(crate) fn describe_tracker(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| &record.tracker) {
         None => match &tracked.program {
             Some(program) => {
@@ -314,10 +314,10 @@ fn facts(
         format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
-    let filming = |camera: usize| blind.moments.as_ref()?.in_words(camera, blind.frames_per_second);
-    let camera_in_words = |index: usize| {
-        let camera = in_words(&blind.rig.cameras[index]);
-        filming(index).map_or(camera.clone(), |filming| format!("{camera}; {filming}"))
+    let motion_of = |camera: usize| blind.moments.as_ref()?.in_words(camera, blind.frames_per_second);
+    let describe = |index: usize| {
+        let camera = describe_camera(&blind.rig.cameras[index]);
+        motion_of(index).map_or(camera.clone(), |motion| format!("{camera}; {motion}"))
     };
     let cameras = blind.rig.cameras.iter().enumerate();
     let mut groups = vec![
@@ -336,7 +336,7 @@ fn facts(
                 ("model", if truth.facts.matched { "matched".to_owned() } else { truth.facts.mismatch.clone() }),
             ],
         ),
-        group("Cameras", cameras.map(|(index, camera)| (camera.name.as_str(), camera_in_words(index))).collect()),
+        group("Cameras", cameras.map(|(index, camera)| (camera.name.as_str(), describe(index))).collect()),
         group("Observations", observations(set, segmentation)),
     ];
     if let Some(contact) = &truth.facts.contact {
@@ -346,7 +346,7 @@ fn facts(
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
         let all = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value)));
-        let changed = ("changed from the defaults".to_owned(), settings_not_default(&record.tracker));
+        let changed = ("changed from the defaults".to_owned(), changed_from_defaults(&record.tracker));
         let settings = std::iter::once(changed).chain(all).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
@@ -355,7 +355,7 @@ fn facts(
         let facts = decided.into_iter().chain(report.numbers_in_words()).collect();
         groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
-    let read_as = tracked.read_as.iter().map(|read_as| ("read as", read_as.in_words()));
+    let read_as = tracked.read_as.iter().map(|read_as| ("read as", read_as.describe()));
     let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone()));
     let of_estimate: Vec<_> = read_as.chain(notes).collect();
     if !of_estimate.is_empty() {
@@ -366,7 +366,7 @@ fn facts(
         "Provenance",
         vec![
             ("seeds", seeds.join(", ")),
-            ("learned from", learned_from_in_words(tracked)),
+            ("learned from", describe_training(tracked)),
             ("set", blind.set_hash.clone()),
             ("poses.npz, SHA-256", hex_sha256(poses)),
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -375,7 +375,7 @@ fn facts(
     groups
 }
 
-/// What differs from run to run: the command and how long tracking took.
+/// What differs between runs: the command and how long tracking took.
 fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)> {
     let of_program = tracked.program.as_ref().map(|program| program.timing);
     let timing = tracked.record.as_ref().map(|record| record.timing).or(of_program);
@@ -387,8 +387,8 @@ fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)>
     [named("command", command), named("tracking took", took)].into_iter().flatten().collect()
 }
 
-/// The tracker's settings that are not its defaults, after those.
-fn settings_not_default(settings: &TrackerSettings) -> String {
+/// The tracker's settings that differ from its defaults.
+fn changed_from_defaults(settings: &TrackerSettings) -> String {
     let table = |settings: &TrackerSettings| {
         let tree = serde_json::to_value(settings).unwrap_or_default();
         tree.as_object().and_then(|tracker| tracker.values().next()).cloned()
@@ -398,7 +398,7 @@ fn settings_not_default(settings: &TrackerSettings) -> String {
     if changed.is_empty() { "none: all defaults".to_owned() } else { changed }
 }
 
-fn learned_from_in_words(tracked: &Tracked) -> String {
+fn describe_training(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| record.learned_from.as_slice()) {
         None => "unknown: poses of another program".to_owned(),
         Some([]) => "nothing".to_owned(),
@@ -419,7 +419,7 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
     [vec![("silhouettes", words)], quality].concat()
 }
 
-fn in_words(camera: &crate::camera::Camera) -> String {
+fn describe_camera(camera: &crate::camera::Camera) -> String {
     let (centre, pinhole) = (camera.centre(), &camera.pinhole);
     let view = 2.0 * (0.5 * f64::from(pinhole.width) / pinhole.focal[0]).atan().to_degrees();
     let lens = if camera.distortion.is_none() { "no distortion" } else { "distorted" };

@@ -1,11 +1,11 @@
-//! `search.npz` says how our trackers searched:
+//! `search.npz`: how this program's trackers searched.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `energy` | (S, T) | energy of the estimate; NaN where there is none |
+//! | `energy` | (S, T) | energy of the estimate; NaN if there is none |
 //! | `evaluations` | (S, T) | likelihood evaluations |
-//! | `layers` | (S, T, L, 6) | one row an annealing layer, columns `layer_columns` |
-//! | `occupancy` | (S, T, K, 3) | one row a motion model, columns `occupancy_columns`; K = 0 without such models |
+//! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns` |
+//! | `occupancy` | (S, T, K, 3) | one row per motion model, columns `occupancy_columns`; K = 0 without such models |
 
 use crate::motion_model::ModelOccupancy;
 use crate::npz::{Array, Npz, Values};
@@ -14,16 +14,16 @@ use crate::tracker::LayerRecord;
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
 
-/// How the search for one frame went.
+/// The search of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchRecord {
     /// Energy of the estimate.
     pub energy: Option<f64>,
     /// Likelihood evaluations.
     pub evaluations: u64,
-    /// Layer by layer.
+    /// One entry per annealing layer.
     pub layers: Vec<LayerRecord>,
-    /// Model by model, for trackers in latent spaces.
+    /// One entry per motion model, for trackers in latent spaces.
     pub occupancy: Vec<ModelOccupancy>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
         let degenerate = if l.degenerate { 1.0 } else { 0.0 };
         [l.lambda, l.effective_sample_size, l.energy_min, l.energy_mean, l.energy_std, degenerate]
     };
-    // A frame with fewer layers than others is filled up with rows of NaN.
+    // frames with fewer layers are padded with rows of NaN
     let rows = |r: &SearchRecord| {
         let missing = layers - r.layers.len();
         r.layers.iter().map(row).chain(std::iter::repeat_n([f64::NAN; 6], missing)).collect::<Vec<_>>()
@@ -61,7 +61,8 @@ pub(crate) fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
     ])
 }
 
-/// `shape`: seeds and frames of the poses beside it.
+/// The search records of an archive; `None` if its arrays do not have the expected types and shapes. `shape`: seeds and
+/// frames of `poses.npz`.
 pub(crate) fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>>> {
     let Values::F64(energy) = &npz.get("energy")?.values else { return None };
     let Values::I64(evaluations) = &npz.get("evaluations")?.values else { return None };
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn how_a_search_went_is_read_back_as_it_was() {
+    fn search_records_are_read_back_unchanged() {
         let layer = |lambda| LayerRecord {
             lambda,
             effective_sample_size: 50.0,

@@ -26,53 +26,54 @@ use crate::tracker::{CalibrationReport, Estimate};
 pub(crate) const TRACK_FILE: &str = "track.json";
 pub(crate) const POSES_FILE: &str = "poses.npz";
 pub(crate) const SEARCH_FILE: &str = "search.npz";
-/// The bodies of a run whose tracker calibrated its body, where one was kept.
+/// The bodies of a run whose tracker calibrated its body, if a calibrated one was kept.
 pub(crate) const BODIES_FILE: &str = "bodies.json";
-/// What the tracker's model file learned from, where it has one: the format of a set's `truth/recording.npz`.
+/// The recordings that the tracker's model file was learned from, if it has one, in the format of a set's
+/// `truth/recording.npz`.
 pub(crate) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
 pub struct Tracked {
-    /// Who tracked what; `None` for poses that another program made, and for [`track_with`].
+    /// The tracker and the set; `None` for poses of another program and of `experiment::track_with`.
     pub record: Option<TrackRecord>,
-    /// The answers.
+    /// The estimates.
     pub estimates: Estimates,
-    /// `[seed][frame]`: how the search went; empty for poses that another program made.
+    /// `[seed][frame]`: the search records; empty for poses of another program.
     pub search: Vec<Vec<SearchRecord>>,
-    /// Which recordings a model from a file learned from; empty without such a model.
+    /// The recordings that a model from a file was learned from; empty without such a model.
     pub sources: Vec<SourceRecording>,
-    /// Which program tracked, where one did.
+    /// The external program that tracked, if one did.
     pub program: Option<ExternalRecord>,
-    /// The file or folder that is measured, as the command named it, where the results go elsewhere.
+    /// The measured file or folder as named by the command, if the results go elsewhere.
     pub estimate: Option<String>,
-    /// How the file was read, where another program wrote it.
+    /// How the file was read, if another program wrote it.
     pub read_as: Option<ReadAs>,
 }
 
-/// Who tracked what: `track.json`.
+/// The tracker and the set of a run: `track.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackRecord {
     /// `skiagraph.track/1`.
     pub schema: String,
-    /// The tracker and all its settings, as a scenario writes them.
+    /// The tracker and all its settings as in a scenario.
     pub tracker: TrackerSettings,
-    /// Which set, by the hash of its files.
+    /// Hash of the set's files.
     pub set_hash: String,
-    /// What the tracker learned from, in words; empty where it learns nothing.
+    /// Descriptions of the tracker's training recordings; empty without any.
     #[serde(default)]
     pub learned_from: Vec<String>,
-    /// What the calibration of the tracker's body found, one entry a seed; absent without one.
+    /// Results of the calibration of the tracker's body, one entry per seed; absent without calibration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub calibration: Vec<CalibrationReport>,
     /// Version of the program.
     pub version: String,
-    /// What differs from run to run.
+    /// What differs between runs.
     pub timing: TrackTiming,
 }
 
 impl Tracked {
-    /// Estimates of every seed, of whom is not said; `bodies` are those of the seeds where they are not the set's.
+    /// Estimates of every seed, without a record; `bodies` has one body per seed, or is empty if all use the set's body.
     pub(crate) fn new(set: &BlindSet, seeds: &[u64], bodies: Vec<Humanoid>, estimates: Vec<Vec<Estimate>>) -> Self {
         let mut sequences = Vec::new();
         let mut search = Vec::new();
@@ -93,13 +94,19 @@ impl Tracked {
         }
         let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
         let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
-        Self { record: None, estimates, search, sources: Vec::new(), program: None, estimate: None, read_as: None }
+        Self { search, ..Self::from_estimates(estimates) }
     }
 
-    /// Runs of one tracker with a seed each, put together in their order.
+    /// Estimates alone.
+    pub(crate) fn from_estimates(estimates: Estimates) -> Self {
+        let (search, sources) = (Vec::new(), Vec::new());
+        Self { record: None, estimates, search, sources, program: None, estimate: None, read_as: None }
+    }
+
+    /// Runs of one tracker with one seed each, joined in their order.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] where there is none.
+    /// [`ExperimentError::Malformed`] if there is no run.
     pub(crate) fn of_seeds(set: &BlindSet, seeds: Vec<Self>) -> Result<Self, ExperimentError> {
         let own_body = |one: &Self| one.estimates.bodies.first().unwrap_or(&set.start.body).clone();
         let are_calibrated = seeds.iter().any(|one| !one.estimates.bodies.is_empty());
@@ -121,10 +128,10 @@ impl Tracked {
         Ok(all)
     }
 
-    /// The files of a run that has not been measured yet.
+    /// The files of a run that is not measured yet.
     ///
     /// # Errors
-    /// [`ExperimentError::Set`] for more than a file can hold.
+    /// [`ExperimentError::Set`] if the arrays are too large for a file.
     pub fn files(&self, set: &BlindSet) -> Result<NamedFiles, ExperimentError> {
         let mut files = vec![(POSES_FILE, self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
         if let Some(record) = &self.record {
@@ -143,10 +150,10 @@ impl Tracked {
         Ok(files)
     }
 
-    /// Reads a run of this program; `body` is the tracker's, of the set that it was made from.
+    /// Reads a run of this program; `body` is the tracker's body in the run's set.
     ///
     /// # Errors
-    /// [`ExperimentError`] naming the file that is missing or not what it should be.
+    /// [`ExperimentError`] that names the missing or malformed file.
     pub fn read(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let path = folder.join(BODIES_FILE);
         let bodies = if path.is_file() {
@@ -173,13 +180,13 @@ impl Tracked {
         } else {
             Vec::new()
         };
-        Ok(Self { record: Some(record), estimates, search, sources, program: None, estimate: None, read_as: None })
+        Ok(Self { record: Some(record), search, sources, ..Self::from_estimates(estimates) })
     }
 
-    /// Reads what a program estimated in a run of `skiagraph track --exec`.
+    /// Reads a run of `skiagraph track --exec`.
     ///
     /// # Errors
-    /// [`ExperimentError`] naming the file that is missing or not what it should be.
+    /// [`ExperimentError`] that names the missing or malformed file.
     pub fn read_program(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let path = folder.join(EXTERNAL_FILE);
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
@@ -188,20 +195,12 @@ impl Tracked {
         Ok(Self { program: Some(program.harmless()), ..Self::from_others(&folder.join(POSES_FILE), body)? })
     }
 
-    /// Reads a `poses.npz` alone, by any program, for the tracker's body.
+    /// Reads only a `poses.npz` of any program, for the tracker's body.
     ///
     /// # Errors
-    /// [`ExperimentError`] if it cannot be read or is not what it should be.
+    /// [`ExperimentError`] if it cannot be read or is malformed.
     pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
-        Ok(Self {
-            record: None,
-            estimates,
-            search: Vec::new(),
-            sources: Vec::new(),
-            program: None,
-            estimate: None,
-            read_as: None,
-        })
+        Ok(Self::from_estimates(estimates))
     }
 }

@@ -314,7 +314,7 @@ fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_
     let degrees = angles.iter().map(|angle| angle.to_degrees()).collect();
     room.write("degrees.npz", of_poses([root, (shape, degrees)]));
     let refused = room.skiagraph(["evaluate", "set", "--poses", "degrees.npz"]);
-    let words = "joint angles are farther than a whole turn";
+    let words = "joint angles exceed a whole turn";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     assert!(refused.stderr.contains("--angles deg"), "{}", refused.stderr);
     room.succeed("evaluate set --poses degrees.npz --angles deg");

@@ -319,7 +319,7 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
     room.write("wrong.trc", trc(&estimate, &names, "m"));
     let text = room.succeed("evaluate set wrong.trc --out wrong").stdout;
     assert!(text.starts_with("The estimate may have been misread: most of the error would go away"), "{text}");
-    assert!(text.contains("Say --axes x,y,z."), "{text}");
+    assert!(text.contains("Use --axes x,y,z."), "{text}");
     assert!(
         text.contains("read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"),
         "{text}"
@@ -368,7 +368,7 @@ fn a_gate_says_first_that_a_run_may_have_been_misread() {
         "{}",
         answer.stdout
     );
-    assert!(answer.stdout.contains("Say --axes y,z,x"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("Use --axes y,z,x"), "{}", answer.stdout);
     let answer = room.skiagraph("gate right.npz-evaluation --baseline walk --margin 2mm".split(' '));
     assert!(!answer.stdout.contains("misread"), "{}", answer.stdout);
 }

@@ -224,7 +224,7 @@ fn units_that_are_declared_as_others_are_refused_and_named() {
     for (is, declared) in [("cm", "mm"), ("cm", "in"), ("mm", "cm"), ("mm", "in"), ("in", "cm"), ("in", "mm")] {
         let file = format!("{is}.csv");
         let refused = room.skiagraph(["evaluate", "set", "--poses", &file, "--units", declared]);
-        let words = format!("say --units {is}");
+        let words = format!("use --units {is}");
         assert!(refused.code == 2 && refused.stderr.contains(&words), "{is} as {declared}: {}", refused.stderr);
     }
     assert!(error(&room, "--poses in.csv --units in") < 1e-6);
@@ -242,9 +242,9 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
         }
     };
     room.write("mm.csv", csv(&truth, &names(), |place| place.map(|v| 1000.0 * v)));
-    refused("--poses mm.csv", &["1000 times as large", "--units mm"]);
+    refused("--poses mm.csv", &["1000 times the size", "--units mm"]);
     room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
-    refused("--poses cm.csv", &["100 times as large", "--units cm"]);
+    refused("--poses cm.csv", &["100 times the size", "--units cm"]);
     room.write("m.csv", csv(&truth, &names(), |place| place));
     for unit in ["mm", "cm", "in"] {
         refused(&format!("--poses m.csv --units {unit}"), &["declared as another unit", "--units m"]);
@@ -254,7 +254,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     let unknown: Vec<String> = (0..15).map(|i| format!("point{i}")).collect();
     let unknown: Vec<&str> = unknown.iter().map(String::as_str).collect();
     room.write("unknown.csv", csv(&truth, &unknown, |place| place));
-    refused("--poses unknown.csv", &["none of its names is known", "--joint-map"]);
+    refused("--poses unknown.csv", &["no name is known", "--joint-map"]);
     room.write("mine.xls", "x");
     refused("--poses mine.xls", &[".csv, .trc, .c3d or .bvh"]);
     room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
@@ -271,8 +271,8 @@ fn names_that_are_left_out_stand_in_the_line_that_says_how_a_file_was_read() {
     let answer = room.succeed("evaluate set nose.csv");
     let said = answer.stdout;
     let line = said.lines().find(|line| line.contains("read nose.csv: ")).unwrap_or_else(|| panic!("{said}"));
-    assert!(line.ends_with("; left out: nose"), "{line}");
-    assert!(answer.stderr.contains("nose.csv has names that were left out: nose"), "{}", answer.stderr);
+    assert!(line.ends_with("; not used: nose"), "{line}");
+    assert!(answer.stderr.contains("nose.csv has names that are not used: nose"), "{}", answer.stderr);
     assert!(!said.contains("misread"), "{said}");
 }
 
@@ -283,7 +283,7 @@ fn positions_of_exact_zeros_are_told_first_with_their_count() {
     truth[4][3] = [0.0; 3];
     room.write("zeros.csv", csv(&truth, &names(), |place| place));
     let said = room.succeed("evaluate set zeros.csv -q").stdout;
-    let words = "The estimate may have been misread: zeros.csv puts 2 of 75 positions where";
+    let words = "The estimate may have been misread: zeros.csv has 2 of 75 positions with three equal coordinates";
     assert!(said.starts_with(words) && said.contains(&format!("`{}` in frame 2 at 0, 0, 0", names()[3])), "{said}");
 }
 

@@ -1,26 +1,26 @@
-//! Whether an estimate's joint angles are in radians, and those that a user declares to be degrees.
+//! Joint angles of estimates: converts declared degrees to radians, and detects undeclared degrees.
 
 use super::rewriting::changed;
 use crate::benchmark_set::{Articulation, Estimates};
 use crate::npz::{Array, Npz};
 
 const NAME: &str = "estimate_angles";
-/// No joint of a body turns so far, radians: more than a whole turn.
+/// No joint turns this far, radians: more than a whole turn.
 const TOO_FAR: f64 = 7.0;
-/// So many joint angles that are too far are no single joint that keeps turning.
+/// This many suspicious joint angles cannot be one joint that keeps turning.
 const SEVERAL: usize = 3;
-/// An angle counts that is too far in one of so many frames.
+/// An angle is suspicious if it is too far in at least one of this many frames.
 const ONE_OF: usize = 10;
 
-/// An archive with its joint angles in radians; `declared` is what the user says, radians per unit.
+/// An archive with its joint angles in radians; `declared` is the user's unit, radians per unit.
 ///
 /// # Errors
-/// What is wrong: angles seem to be degrees and nothing is declared, or there are none to declare.
+/// A message if undeclared angles seem to be degrees, or if a unit is declared and there are no angles.
 pub(super) fn in_radians(npz: Npz, file: &str, declared: Option<f64>) -> Result<Npz, String> {
     let Some(shape) = npz.get(NAME).map(|array| array.shape.clone()) else {
         return if declared.is_none() { Ok(npz) } else { Err(format!("has no {NAME}; leave out --angles")) };
     };
-    // the axis of seeds may be left out
+    // the axis of seeds is optional
     let columns = match shape.as_slice() {
         &[_, _, columns] | &[_, columns] => columns,
         _ => return Ok(npz),
@@ -34,17 +34,17 @@ pub(super) fn in_radians(npz: Npz, file: &str, declared: Option<f64>) -> Result<
         }
         None => match seem_degrees(numbers.chunks_exact(columns.max(1))) {
             None => Ok(npz),
-            Some(found) => Err(format!(
-                "{NAME}: {found}; if they are degrees, say --angles deg, and --angles rad if they are right"
-            )),
+            Some(found) => {
+                Err(format!("{NAME}: {found}; use --angles deg if they are degrees, or --angles rad if they are right"))
+            }
         },
     }
 }
 
-/// Refuses the joint angles of a program's answers if they seem to be degrees, unless they are declared to be radians.
+/// Refuses the joint angles of a program's answers if they seem to be degrees, unless they are declared as radians.
 ///
 /// # Errors
-/// What was found, and what to do.
+/// A message with the largest angle and what to do.
 pub(crate) fn check_angles(estimates: &Estimates, declared: Option<f64>) -> Result<(), String> {
     match declared {
         Some(1.0) => return Ok(()),
@@ -61,11 +61,11 @@ pub(crate) fn check_angles(estimates: &Estimates, declared: Option<f64>) -> Resu
     });
     let found = seem_degrees(poses.flatten().flatten().map(|pose| pose.joint_angles.as_slice()));
     let detail =
-        |found| format!("{found}; if they are degrees, answer in radians, and say --angles rad if they are right");
+        |found| format!("{found}; answer in radians if they are degrees, or use --angles rad if they are right");
     found.map_or(Ok(()), |found| Err(detail(found)))
 }
 
-/// What was found in rows of joint angles that are too far, if several are.
+/// A message about rows of joint angles if several are too far to be radians.
 fn seem_degrees<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Option<String> {
     let (mut too_far, mut given, mut largest): (Vec<usize>, _, f64) = (Vec::new(), 0, 0.0);
     for row in rows.filter(|row| row.iter().all(|angle| angle.is_finite())) {
@@ -79,8 +79,8 @@ fn seem_degrees<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Option<String> {
     let several = too_far.iter().filter(|count| **count > 0 && **count * ONE_OF >= given).count();
     (several >= SEVERAL).then(|| {
         format!(
-            "{several} of {} joint angles are farther than a whole turn, up to {largest:.1}, and seem to be degrees; \
-             expected radians",
+            "{several} of {} joint angles exceed a whole turn, up to {largest:.1}, and seem to be degrees; expected \
+             radians",
             too_far.len()
         )
     })
@@ -95,9 +95,9 @@ mod tests {
     }
 
     #[test]
-    fn degrees_are_recognised_and_one_joint_that_keeps_turning_is_none() {
+    fn degrees_are_recognised_and_one_joint_that_keeps_turning_is_accepted() {
         let walk = [[40.0, -60.0, 3.0, 12.0], [f64::NAN; 4], [35.0, -20.0, 4.0, 8.0]];
-        assert!(found(&walk).unwrap().starts_with("3 of 4 joint angles are farther than a whole turn, up to 60.0"));
+        assert!(found(&walk).unwrap().starts_with("3 of 4 joint angles exceed a whole turn, up to 60.0"));
         assert_eq!(found(&walk.map(|row| row.map(f64::to_radians))), None);
         assert_eq!(found(&[[80.0, 0.1, 0.2, 9.0]]), None, "two joints may have lost count");
         let mut once = [[0.1; 4]; 30];

@@ -1,4 +1,5 @@
-//! CSV: a column a coordinate (`pelvis_x, pelvis_y, pelvis_z, ...`), or a row a point (`frame, name, x, y, z`).
+//! CSV files with one column per coordinate (`pelvis_x, pelvis_y, pelvis_z, ...`) or one row per point
+//! (`frame, name, x, y, z`).
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use crate::input::excerpt;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The points, and whether frames have numbers of their own.
+/// The points, and whether the file numbers its frames.
 pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
     check_separator(text)?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -21,7 +22,9 @@ pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
     let name_column = ["name", "marker", "joint"].into_iter().find_map(at);
     let points = match (name_column, AXES.map(at), at("frame")) {
         (Some(name), [Some(x), Some(y), Some(z)], Some(frame)) => rows(&mut reader, name, frame, [x, y, z]),
-        (Some(_), ..) => Err("line 1: a table with a row a point needs the columns frame, name, x, y and z".to_owned()),
+        (Some(_), ..) => {
+            Err("line 1: a table with one row per point needs the columns frame, name, x, y and z".to_owned())
+        }
         _ => wide(&mut reader, &headers, at("frame")),
     };
     Ok((points?, at("frame").is_some()))
@@ -34,11 +37,11 @@ fn check_separator(text: &str) -> Result<(), String> {
     let other =
         head.and_then(|head| [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(c, _)| head.contains(*c)));
     other.map_or(Ok(()), |(_, found)| {
-        Err(format!("line 1: expected commas between fields, found {found}; write it with commas and decimal points"))
+        Err(format!("line 1: expected commas between fields, found {found}; use commas and decimal points"))
     })
 }
 
-/// An error of the table with its line.
+/// The message of a CSV error, with its line.
 fn with_line(error: csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
@@ -68,7 +71,7 @@ fn frame_number(field: Option<&str>, line: u64) -> Result<usize, String> {
     frame.map(|frame| frame as usize).ok_or_else(|| format!("line {line}: frame: expected a whole number from 0"))
 }
 
-/// A point of three fields: all of them or none.
+/// A point of three fields, of which all or none must be given.
 fn point(fields: [Option<f64>; 3], line: u64, name: &str) -> Result<Option<[f64; 3]>, String> {
     match fields {
         [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
@@ -77,10 +80,10 @@ fn point(fields: [Option<f64>; 3], line: u64, name: &str) -> Result<Option<[f64;
     }
 }
 
-fn room_for(frames: usize, names: usize) -> Result<(), String> {
+fn check_size(frames: usize, names: usize) -> Result<(), String> {
     match frames.checked_mul(names.max(1)) {
         Some(points) if points <= MOST_POINTS => Ok(()),
-        _ => Err(format!("it has {frames} frames of {names} points, expected at most {MOST_POINTS} points")),
+        _ => Err(format!("expected at most {MOST_POINTS} points, found {frames} frames of {names} points")),
     }
 }
 
@@ -115,8 +118,8 @@ fn wide(reader: &mut CsvReader<'_>, headers: &[String], frame_column: Option<usi
         if frame < frames.len() {
             return Err(format!("line {line}: frame {frame} comes after frame {}", frames.len() - 1));
         }
-        room_for(frame + 1, order.len())?;
-        // frames that are left out have no estimate
+        check_size(frame + 1, order.len())?;
+        // omitted frames have no estimate
         frames.resize(frame, vec![None; order.len()]);
         let mut row = Vec::with_capacity(order.len());
         for name in &order {
@@ -136,12 +139,12 @@ fn rows(reader: &mut CsvReader<'_>, name: usize, frame: usize, axes: [usize; 3])
         let record = record.map_err(with_line)?;
         let line = record.position().map_or(0, csv::Position::line);
         let at = frame_number(record.get(frame), line)?;
-        let called = record.get(name).unwrap_or_default().to_owned();
-        let column = *known.entry(called.clone()).or_insert_with(|| {
-            names.push(called.clone());
+        let row_name = record.get(name).unwrap_or_default().to_owned();
+        let column = *known.entry(row_name.clone()).or_insert_with(|| {
+            names.push(row_name.clone());
             names.len() - 1
         });
-        room_for(at + 1, names.len())?;
+        check_size(at + 1, names.len())?;
         if found.len() <= at {
             found.resize(at + 1, Vec::new());
         }
@@ -149,9 +152,9 @@ fn rows(reader: &mut CsvReader<'_>, name: usize, frame: usize, axes: [usize; 3])
             found[at].resize(column + 1, None);
         }
         let of = |axis: usize| number(record.get(axes[axis]), line, AXES[axis]);
-        let place = point([of(0)?, of(1)?, of(2)?], line, &called)?;
+        let place = point([of(0)?, of(1)?, of(2)?], line, &row_name)?;
         if found[at][column].is_some() {
-            return Err(format!("line {line}: {:?} is there twice in frame {at}", excerpt(&called)));
+            return Err(format!("line {line}: {:?} occurs twice in frame {at}", excerpt(&row_name)));
         }
         found[at][column] = place;
     }
@@ -164,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_column_a_coordinate_and_a_row_a_point_say_the_same() {
+    fn one_column_per_coordinate_and_one_row_per_point_are_equivalent() {
         let (wide, is_numbered) =
             parse("frame,time,pelvis_x,pelvis_y,pelvis_z,head_X,head_Y,head_Z\n0,0,1,2,3,4,5,6\n2,0.2,,,,7,8,9\n")
                 .unwrap();
@@ -180,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_line() {
+    fn errors_name_their_line() {
         for (text, part) in [
             ("a,b\n1,2\n", "line 1: expected columns"),
             ("p_x,p_y\n1,2\n", "needs three columns"),
@@ -189,13 +192,13 @@ mod tests {
             ("frame,p_x,p_y,p_z\n1,1,1,1\n0,1,1,1\n", "line 3: frame 0 comes after frame 1"),
             ("frame,p_x,p_y,p_z\n999999999,1,1,1\n", "at most"),
             ("frame,p_x,p_y,p_z\n-1,1,1,1\n", "whole number"),
-            ("frame,name,x,y,z\n0,p,1,2,3\n0,p,1,2,3\n", "line 3: \"p\" is there twice"),
+            ("frame,name,x,y,z\n0,p,1,2,3\n0,p,1,2,3\n", "line 3: \"p\" occurs twice"),
             ("p_x,p_y,p_z\n1,2\n", "line 2"),
             ("frame;p_x;p_y;p_z\n0;1,5;2,5;3,5\n", "line 1: expected commas between fields, found semicolons"),
             ("# mine\np_x\tp_y\tp_z\n1\t2\t3\n", "found tabs"),
         ] {
-            let told = parse(text).unwrap_err();
-            assert!(told.contains(part), "{text}: {told}");
+            let error = parse(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
         }
     }
 }

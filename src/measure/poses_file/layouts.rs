@@ -1,14 +1,14 @@
-//! Names of keypoints that other programs use, and which of HumanEva's markers lie there.
+//! Names of the keypoints of common datasets and programs, and the HumanEva markers at these keypoints.
 
 use crate::body::Landmark;
 
-/// A keypoint as [`canonical`] spells it, with the marker that lies there.
+/// A keypoint's [`canonical`] name, and the marker at this place.
 type Keypoint = (&'static str, Option<Landmark>);
 
 /// The keypoints of a dataset or program.
 #[derive(Debug)]
 pub(super) struct KeypointLayout {
-    /// What people call it.
+    /// Its usual name.
     pub(super) name: &'static str,
     parts: &'static [&'static [Keypoint]],
 }
@@ -70,7 +70,7 @@ const HUMAN36M_TRUNK: &[Keypoint] = &[
 const HALPE_TRUNK: &[Keypoint] = &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis))];
 const BODY25_TRUNK: &[Keypoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
 
-/// The head of Human3.6M and HALPE is its top; that of SMPL is where it joins the neck, which no marker is.
+/// The head of Human3.6M and HALPE is its top; that of SMPL is its joint with the neck, where no marker is.
 static LAYOUTS: [KeypointLayout; 5] = [
     KeypointLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
     KeypointLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
@@ -80,8 +80,7 @@ static LAYOUTS: [KeypointLayout; 5] = [
 ];
 
 impl KeypointLayout {
-    /// The marker of a keypoint; `None` if the layout has no such keypoint, `Some(None)` if it has, and no marker lies
-    /// there.
+    /// The marker of a keypoint: `None` if the layout has no such keypoint, `Some(None)` if no marker is there.
     pub(super) fn marker(&self, name: &str) -> Option<Option<Landmark>> {
         let name = canonical(name);
         self.parts.iter().copied().flatten().find(|(known, _)| *known == name).map(|(_, marker)| *marker)
@@ -92,20 +91,20 @@ impl KeypointLayout {
     }
 }
 
-/// The layout that has all these names and the fewest besides; `None` unless they are more than half of it.
+/// The smallest layout that has all these names; `None` unless they are more than half of its keypoints.
 pub(super) fn layout_of(names: &[&str]) -> Option<&'static KeypointLayout> {
     let has_all = |layout: &&KeypointLayout| names.iter().all(|name| layout.marker(name).is_some());
     let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.size();
     LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.size())
 }
 
-/// All names of the layouts, for messages.
+/// The names of all layouts, for messages.
 pub(super) fn layout_names() -> String {
     LAYOUTS.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Lower case, letters and digits alone, and `left` or `right` in front: `L_Knee`, `LKnee`, `knee_l` and `LeftKnee` are
-/// `leftknee`.
+/// A name in lower case, only letters and digits, with `left` or `right` in front: `L_Knee`, `LKnee`, `knee_l` and
+/// `LeftKnee` are `leftknee`.
 fn canonical(name: &str) -> String {
     const PARTS: [&str; 16] = [
         "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "eye", "ear", "bigtoe", "smalltoe", "heel", "foot",
@@ -131,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_are_known_however_they_are_written() {
+    fn all_spellings_of_sides_are_recognised() {
         for name in ["left_knee", "LKnee", "L_Knee", "knee_l", "LeftKnee", "kneeLeft", "l.knee"] {
             assert_eq!(canonical(name), "leftknee", "{name}");
         }
@@ -139,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn the_layouts_are_told_apart_by_all_their_names() {
+    fn layouts_are_distinguished_by_all_their_names() {
         let limbs = "LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee";
         let face = "Nose LEye REye LEar REar";
         let feet = "LBigToe RBigToe LSmallToe RSmallToe LHeel RHeel";
@@ -154,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_is_an_ankle_in_one_layout_and_none_in_another() {
+    fn a_foot_is_an_ankle_in_one_layout_and_not_in_another() {
         let of = |layout: usize, name: &str| LAYOUTS[layout].marker(name);
         assert_eq!(of(3, "LFoot"), Some(Some(Landmark::LeftAnkle)));
         assert_eq!(of(4, "left_foot"), Some(None));

@@ -1,8 +1,8 @@
-//! Estimates of other programs in the formats that they write: CSV, TRC, C3D and BVH besides NumPy's.
+//! Estimates of other programs: `.npz`, CSV, TRC, C3D and BVH files.
 //!
-//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others;
-//! names are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size
-//! is not that of the start pose is refused: its units are wrong.
+//! Files have named points. The user's declared units and axes override those of the file. Names are HumanEva markers,
+//! joints of the tracker's body, or mapped to these by a joint map. A body whose size differs too much from the start
+//! pose is refused: its units are wrong.
 
 mod angles;
 mod csv_file;
@@ -34,38 +34,38 @@ pub use read_as::{ReadAs, UNITS_OF_LENGTH};
 pub(crate) use rewriting::other_side;
 pub(crate) use scale::check_scale;
 
-/// What a user declares about a file of poses.
+/// The user's declarations about a file of poses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosesDeclared {
     /// Metres per unit of length.
     pub metres_per_unit: Option<f64>,
     /// The vertical axis.
     pub up: Option<UpAxis>,
-    /// What the file's coordinates are in the axes of the set; goes before `up`.
+    /// The file's coordinates as axes of the set; overrides `up`.
     pub axes: Option<AxisOrder>,
     /// Whether left and right are exchanged in the file.
     pub swap_sides: bool,
     /// The set's frame that is the file's frame 0. Then the file may have more or fewer frames than the set.
     pub shift: Option<i64>,
-    /// Where the file's origin is in the set, metres.
+    /// The file's origin in the set, metres.
     pub offset_m: Option<[f64; 3]>,
-    /// A TOML file of names: `"theirs" = "ours"`.
+    /// A TOML file with lines `"name in the file" = "marker or joint"`.
     pub joint_map: Option<PathBuf>,
-    /// Radians per unit of joint angles; of `.npz` files alone, the others have points.
+    /// Radians per unit of joint angles; only for `.npz` files, because the others have points.
     pub radians_per_unit: Option<f64>,
 }
 
 impl PosesDeclared {
-    /// Whether anything is said that is for files of other programs alone.
+    /// Whether anything is declared that only applies to files of other programs.
     pub(crate) fn is_of_file(&self) -> bool {
         Self { radians_per_unit: self.radians_per_unit, ..Self::default() } != *self
     }
 }
 
-/// Reads the estimates of a file by the end of its name, for the tracker's body of a set.
+/// Reads the estimates of a file in the format of its extension, for the tracker's body of a set.
 ///
 /// # Errors
-/// [`ExperimentError`] with file, line or name.
+/// [`ExperimentError`] that names the file, line or name.
 pub(crate) fn read_poses(
     path: &Path,
     set: &BenchmarkSet,
@@ -80,7 +80,7 @@ pub(crate) fn read_poses(
     let points = match extension.as_str() {
         "npz" => return from_npz(path, set, declared),
         other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
-            return Err(malformed("it is read as points, without joint angles; leave out --angles".to_owned()));
+            return Err(malformed("this format has points and no joint angles; leave out --angles".to_owned()));
         }
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
@@ -105,7 +105,7 @@ pub(crate) fn read_poses(
     tracked_from(npz, Some(first), path, set, declared, read_as, points.notes)
 }
 
-/// What an `.npz` file, and any file that says nothing, is taken for.
+/// The units and axes of `.npz` files, and of other files that do not declare them.
 const ASSUMED: FormatUsage = FormatUsage {
     metres: Some(1.0),
     units_from: "assumed",
@@ -123,8 +123,8 @@ fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result
     tracked_from(with_seed_axis(&file, npz)?, None, path, set, declared, read_as, Vec::new())
 }
 
-/// The estimates of an archive in the file's names, units, axes and frames. `points` is what its names are before all
-/// else where it is a file of points.
+/// The estimates of an archive with the file's names, units, axes and frames. `points` is the preferred kind of names if
+/// it is a file of points.
 fn tracked_from(
     npz: Npz,
     points: Option<NameKind>,
@@ -141,27 +141,19 @@ fn tracked_from(
     let named = npz_names::named(npz, &file, map.as_ref(), body, points).map_err(malformed)?;
     let read_as =
         ReadAs { columns: named.columns, layout: named.layout.map(str::to_owned), left_out: named.left_out, ..read_as };
-    // of joints the reader has applied the unit
+    // the BVH reader has already applied the unit
     let unit = read_as.metres_per_unit.filter(|_| points != Some(NameKind::Joint));
     let in_file = ReadAs { metres_per_unit: unit, ..read_as.clone() };
     let npz = rewriting::rewritten(named.npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
-    let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that were left out: {names}"));
+    let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that are not used: {names}"));
     estimates.notes.extend(notes.into_iter().chain(left_out));
     let doubt = quaternions::note(&estimates, &read_as, &set.blind.start.pose.world_from_root.rotation);
-    Ok(Tracked {
-        record: None,
-        estimates,
-        search: Vec::new(),
-        sources: Vec::new(),
-        program: None,
-        estimate: None,
-        read_as: Some(ReadAs { doubt, ..read_as }),
-    })
+    Ok(Tracked { read_as: Some(ReadAs { doubt, ..read_as }), ..Tracked::from_estimates(estimates) })
 }
 
-/// Joint positions of a BVH file in metres and its own axes. Y is up unless the user declares otherwise, and then Z is
-/// the set's x and X its y, as `export --to bvh` writes them: a BVH body faces +Z with its left at +X.
+/// Joint positions of a BVH file in metres and its own axes. Y is up unless the user declares otherwise; then Z is the
+/// set's x and X its y, as in `export --to bvh`: a BVH body faces +Z with its left at +X.
 fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, ExperimentError> {
     let is_y_up = match (declared.axes, declared.up) {
         (Some(order), _) => order.set_from_file()[(2, 2)] == 0.0,
@@ -170,7 +162,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
     let up = if is_y_up { UpAxis::Y } else { UpAxis::Z };
     let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: Some(up), ..ReadOptions::default() };
     let clip = read(path, &options)?;
-    // recordings are read as x, -z, y
+    // the reader turned the file's axes to x, -z, y
     let place = |place: &Point3<f64>| match up {
         UpAxis::Y => [place.x, place.z, -place.y],
         UpAxis::Z => place.coords.into(),
@@ -187,7 +179,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
     })
 }
 
-/// Refuses numbers of frames that the set does not have.
+/// Refuses frame numbers that the set does not have.
 fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
     let found = points.frames.len();
     if found <= frames {
@@ -196,12 +188,12 @@ fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
     let first = points.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
     let hint = match first {
         0 => String::new(),
-        _ => format!("; its first is {first}: subtract {first} from all, or say --shift -{first}"),
+        _ => format!("; its first is {first}: subtract {first} from all, or use --shift -{first}"),
     };
     Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
 }
 
-/// Frames after the last one of a file that numbers its frames have no estimate, as have those between.
+/// Adds frames without an estimate after the last frame of a file that numbers its frames.
 fn extend_to(points: &mut PointFile, frames: usize) {
     let found = points.frames.len();
     if (1..frames).contains(&found) {
@@ -214,12 +206,12 @@ fn extend_to(points: &mut PointFile, frames: usize) {
     }
 }
 
-/// What the format says of units and axes.
+/// The units and axes of a format.
 fn usage(points: &PointFile, extension: &str) -> FormatUsage {
     if extension == "bvh" {
         return FormatUsage {
             metres: None,
-            units_from: "guessed by the size of the body",
+            units_from: "guessed from the size of the body",
             order: AxisOrder::BVH,
             axes_from: "assumed for .bvh",
             y_up: AxisOrder::BVH,
@@ -239,7 +231,7 @@ fn usage(points: &PointFile, extension: &str) -> FormatUsage {
     }
 }
 
-/// Points as the arrays that any program may write, with the names of the file.
+/// Points as the arrays of a `poses.npz`, with the names of the file.
 fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
     let places = points.frames.iter().flatten().flat_map(|place| place.unwrap_or([f64::NAN; 3]));
     let shape = [1, points.frames.len(), points.names.len(), 3];
@@ -251,14 +243,14 @@ fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
     ])
 }
 
-/// Whether this body's markers are known by this name of a joint.
+/// The names of the markers on a joint of a body.
 fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
     let joint = body.joints.iter().position(|known| known.name == joint);
     let markers = joint.into_iter().flat_map(|joint| body.markers_on_joint(joint));
     markers.map(|marker| crate::body::LANDMARKS[marker].name()).collect()
 }
 
-/// A point's distance from another, metres.
+/// The distance of two points, metres.
 fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
     (a - b).norm()
 }

@@ -1,4 +1,4 @@
-//! Which column of a file is which marker or joint.
+//! Which columns of a file are which markers or joints.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,27 +9,27 @@ use crate::body::{Humanoid, LANDMARKS};
 use crate::common::ExperimentError;
 use crate::input::{self, excerpt, foreign, limits};
 
-/// What a name is where it is both a marker's and a joint's or link's, as that of a thorax.
+/// The kind of a name. Some names, such as `thorax`, are both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NameKind {
     Marker,
-    /// Of files whose columns are bones.
+    /// A joint or link; preferred in files of bones.
     Joint,
 }
 
-/// Columns with the names that they have here.
+/// Columns with the names of this program.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NamedColumns {
     pub(super) markers: Vec<(usize, String)>,
     pub(super) joints: Vec<(usize, String)>,
-    /// Names of what was left out, in words.
+    /// Names of the columns that are not used, as a list.
     pub(super) left_out: Option<String>,
-    /// Whose keypoints the names are, where they are not those of this program.
+    /// The keypoint layout of the names, if they are not those of this program.
     pub(super) layout: Option<&'static str>,
 }
 
 impl NamedColumns {
-    /// The file's name of every marker: of its column, or of the joint that it lies on.
+    /// The file's name of every marker: of its column, or of its joint's column.
     pub(super) fn by_marker(&self, names: &[String], body: &Humanoid) -> BTreeMap<String, String> {
         let on_joints = self.joints.iter().flat_map(|(column, joint)| {
             markers_on(body, joint).into_iter().map(|marker| (marker.to_owned(), names[*column].clone()))
@@ -39,28 +39,28 @@ impl NamedColumns {
     }
 }
 
-/// Reads a joint map: TOML, `"theirs" = "ours"`.
+/// Reads a joint map: TOML with lines `"name in the file" = "marker or joint"`.
 pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, ExperimentError> {
     let text = input::read_to_string(path, limits::SETTINGS)
         .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
     toml::from_str(&text).map_err(|e| ExperimentError::Malformed {
         path: path.to_owned(),
-        detail: format!("expected lines as \"LHip\" = \"left_hip\": {}", foreign(e)),
+        detail: format!("expected lines such as \"LHip\" = \"left_hip\": {}", foreign(e)),
     })
 }
 
-/// A column by what it is here.
+/// A column and its marker or joint.
 struct NamedColumn {
     column: usize,
     kind: NameKind,
     known: String,
-    /// Whether the map says so, or the name itself.
+    /// Whether the joint map or a `marker_` name defines it.
     is_mapped: bool,
 }
 
-/// The columns of a file. A name that the map has not counts as ours whatever its case and whatever divides its words.
-/// A link's name stands for the joint that carries it: joints of BVH files often have the names of the bones. What the
-/// map says of a marker goes before all else, and in files of bones a joint before a marker.
+/// The columns of a file. Unmapped names are matched with this program's names, ignoring case and separators. The name
+/// of a link means its joint, because joints of BVH files often have the names of the bones. The joint map has the
+/// highest priority for a marker; in files of bones (`first`), joints have priority over markers.
 pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
@@ -69,7 +69,7 @@ pub(super) fn columns(
 ) -> Result<NamedColumns, String> {
     if let Some((theirs, _)) = map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
         return Err(format!(
-            "the joint map names {:?}, which the file has not; it has {}",
+            "the joint map names {:?}, which is not in the file; the file has {}",
             excerpt(theirs),
             listed(names)
         ));
@@ -86,12 +86,12 @@ pub(super) fn columns(
         };
         match (found, mapped) {
             (Some((kind, known_as)), _) => {
-                let is_mapped = mapped.is_some() || said_to_be_marker(name).is_some();
+                let is_mapped = mapped.is_some() || marker_of_prefixed(name).is_some();
                 known.push(NamedColumn { column, kind, known: known_as.to_owned(), is_mapped });
             }
             (None, Some(ours)) => {
                 return Err(format!(
-                    "the joint map gives {:?}, which is neither a marker nor a joint nor a link here",
+                    "the joint map gives {:?}, which is not a marker, joint or link of the tracker's body",
                     excerpt(ours)
                 ));
             }
@@ -109,8 +109,7 @@ pub(super) fn columns(
     }
     if found.markers.is_empty() && found.joints.is_empty() {
         return Err(format!(
-            "none of its names is known: {}; expected markers ({}) or joints of start/body.json, or keypoints of {}, or a \
-             --joint-map",
+            "no name is known: {}; expected markers ({}), joints of start/body.json, keypoints of {}, or a --joint-map",
             listed(names),
             LANDMARKS.map(|landmark| landmark.name()).join(", "),
             layout_names()
@@ -123,7 +122,7 @@ pub(super) fn columns(
     Ok(found)
 }
 
-/// The layout of keypoints that has all these names, where they are not all known without it.
+/// The keypoint layout that has all these names, unless all are names of this program.
 fn layout<'a>(
     names: impl Iterator<Item = &'a String> + Clone,
     body: &Humanoid,
@@ -134,8 +133,8 @@ fn layout<'a>(
     layout_of(&names).filter(|_| !is_known)
 }
 
-/// The marker of a name with `marker_` in front, as links of a URDF have it: it is no joint of that name.
-fn said_to_be_marker(name: &str) -> Option<&'static str> {
+/// The marker of a name `marker_NAME`, as of links in a URDF; such a name is never a joint.
+fn marker_of_prefixed(name: &str) -> Option<&'static str> {
     let name = name.strip_prefix("marker_")?;
     LANDMARKS.iter().map(|landmark| landmark.name()).find(|known| *known == name)
 }
@@ -143,11 +142,11 @@ fn said_to_be_marker(name: &str) -> Option<&'static str> {
 /// The marker or joint of a name.
 fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(NameKind, &'a str)> {
     let is = |known: &&str| plain(known) == plain(name);
-    if let Some(marker) = said_to_be_marker(name) {
+    if let Some(marker) = marker_of_prefixed(name) {
         return Some((NameKind::Marker, marker));
     }
     let marker = LANDMARKS.iter().map(|landmark| landmark.name()).find(is);
-    // the root link has no joint, and every other link the joint before it
+    // the root link has no joint, and link i + 1 has joint i
     let of_link = || body.links.iter().skip(1).position(|link| is(&link.name.as_str()));
     let joint = body.joints.iter().position(|joint| is(&joint.name.as_str())).or_else(of_link);
     let joint = joint.and_then(|joint| body.joints.get(joint)).map(|joint| joint.name.as_str());
@@ -158,8 +157,8 @@ fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(Name
     }
 }
 
-/// Leaves out columns that no map names where another gives the same marker: one that a map names, or in files of bones
-/// a joint, as a thorax that is a bone and has only the name of the marker.
+/// Removes unmapped columns whose marker another column gives too: a mapped column, or in files of bones a joint. A bone
+/// may merely have the name of a marker, such as `thorax`.
 fn leave_out_collisions(columns: &mut Vec<NamedColumn>, body: &Humanoid, first: NameKind) {
     let markers_of = |column: &NamedColumn| -> Vec<usize> {
         match column.kind {
@@ -206,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_known_whatever_their_case_and_others_are_left_out_and_told() {
+    fn names_match_in_any_case_and_unknown_names_are_listed() {
         let found = columns(&names(&["Pelvis", "Left Knee", "Nose"]), None, &person(), NameKind::Marker).unwrap();
         let known: Vec<&str> = found.markers.iter().map(|(_, name)| name.as_str()).collect();
         assert_eq!(known, ["pelvis", "left_knee"]);
@@ -218,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_stands_for_the_joint_that_carries_it() {
+    fn the_name_of_a_link_means_its_joint() {
         let body = shipped("tracker25").unwrap();
         let (joint, link) = (&body.joints[4].name, &body.links[5].name);
         assert_ne!(joint, link);
@@ -238,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_the_map_has_not_counts_as_it_is_unless_the_map_gives_its_marker() {
+    fn an_unmapped_name_is_used_unless_the_map_gives_its_marker() {
         let map = BTreeMap::from([("LKnee".to_owned(), "left_knee".to_owned())]);
         let of = |all: &[&str]| columns(&names(all), Some(&map), &person(), NameKind::Marker).unwrap();
         let found = of(&["LKnee", "right_knee", "nose"]);
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn in_files_of_bones_a_joint_goes_before_the_marker_that_lies_on_it() {
+    fn in_files_of_bones_a_joint_has_priority_over_the_marker_on_it() {
         let body = shipped("tracker25").unwrap();
         let (joint, landmark) = (0..body.joints.len())
             .find_map(|joint| Some((joint, body.markers_on_joint(joint).next()?)))

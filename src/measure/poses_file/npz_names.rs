@@ -1,4 +1,4 @@
-//! Names of the columns of an `.npz` file: a joint map, and layouts of keypoints.
+//! Names of the columns of an `.npz` file: joint maps and keypoint layouts.
 
 use std::collections::BTreeMap;
 
@@ -8,29 +8,29 @@ use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use crate::npz::{Array, Npz};
 
-/// An archive whose columns have the names that they have here.
+/// An archive whose columns have the names of this program.
 pub(super) struct NamedArchive {
     pub(super) npz: Npz,
     /// The file's name of every marker.
     pub(super) columns: BTreeMap<String, String>,
     pub(super) layout: Option<&'static str>,
-    /// Names of what was left out, in words.
+    /// Names of the columns that are not used, as a list.
     pub(super) left_out: Option<String>,
 }
 
-/// Arrays of positions with those of their names, and what goes along with their columns.
+/// Arrays of positions, the arrays of their names, and the kind of the names.
 const KINDS: [(&str, &str, NameKind); 2] = [
     ("estimate_markers", "marker_names", NameKind::Marker),
     ("estimate_joints", "estimate_joint_names", NameKind::Joint),
 ];
 const COVARIANCE: &str = "estimate_covariance";
 
-/// Renames the columns by the map, and those of a layout of keypoints. A file whose names are all those of this
-/// program stays as it is, and so does one whose names are unknown: the reader says which. Of a file of points
-/// (`points` is what its names are before all else) names that are unknown are left out.
+/// Renames columns by the joint map or a keypoint layout. A file that has only names of this program is not changed, nor
+/// is one with unknown names, which the reader reports. In a file of points (`points` is the preferred kind of its
+/// names), unknown names are left out.
 ///
 /// # Errors
-/// What the map or the names lack.
+/// A message about the map or the names.
 pub(super) fn named(
     mut npz: Npz,
     file: &str,
@@ -51,10 +51,10 @@ pub(super) fn named(
         let found = if let Some(first) = points {
             columns(&names, map, body, first)?
         } else {
-            let here = |map: &BTreeMap<String, String>| -> BTreeMap<String, String> {
+            let applicable = |map: &BTreeMap<String, String>| -> BTreeMap<String, String> {
                 map.iter().filter(|(theirs, _)| names.contains(theirs)).map(|(a, b)| (a.clone(), b.clone())).collect()
             };
-            let map = map.map(here).filter(|map| !map.is_empty());
+            let map = map.map(applicable).filter(|map| !map.is_empty());
             if map.is_none() && is_own_output(&names, kind, body) {
                 by_marker.extend(own_columns(&names, kind, body));
                 continue;
@@ -62,7 +62,7 @@ pub(super) fn named(
             match columns(&names, map.as_ref(), body, kind) {
                 Ok(found) if map.is_some() || found.layout.is_some() => found,
                 Err(detail) if map.is_some() => return Err(format!("{names_array}: {detail}")),
-                // a misspelt name is told by the reader
+                // the reader reports misspelt names
                 _ => continue,
             }
         };
@@ -81,7 +81,7 @@ fn check_map<'a>(
 ) -> Result<(), String> {
     match map.into_iter().flatten().find(|(theirs, _)| !names.clone().any(|name| name == *theirs)) {
         Some((theirs, _)) => Err(format!(
-            "the joint map names {:?}, which neither marker_names nor estimate_joint_names has; of poses it can name nothing",
+            "the joint map names {:?}, which is neither in marker_names nor in estimate_joint_names; it does not apply to poses",
             excerpt(theirs)
         )),
         None => Ok(()),
@@ -104,7 +104,7 @@ fn own_columns(names: &[String], kind: NameKind, body: &Humanoid) -> Vec<(String
     names.iter().flat_map(of).collect()
 }
 
-/// The archive with the columns of one array renamed, chosen, and put into the array of their kind.
+/// The archive with the columns of one array selected, renamed, and moved to the array of their kind.
 fn with_columns(
     npz: &Npz,
     file: &str,
@@ -124,7 +124,7 @@ fn with_columns(
         }
         if other.get(points).is_some() {
             return Err(format!(
-                "{names_array} has names that belong into {points}, which the file has too; name every position once"
+                "{names_array} has names that belong to {points}, which the file also has; give every position once"
             ));
         }
         let picked: Vec<usize> = kind.iter().map(|(column, _)| *column).collect();
@@ -146,7 +146,7 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
         return Err(format!("{name}: shape {shape:?}, expected (seeds, frames, {width}, ...)"));
     };
     if *columns != width {
-        return Err(format!("{name}: has {columns} columns, its names are {width}"));
+        return Err(format!("{name}: expected {width} columns, one per name, found {columns}"));
     }
     let any = vec![None; shape.len()];
     let numbers = npz.numbers(file, name, &any).map_err(|e| e.detail)?;
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::test_bodies::person;
 
-    /// Two frames; a column has its number in all coordinates.
+    /// Two frames; all coordinates of a column are its index.
     fn archive(names: &[&str]) -> Npz {
         let rows = (0..2).flat_map(|_| (0..names.len()).flat_map(|column| [column as f64; 3]));
         Npz::from_iter([
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_renames_and_drops_columns_and_must_name_some() {
+    fn a_map_renames_columns_and_must_name_columns_of_the_file() {
         let map = |theirs: &str, ours: &str| BTreeMap::from([(theirs.to_owned(), ours.to_owned())]);
         let npz = archive(&["LKnee", "tail", "pelvis"]);
         let found = named(npz.clone(), "p", Some(&map("LKnee", "left_knee")), &person(), None).unwrap();
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_keypoints_of_coco_are_known_and_a_misspelt_marker_is_left_to_the_reader() {
+    fn the_keypoints_of_coco_are_known_and_misspelt_markers_are_kept_for_the_reader() {
         let sides = ["eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle"];
         let names: Vec<String> =
             sides.iter().flat_map(|part| [format!("left_{part}"), format!("right_{part}")]).collect();

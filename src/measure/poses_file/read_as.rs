@@ -1,4 +1,4 @@
-//! How the numbers of a file were read: what its format or its user declares, and what is assumed.
+//! How the numbers of a file were read: declared by its format or the user, or assumed.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::PosesDeclared;
 use crate::evaluation::AxisOrder;
 use crate::mocap::UpAxis;
 
-/// Units of length that can be declared: the word of `--units`, the plural, metres.
+/// Units of length that can be declared: the value of `--units`, the plural, metres.
 pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
     ("m", "metres", 1.0),
     ("cm", "centimetres", 0.01),
@@ -24,30 +24,30 @@ pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
 pub struct ReadAs {
     /// The file's name.
     pub file: String,
-    /// Metres per unit of length; absent where it was guessed by the size of the body.
+    /// Metres per unit of length; absent if guessed from the size of the body.
     pub metres_per_unit: Option<f64>,
-    /// Where that comes from.
+    /// The source of the unit.
     pub units_from: String,
     /// The file's three coordinates as axes of the set.
     pub axes: String,
-    /// Where that comes from.
+    /// The source of the axes.
     pub axes_from: String,
-    /// Whether left and right were exchanged, as the user asked.
+    /// Whether left and right were exchanged (`--swap-sides`).
     pub swapped_sides: bool,
-    /// By how many frames its estimates were moved, as the user asked.
+    /// Number of frames by which the estimates were moved (`--shift`).
     pub shift_frames: Option<i64>,
-    /// What was added to its positions, metres, as the user asked.
+    /// Offset added to the positions, metres (`--offset`).
     pub offset_m: Option<[f64; 3]>,
-    /// Whose keypoints its names are, where they are not those of this program.
+    /// The keypoint layout of its names, if they are not those of this program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
-    /// Columns that were not read, in words; a note of the run names them too.
+    /// Names of columns that were not read, as a list; a note of the run lists them too.
     #[serde(skip)]
     pub(in crate::measure) left_out: Option<String>,
-    /// What its numbers seem to be instead, whatever its errors.
+    /// A note about suspicious values, such as quaternions whose real part is last.
     #[serde(skip)]
     pub(in crate::measure) doubt: Option<String>,
-    /// The file's name of every marker that it gives.
+    /// The file's name of every marker that it has.
     #[serde(skip)]
     pub(in crate::measure) columns: BTreeMap<String, String>,
     #[serde(skip, default = "axes_of_the_set")]
@@ -58,15 +58,15 @@ fn axes_of_the_set() -> AxisOrder {
     AxisOrder::SAME
 }
 
-/// What a format says of units and axes where the user says nothing.
+/// The units and axes of a format, used if the user declares none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FormatUsage {
-    /// Metres per unit, and where that comes from; `None`: guessed.
+    /// Metres per unit; `None`: guessed.
     pub(super) metres: Option<f64>,
     pub(super) units_from: &'static str,
     pub(super) order: AxisOrder,
     pub(super) axes_from: &'static str,
-    /// What `--up y` means.
+    /// The axes for `--up y`.
     pub(super) y_up: AxisOrder,
 }
 
@@ -103,8 +103,8 @@ impl ReadAs {
         self.offset_m.map_or(Vector3::zeros(), Vector3::from)
     }
 
-    /// One line: what was declared and what was assumed.
-    pub fn in_words(&self) -> String {
+    /// One line with the declared and assumed properties.
+    pub fn describe(&self) -> String {
         let unit = self.metres_per_unit.map(|metres| {
             let known = UNITS_OF_LENGTH.iter().find(|(.., known)| *known == metres);
             known.map_or_else(|| format!("units of {metres} m"), |(_, plural, _)| (*plural).to_owned())
@@ -113,11 +113,11 @@ impl ReadAs {
             format!("{} ({})", unit.unwrap_or_else(|| "units".to_owned()), self.units_from),
             format!("{}, axes {} ({})", self.order.up_in_words(), self.axes, self.axes_from),
         ];
-        parts.extend(self.layout.as_ref().map(|layout| format!("names of {layout}")));
+        parts.extend(self.layout.as_ref().map(|layout| format!("{layout} names")));
         parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
         parts.extend(self.shift_frames.map(|shift| format!("frame 0 is the set's frame {shift} (--shift)")));
         parts.extend(self.offset_m.map(|[x, y, z]| format!("moved by {x}, {y}, {z} m (--offset)")));
-        parts.extend(self.left_out.as_ref().map(|names| format!("left out: {names}")));
+        parts.extend(self.left_out.as_ref().map(|names| format!("not used: {names}")));
         format!("read {}: {}", self.file, parts.join("; "))
     }
 }

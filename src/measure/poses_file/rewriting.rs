@@ -1,4 +1,4 @@
-//! The arrays of another program's estimates in this program's units, axes, sides and frames.
+//! Converts the arrays of another program's estimates to this program's units, axes, sides and frames.
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
@@ -11,10 +11,10 @@ const NAMES: [&str; 3] = ["marker_names", "estimate_joint_names", "estimate_angl
 const ROOT: &str = "estimate_root";
 const ANGLES: &str = "estimate_angles";
 const COVARIANCE: &str = "estimate_covariance";
-/// Frames that a shift may move by, and that a set may have.
+/// Greatest shift, and greatest number of frames of a set.
 const MOST_FRAMES: usize = 10_000_000;
 
-/// Positions from a file's units, axes and origin to the set's.
+/// The transform from a file's units, axes and origin to the set's.
 struct SetFromFile {
     metres: f64,
     matrix: Matrix3<f64>,
@@ -30,7 +30,7 @@ impl SetFromFile {
         let [x, y, z, qw, qx, qy, qz] = *row;
         let mut place = [x, y, z];
         self.place(&mut place);
-        // the length of a quaternion stays as it is, and is judged where it is read
+        // the quaternion's length is kept, and checked by the reader
         let turned = rotation.quaternion() * Quaternion::new(qw, qx, qy, qz);
         *row = [place[0], place[1], place[2], turned.w, turned.i, turned.j, turned.k];
     }
@@ -41,11 +41,11 @@ impl SetFromFile {
     }
 }
 
-/// An archive, whose arrays have the axis of seeds, with all numbers as this program has them. `frames` are those of
-/// the set.
+/// An archive, whose arrays have the axis of seeds, with all numbers in this program's conventions. `frames` is the number
+/// of frames of the set.
 ///
 /// # Errors
-/// What cannot be done with these arrays.
+/// A message if these arrays cannot be converted.
 pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid, frames: usize) -> Result<Npz, String> {
     let mut npz = npz;
     let matrix = read_as.order.set_from_file();
@@ -78,10 +78,10 @@ pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid,
     }
 }
 
-/// An archive with some of its arrays replaced.
+/// An archive with some arrays replaced.
 ///
 /// # Errors
-/// Those of `change`.
+/// The errors of `change`.
 pub(super) fn changed(
     npz: &Npz,
     change: impl Fn(&str, &Array) -> Result<Option<Array>, String>,
@@ -110,7 +110,7 @@ fn map_numbers(npz: &Npz, file: &str, change: &dyn Fn(&str, &mut [f64])) -> Resu
     })
 }
 
-/// Left and right exchanged in all names.
+/// Exchanges left and right in all names.
 fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Result<Npz, String> {
     let degrees = || body.degrees_of_freedom.iter().map(|degree| degree.name.as_str());
     if npz.get(ANGLES).is_some() && npz.get("estimate_angle_names").is_none() {
@@ -129,10 +129,10 @@ fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Resul
     })
 }
 
-/// The name of the same part of the other side, among those that are known; the name itself where there is none.
+/// The name of the same part on the other side, if it is among the `known` names, else the name itself.
 pub(in crate::measure) fn other_side(name: &str, known: &[&str]) -> String {
     let exchanged = |one: &str, other: &str| name.contains(one).then(|| name.replacen(one, other, 1));
-    let of_ends = |one: char, other: char| {
+    let at_ends = |one: char, other: char| {
         let first = name.strip_prefix(one).map(|rest| format!("{other}{rest}"));
         let last = name.strip_suffix(one).map(|rest| format!("{rest}{other}"));
         [first, last]
@@ -140,19 +140,19 @@ pub(in crate::measure) fn other_side(name: &str, known: &[&str]) -> String {
     let words = [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")];
     let words = words.iter().flat_map(|(left, right)| [exchanged(left, right), exchanged(right, left)]);
     let ends =
-        [('l', 'r'), ('r', 'l'), ('L', 'R'), ('R', 'L')].into_iter().flat_map(|(one, other)| of_ends(one, other));
+        [('l', 'r'), ('r', 'l'), ('L', 'R'), ('R', 'L')].into_iter().flat_map(|(one, other)| at_ends(one, other));
     let found = words.chain(ends).flatten().find(|other| known.contains(&other.as_str()));
     found.unwrap_or_else(|| name.to_owned())
 }
 
-/// Frame f becomes frame f + shift of as many frames as the set has; those that are left over have no estimate.
+/// Moves frame f to frame f + shift. The result has as many frames as the set; frames without a source have no estimate.
 fn shifted(npz: &Npz, file: &str, shift: i64, frames: usize) -> Result<Npz, String> {
     if shift.unsigned_abs() as usize > MOST_FRAMES || frames > MOST_FRAMES {
         return Err(format!("--shift: expected at most {MOST_FRAMES} frames either way"));
     }
     let is_of_frames = |name: &str| [ROOT, ANGLES, COVARIANCE].contains(&name) || POINTS.contains(&name);
     let given = npz.iter().filter(|(name, _)| is_of_frames(name)).find_map(|(_, array)| array.shape.get(1).copied());
-    // frame 0 is the start pose, and is not measured where there are others
+    // frame 0 is the start pose, and is not measured if there are others
     let first_scored = usize::from(frames > 1);
     let is_left = |given: usize| {
         (0..given)
@@ -160,8 +160,8 @@ fn shifted(npz: &Npz, file: &str, shift: i64, frames: usize) -> Result<Npz, Stri
     };
     if let Some(given) = given.filter(|given| *given > 0 && !is_left(*given)) {
         return Err(format!(
-            "--shift {shift} leaves nothing to measure: the file's {given} frames would be the frames {shift} to {} of the \
-             set, which has the frames 0 to {}, the first of them the start pose",
+            "--shift {shift} leaves nothing to measure: the file's {given} frames would be frames {shift} to {} of the set, \
+             which has frames 0 (the start pose) to {}",
             shift + given as i64 - 1,
             frames - 1
         ));
@@ -211,8 +211,8 @@ mod tests {
         Estimates::from_npz("p", npz, &person(), Vec::new()).map_err(|e| e.to_string())
     }
 
-    /// What a program writes whose world has other axes and is measured in millimetres: of poses the root alone.
-    fn written_otherwise(order: AxisOrder) -> Npz {
+    /// The archive of a program with other axes and millimetres; of its poses, the root alone.
+    fn in_other_axes(order: AxisOrder) -> Npz {
         let file_from_set = order.set_from_file().transpose();
         let to_file = SetFromFile { metres: 1000.0, matrix: file_from_set, offset: Vector3::zeros() };
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(file_from_set));
@@ -224,12 +224,12 @@ mod tests {
     }
 
     #[test]
-    fn poses_and_positions_of_other_axes_and_units_come_back_together() {
+    fn poses_and_positions_in_other_axes_and_units_are_converted_consistently() {
         for order in AxisOrder::all().into_iter().take(24) {
             let declared =
                 PosesDeclared { axes: Some(order), metres_per_unit: Some(0.001), ..PosesDeclared::default() };
             // positions and poses must agree to a millimetre, or they would be refused
-            let found = read(written_otherwise(order), &declared).unwrap();
+            let found = read(in_other_axes(order), &declared).unwrap();
             for (found, truth) in found.sequences[0].markers.iter().zip(&estimates().sequences[0].markers) {
                 for (found, truth) in found.iter().zip(truth) {
                     assert!((found.unwrap() - truth.unwrap()).norm() < 1e-9, "{order}");
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_moves_every_frame_and_the_rest_is_lost() {
+    fn a_shift_moves_every_frame_and_frames_outside_are_lost() {
         for shift in [2_i64, 0, -3] {
             let found = read(archive(), &PosesDeclared { shift: Some(shift), ..PosesDeclared::default() }).unwrap();
             for (frame, markers) in found.sequences[0].markers.iter().enumerate() {
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn exchanging_sides_twice_changes_nothing_and_once_exchanges_names_and_angles() {
+    fn exchanging_sides_twice_is_the_identity_and_once_exchanges_names_and_angles() {
         let body = person();
         let once = with_names_of_other_sides(archive(), "p", &body).unwrap();
         assert_eq!(with_names_of_other_sides(once.clone(), "p", &body).unwrap(), archive());
@@ -266,8 +266,8 @@ mod tests {
     }
 
     #[test]
-    fn a_line_says_what_was_declared_and_what_was_assumed() {
-        let line = ReadAs::new(Path::new("a/mine.npz"), ASSUMED, &PosesDeclared::default()).in_words();
+    fn the_description_has_declared_and_assumed_properties() {
+        let line = ReadAs::new(Path::new("a/mine.npz"), ASSUMED, &PosesDeclared::default()).describe();
         assert_eq!(line, "read mine.npz: metres (assumed); Z up, axes x,y,z (assumed)");
         let declared = PosesDeclared {
             metres_per_unit: Some(0.001),
@@ -277,7 +277,7 @@ mod tests {
             offset_m: Some([1.0, 0.0, 0.5]),
             ..PosesDeclared::default()
         };
-        let line = ReadAs::new(Path::new("mine.npz"), ASSUMED, &declared).in_words();
+        let line = ReadAs::new(Path::new("mine.npz"), ASSUMED, &declared).describe();
         assert_eq!(
             line,
             "read mine.npz: millimetres (--units); Y up, axes y,z,x (--axes); left and right exchanged (--swap-sides); \
