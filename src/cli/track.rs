@@ -216,7 +216,7 @@ fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
         count.failed,
         record.timing.frames_per_second
     )];
-    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.in_words())));
+    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.describe())));
     let more = record.incidents.len().saturating_sub(SHOWN_INCIDENTS);
     lines.extend((more > 0).then(|| format!("  and {more} more in program.json")));
     lines.join("\n")

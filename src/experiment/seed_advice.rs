@@ -106,7 +106,7 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
         .map(|block| {
             let (first, count) = (block[0], block.len());
             let place = shown(&folder.join(format!("{MORE_SEEDS}{first}-{}", block[count - 1])));
-            let program = format!("{}{}", shell_word(&record.command), record.options.in_words());
+            let program = format!("{}{}", shell_word(&record.command), record.options.as_arguments());
             let truth = if record.without_truth { " --truth DIR" } else { "" };
             format!(
                 "skiagraph track SET --exec {program} --seed {first} --seeds {count} --out {place}, then skiagraph \
@@ -125,7 +125,7 @@ fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
     let seeds = clip.seeds.len() + more;
     let run = match program(clip) {
         Some(command) => {
-            let program = format!("{}{}", shell_word(command), options(clip).in_words());
+            let program = format!("{}{}", shell_word(command), options(clip).as_arguments());
             format!("skiagraph track SET --exec {program}{seed} --seeds {seeds} --out DIR, skiagraph evaluate SET DIR")
         }
         None => format!("skiagraph run SCENARIO{seed} --seeds {seeds} --out DIR"),

@@ -1,4 +1,4 @@
-//! A program's answers as estimates: the arrays that any program may write into a `poses.npz`.
+//! Converts a program's answers to estimates, by way of the arrays of a `poses.npz`.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::npz::{Array, Npz};
 /// Answers of all seeds, `[seed][frame]`.
 pub(super) type Poses = Vec<Vec<Option<RepliedPose>>>;
 
-/// Estimates of these answers, which are all of one kind; a program that never answered lost every frame.
+/// The estimates of these answers, which are all of one kind. A program that never answered lost every frame.
 pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<Estimates, ExperimentError> {
     let whole: Vec<i64> = seeds.iter().map(|seed| i64::try_from(*seed).unwrap_or(i64::MAX)).collect();
     let mut npz = Npz::from_iter([

@@ -1,4 +1,4 @@
-//! Whether a program follows the protocol: a few frames, and how it answered them.
+//! Checks on a few frames whether a program follows the protocol.
 
 use serde::Serialize;
 
@@ -10,17 +10,17 @@ use super::workplace::Workplace;
 use crate::benchmark_set::BlindSet;
 use crate::common::{ExperimentError, Progress};
 
-/// Frames that are asked for.
+/// Number of requested frames.
 const FRAMES: usize = 5;
 
-/// What a dry run found.
+/// The result of a dry run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Conformance {
     /// `skiagraph.conformance/1`.
     pub schema: String,
-    /// What the program calls itself.
+    /// The program's name, as it reports it.
     pub name: Option<String>,
-    /// Check by check.
+    /// The checks.
     pub checks: Vec<ProtocolCheck>,
     /// Greatest time for a frame, milliseconds.
     pub slowest_ms: f64,
@@ -29,22 +29,22 @@ pub struct Conformance {
 /// One requirement of the protocol.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ProtocolCheck {
-    /// What is required.
+    /// The requirement.
     pub what: &'static str,
-    /// Whether it holds.
+    /// Whether it is met.
     pub holds: bool,
-    /// What was found.
+    /// The observation.
     pub found: String,
 }
 
 impl Conformance {
-    /// Whether everything holds.
+    /// Whether all requirements are met.
     pub fn holds(&self) -> bool {
         self.checks.iter().all(|check| check.holds)
     }
 }
 
-/// Runs a program for a few frames and checks what it says.
+/// Runs a program for a few frames and checks its answers.
 ///
 /// # Errors
 /// [`ExperimentError`] if it cannot be started, never becomes ready, or the set cannot be read.
@@ -56,49 +56,50 @@ pub fn dry_run(
     let place = Workplace::new(set)?;
     let mut session = Session::new(set, &place, settings, 0, progress);
     session.start(0)?;
-    let mut asked = Vec::new();
+    let mut exchanges = Vec::new();
     for frame in 0..FRAMES.min(set.frame_count) {
-        asked.push(session.frame(&set.observation(frame)?)?);
+        exchanges.push(session.frame(&set.observation(frame)?)?);
     }
-    let incidents: Vec<String> = session.incidents.iter().map(|incident| incident.in_words()).collect();
+    let incidents: Vec<String> = session.incidents.iter().map(|incident| incident.describe()).collect();
     session.end();
-    let answered = asked.iter().filter(|asked| !asked.failed).count();
-    let with_pose = asked.iter().filter(|asked| has_pose(asked)).count();
+    let count = exchanges.len();
+    let answered = exchanges.iter().filter(|exchange| !exchange.failed).count();
+    let with_pose = exchanges.iter().filter(|exchange| has_pose(exchange)).count();
     let mut checks = vec![
         ProtocolCheck { what: "answers hello with ready", holds: true, found: "ready".to_owned() },
         ProtocolCheck {
-            what: "answers every frame in time, in order, with what makes sense",
-            holds: answered == asked.len(),
+            what: "answers every frame in time, in order, with a valid message",
+            holds: answered == count,
             found: match incidents.first() {
-                None => format!("{answered} of {} frames", asked.len()),
-                Some(first) => format!("{answered} of {} frames; {first}", asked.len()),
+                None => format!("{answered} of {count} frames"),
+                Some(first) => format!("{answered} of {count} frames; {first}"),
             },
         },
         ProtocolCheck {
             what: "estimates a pose",
             holds: with_pose > 0,
-            found: format!("{with_pose} of {} frames have one", asked.len()),
+            found: format!("{with_pose} of {count} frames have a pose"),
         },
     ];
-    checks.extend(start_check(set, &asked)?);
+    checks.extend(start_check(set, &exchanges)?);
     checks.extend(session.ending.as_ref().map(|ending| ProtocolCheck {
         what: "ends by itself after end, with exit code 0",
-        // a fault of the end is an incident
+        // a bad end is recorded as an incident
         holds: session.incidents.len() == incidents.len(),
         found: ending.status.clone(),
     }));
-    let slowest_ms = asked.iter().map(|asked| 1000.0 * asked.seconds).fold(0.0, f64::max);
+    let slowest_ms = exchanges.iter().map(|exchange| 1000.0 * exchange.seconds).fold(0.0, f64::max);
     let name = session.ready.and_then(|ready| ready.name);
     Ok(Conformance { schema: "skiagraph.conformance/1".to_owned(), name, checks, slowest_ms })
 }
 
-fn has_pose(asked: &Exchange) -> bool {
-    asked.answer.as_ref().is_some_and(|answer| answer.pose.is_some())
+fn has_pose(exchange: &Exchange) -> bool {
+    exchange.answer.as_ref().is_some_and(|answer| answer.pose.is_some())
 }
 
-/// Whether the answer for frame 0 is near the start pose: units and axes are the set's.
-fn start_check(set: &BlindSet, asked: &[Exchange]) -> Result<Option<ProtocolCheck>, ExperimentError> {
-    let pose = asked.first().and_then(|asked| asked.answer.as_ref()?.pose.clone());
+/// Checks that the answer for frame 0 is near the start pose, so that units and axes are the set's.
+fn start_check(set: &BlindSet, exchanges: &[Exchange]) -> Result<Option<ProtocolCheck>, ExperimentError> {
+    let pose = exchanges.first().and_then(|exchange| exchange.answer.as_ref()?.pose.clone());
     if pose.is_none() {
         return Ok(None);
     }
@@ -110,7 +111,7 @@ fn start_check(set: &BlindSet, asked: &[Exchange]) -> Result<Option<ProtocolChec
         what: "frame 0 is near the start pose: metres, Z up, the set's names",
         holds: distance.is_some_and(|distance| distance.is_near()),
         found: distance.map_or_else(
-            || "it names none of the markers".to_owned(),
+            || "it has none of the markers".to_owned(),
             |distance| format!("the farthest of {} markers is {:.3} m away", distance.markers, distance.farthest_m),
         ),
     }))

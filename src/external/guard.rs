@@ -1,14 +1,14 @@
-//! Ends a program whose skiagraph was killed by a signal that cannot be handled.
+//! Ends the external program if this process is killed by a signal that cannot be handled.
 //!
-//! A small shell waits on a pipe whose other end this process holds. The system closes that end when the process is
-//! gone, however it ended; then the shell ends the program's group and all that carries its mark, and removes the
-//! folder that the program worked in. (A parent-death signal would have to be asked for between `fork` and `exec`,
-//! which needs `unsafe`, and would reach the first process alone.)
+//! A small shell waits on a pipe whose other end this process holds. The system closes that end when this process ends
+//! for any reason; then the shell kills the program's process group and all processes with its mark, and removes the
+//! program's folder. (A parent-death signal would have to be set between `fork` and `exec`, which needs `unsafe`, and
+//! would reach only the first process.)
 
 use std::path::Path;
 use std::process::Child;
 
-/// Reads the program's group, then a word that all is over. An end without that word is the death of skiagraph.
+/// Reads the program's group, then the word `over`. If the pipe closes without that word, this process was killed.
 #[cfg(unix)]
 const SCRIPT: &str = r#"trap '' HUP INT TERM
 read -r group && read -r over && exit 0
@@ -19,7 +19,7 @@ done
 [ -n "$2" ] && rm -rf "$2"
 "#;
 
-/// Waits for this process's death, until it is dropped.
+/// Watches for the death of this process until it is dropped.
 pub(super) struct Guard {
     #[cfg(unix)]
     shell: Child,
@@ -27,26 +27,26 @@ pub(super) struct Guard {
 
 #[cfg(unix)]
 impl Guard {
-    /// Begins to wait, before the program starts. `mark` is the entry of the environment that the program and all that
-    /// it starts carry; `folder` is removed with them.
+    /// Starts the guard, before the program starts. `mark` is the environment entry of the program and all its
+    /// children; `folder` is removed with them.
     pub(super) fn begin(mark: &str, folder: Option<&Path>) -> std::io::Result<Self> {
         use std::os::unix::process::CommandExt;
         use std::process::{Command, Stdio};
         let mut shell = Command::new("sh");
         shell.args(["-c", SCRIPT, "guard", mark]).arg(folder.unwrap_or(Path::new("")));
-        // a group of its own: what kills skiagraph's group shall not kill the guard
+        // in its own group, so that a signal to this process's group does not kill the guard
         shell.process_group(0).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
         Ok(Self { shell: shell.spawn()? })
     }
 
-    /// The program has started and leads the group of its number.
-    pub(super) fn progress(&mut self, program: &Child) {
-        self.tell(&program.id().to_string());
+    /// Guards a started program, which leads the process group of its number.
+    pub(super) fn watch(&mut self, program: &Child) {
+        self.send(&program.id().to_string());
     }
 
-    fn tell(&mut self, word: &str) {
+    fn send(&mut self, word: &str) {
         use std::io::Write;
-        // a guard that is gone guards nothing, and there is nobody else to tell
+        // if the guard has ended, there is nothing to do
         self.shell.stdin.as_mut().map(|pipe| writeln!(pipe, "{word}"));
     }
 }
@@ -54,20 +54,20 @@ impl Guard {
 #[cfg(unix)]
 impl Drop for Guard {
     fn drop(&mut self) {
-        self.tell("over\nover");
+        self.send("over\nover");
         self.shell.wait().ok();
     }
 }
 
 #[cfg(not(unix))]
 impl Guard {
-    /// Nothing is guarded here.
+    /// There are no guards on this system.
     pub(super) fn begin(_: &str, _: Option<&Path>) -> std::io::Result<Self> {
         Ok(Self {})
     }
 
-    /// Nothing is guarded here.
-    pub(super) fn progress(&mut self, _: &Child) {}
+    /// There are no guards on this system.
+    pub(super) fn watch(&mut self, _: &Child) {}
 }
 
 #[cfg(all(test, unix))]
@@ -82,12 +82,12 @@ mod tests {
     }
 
     #[test]
-    fn a_pipe_that_closes_without_a_word_is_the_programs_end_and_its_folders() {
+    fn a_closed_pipe_ends_the_program_and_removes_its_folder() {
         let folder = tempfile::tempdir().unwrap();
         let mut program = program();
         let mut guard = Guard::begin("SKIAGRAPH_PROGRAM=none", Some(folder.path())).unwrap();
-        guard.progress(&program);
-        // as the system closes it when this process dies
+        guard.watch(&program);
+        // the system closes the pipe like this when this process dies
         drop(guard.shell.stdin.take());
         let begin = Instant::now();
         assert!(!program.wait().unwrap().success());
@@ -97,13 +97,13 @@ mod tests {
     }
 
     #[test]
-    fn a_guard_that_is_told_that_all_is_over_ends_nothing() {
+    fn a_dropped_guard_ends_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        for told in [true, false] {
+        for is_watched in [true, false] {
             let mut program = program();
             let mut guard = Guard::begin("SKIAGRAPH_PROGRAM=none", Some(folder.path())).unwrap();
-            if told {
-                guard.progress(&program);
+            if is_watched {
+                guard.watch(&program);
             }
             drop(guard);
             assert!(program.try_wait().unwrap().is_none() && folder.path().exists());
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_that_carries_the_mark_ends_even_before_its_group_was_told() {
+    fn a_program_with_the_mark_ends_even_before_the_guard_knows_its_group() {
         let mark = format!("guard-test-{}", std::process::id());
         let mut program =
             Command::new("sleep").arg("30").env("SKIAGRAPH_PROGRAM", &mark).stdin(Stdio::null()).spawn().unwrap();

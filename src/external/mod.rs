@@ -1,8 +1,8 @@
-//! Trackers that are programs of their own, in any language: JSON lines over standard input and output.
+//! External trackers: programs in any language that exchange JSON lines over standard input and output.
 //!
-//! `docs/protocol.md` describes the messages. [`track_with_program`] runs a program over a set, a process a seed; the
-//! program is handed a fresh folder that holds the blind side of the set alone. A time limit that passes, a crash or an
-//! answer that makes no sense costs the frames that it concerns; the program is started again a few times.
+//! `docs/protocol.md` describes the messages. [`track_with_program`] runs a program over a set, one process per seed,
+//! in a fresh folder that has only the blind side of the set. A late or invalid answer or a crash costs only the frames
+//! concerned; the program is started again a few times.
 
 mod answers;
 mod dry_run;

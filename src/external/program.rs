@@ -1,4 +1,4 @@
-//! A child process that is spoken to in lines, with time limits, bounded memory, and an end that it cannot escape.
+//! A child process that exchanges lines, with time limits and bounded memory, and that is killed with all its children.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -17,16 +17,16 @@ use crate::input::excerpt;
 
 /// Longest line that a program may print, bytes.
 const LONGEST_LINE: u64 = 1 << 20;
-/// Lines that may wait to be read; further ones block the program.
+/// Lines that may wait to be read; more block the program.
 const WAITING_LINES: usize = 16;
 /// Lines of standard error that are kept.
 const KEPT_ERRORS: usize = 12;
-/// How often a wait looks whether the user wants to stop.
+/// Interval at which a wait checks for an interruption by the user.
 const PULSE: Duration = Duration::from_millis(100);
-/// How long a program may take to end by itself.
+/// Time for a program to end by itself.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What comes out of a program.
+/// What was received from a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     Line(String),
@@ -34,23 +34,23 @@ pub(super) enum Heard {
     TooLong,
     /// Standard output is closed.
     End,
-    /// Nothing in time.
+    /// Nothing within the time limit.
     TooLate,
     /// The user wants to stop.
     Interrupted,
 }
 
-/// The variable by which what a program started is known, even where it left the program's group.
+/// The environment variable that marks a program's children, also those that left its process group.
 const MARK: &str = "SKIAGRAPH_PROGRAM";
-/// Variables that begin so are not handed on: they say where recordings and other truth lie.
-const OURS: &str = "SKIAGRAPH_";
+/// Variables with this prefix are not passed on: they name the folders of recordings and other truth.
+const OWN_PREFIX: &str = "SKIAGRAPH_";
 
-/// How a program ended that was told that nothing follows.
+/// How a program ended after its input was closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum ProgramEnd {
-    /// By itself; whether with success, and its status in words.
+    /// By itself: whether successfully, and its exit status as text.
     ByItself(bool, String),
-    /// Not in time: it is killed.
+    /// Not in time; it is killed.
     Killed,
 }
 
@@ -62,20 +62,20 @@ pub(super) struct Program {
     to_program: Option<Sender<Vec<u8>>>,
     from_program: Receiver<Heard>,
     errors: Arc<Mutex<VecDeque<String>>>,
-    /// Ends all where this process is killed; `None` once they have ended.
+    /// Ends the program if this process is killed; `None` after its end.
     guard: Option<Guard>,
 }
 
-/// Where a program works.
+/// The folders of a program.
 pub(super) struct ProgramPlace<'a> {
     /// The blind side of the set.
     pub(super) folder: &'a Path,
-    /// What is removed should this process be killed.
+    /// The folder that is removed if this process is killed.
     pub(super) removed: Option<&'a Path>,
 }
 
 impl Program {
-    /// Starts a command line through the shell, in a sandbox where the settings say so.
+    /// Starts a command line with the shell, in a sandbox if the settings have one.
     pub(super) fn start(settings: &ProgramSettings, place: &ProgramPlace<'_>) -> std::io::Result<Self> {
         static STARTED: AtomicU64 = AtomicU64::new(0);
         let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
@@ -85,12 +85,12 @@ impl Program {
             None => shell(&settings.command),
         };
         in_own_group(&mut shell);
-        for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OURS)) {
+        for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OWN_PREFIX)) {
             shell.env_remove(name);
         }
         shell.env(MARK, &mark);
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
-        guard.progress(&child);
+        guard.watch(&child);
         let (to_program, lines) = channel();
         let (heard, from_program) = sync_channel(WAITING_LINES);
         let errors = Arc::new(Mutex::new(VecDeque::new()));
@@ -107,7 +107,7 @@ impl Program {
         Ok(Self { child, mark, to_program: Some(to_program), from_program, errors, guard: Some(guard) })
     }
 
-    /// Sends one line; whether anybody reads it shows in the answer.
+    /// Sends one line. Failures show in the answer.
     pub(super) fn send(&self, mut line: Vec<u8>) {
         line.push(b'\n');
         if let Some(to_program) = &self.to_program {
@@ -115,7 +115,7 @@ impl Program {
         }
     }
 
-    /// The next line, waiting until `deadline` for it.
+    /// The next line; waits for it until `deadline`.
     pub(super) fn hear(&self, deadline: Instant, progress: &dyn Progress) -> Heard {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -129,8 +129,8 @@ impl Program {
         }
     }
 
-    /// Closes its input and waits a little for its end; how it ended. What does not end in time is killed when this is
-    /// dropped.
+    /// Closes its input and waits at most [`PATIENCE`] for its end. A program that does not end in time is killed when
+    /// this is dropped.
     pub(super) fn finish(&mut self) -> ProgramEnd {
         self.to_program.take();
         match self.ended_within(PATIENCE) {
@@ -139,7 +139,7 @@ impl Program {
         }
     }
 
-    /// How it ended, if it has.
+    /// Its exit status, if it ends within `patience`.
     pub(super) fn ended_within(&mut self, patience: Duration) -> Option<ExitStatus> {
         let begin = Instant::now();
         loop {
@@ -164,7 +164,7 @@ impl Drop for Program {
         kill_with_children(&mut self.child);
         kill_detached(&self.mark);
         self.child.wait().ok();
-        // only now: until all have ended they are guarded
+        // last, so that the processes are guarded until all have ended
         self.guard.take();
     }
 }
@@ -176,7 +176,7 @@ fn shell(command: &str) -> Command {
     shell
 }
 
-/// In a group of its own, so that what it starts ends with it.
+/// Starts the command in its own process group, so that its children end with it.
 #[cfg(unix)]
 fn in_own_group(command: &mut Command) {
     use std::os::unix::process::CommandExt;
@@ -196,7 +196,7 @@ fn shell(command: &str) -> Command {
 #[cfg(unix)]
 fn kill_with_children(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process_group};
-    // also where the shell itself has ended: its group may live on
+    // also if the shell itself has ended, because its group may still exist
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
         kill_process_group(group, Signal::KILL).ok();
     }
@@ -208,8 +208,8 @@ fn kill_with_children(child: &mut Child) {
     child.kill().ok();
 }
 
-/// Ends what carries the mark: children that made a group of their own. A few times over, for they may be starting
-/// others.
+/// Kills all processes with the mark, also those in another group. Repeats this a few times, because they may be
+/// starting others.
 #[cfg(target_os = "linux")]
 fn kill_detached(mark: &str) {
     use rustix::process::{Pid, Signal, kill_process};
@@ -243,14 +243,14 @@ fn read_lines(stdout: impl Read, heard: &SyncSender<Heard>) {
     let mut reader = BufReader::new(stdout);
     loop {
         let mut line = Vec::new();
-        let said = match reader.by_ref().take(LONGEST_LINE + 1).read_until(b'\n', &mut line) {
+        let received = match reader.by_ref().take(LONGEST_LINE + 1).read_until(b'\n', &mut line) {
             Ok(0) | Err(_) => Heard::End,
             Ok(_) if line.len() as u64 > LONGEST_LINE => Heard::TooLong,
             Ok(_) => Heard::Line(String::from_utf8_lossy(&line).trim().to_owned()),
         };
-        let is_last = !matches!(said, Heard::Line(_));
-        let is_empty = matches!(&said, Heard::Line(line) if line.is_empty());
-        if !is_empty && heard.send(said).is_err() || is_last {
+        let is_last = !matches!(received, Heard::Line(_));
+        let is_empty = matches!(&received, Heard::Line(line) if line.is_empty());
+        if !is_empty && heard.send(received).is_err() || is_last {
             return;
         }
     }
@@ -279,7 +279,7 @@ mod tests {
     use crate::common::NoProgress;
 
     fn start(command: &str) -> Program {
-        let settings = ProgramSettings { command: command.to_owned(), ..ProgramSettings::usual() };
+        let settings = ProgramSettings { command: command.to_owned(), ..ProgramSettings::default_settings() };
         Program::start(&settings, &ProgramPlace { folder: Path::new("/"), removed: None }).unwrap()
     }
 
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_limit_holds_and_what_the_program_started_dies_with_it() {
+    fn the_time_limit_holds_and_the_programs_children_end_with_it() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("alive");
         let command = format!("(sleep 1; echo > {}) & sleep 60", file.display());
@@ -303,7 +303,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn what_leaves_the_group_ends_too() {
+    fn children_in_another_group_end_too() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("alive");
         let command = format!("setsid sh -c 'sleep 1; echo > {}' & echo started; sleep 60", file.display());
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(hear(&program, 5000), Heard::Line("started".to_owned()));
         drop(program);
         thread::sleep(Duration::from_millis(1400));
-        assert!(!file.exists(), "it was ended in its own session");
+        assert!(!file.exists(), "the child in its own session was killed");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The messages: what a program receives, and what it may answer.
+//! The messages that a program receives and sends.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,20 +12,20 @@ use crate::input::excerpt;
 use crate::observation::Observation;
 use crate::raster::Mask;
 
-/// Name and version of the protocol; a program that speaks another one says so in `ready`.
+/// Name and version of the protocol; a program that uses another one names it in `ready`.
 const PROTOCOL: &str = "skiagraph.tracker/1";
-/// The same of sets whose cameras move or take images at times of their own: every frame says where they are and which
-/// have an image. A program that knows only the other would take them for cameras that stand still.
-const PROTOCOL_OF_FILMING: &str = "skiagraph.tracker/2";
+/// The protocol of sets whose cameras move or have their own timing: every frame message has the camera poses and which
+/// cameras have an image. A program that only knows version 1 would take the cameras for static ones.
+const TIMED_PROTOCOL: &str = "skiagraph.tracker/2";
 
 /// The protocol of a set.
 pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
-    if set.moments.is_some() { PROTOCOL_OF_FILMING } else { PROTOCOL }
+    if set.moments.is_some() { TIMED_PROTOCOL } else { PROTOCOL }
 }
-/// How far the length of a quaternion may be from 1.
+/// Greatest deviation of a quaternion's length from 1.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// A point by its name.
+/// Points by name.
 pub(super) type Named = BTreeMap<String, [f64; 3]>;
 
 #[derive(Serialize)]
@@ -50,9 +50,9 @@ pub(super) struct Hello<'a> {
     pub(super) angles: Vec<&'a str>,
     pub(super) start: StartMessage,
     pub(super) time_limit_s: f64,
-    /// The first frame that will be asked for: above 0 after the program was started again.
+    /// The first frame that will be requested; above 0 after a restart.
     pub(super) first_frame: usize,
-    /// Its own last answer, after it was started again.
+    /// The program's last answer, after a restart.
     pub(super) last_answer: Option<&'a Value>,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct CameraMessage<'a> {
     r: [[f64; 3]; 3],
     t: [f64; 3],
     distortion: [f64; 5],
-    /// Of a rolling shutter; absent in sets whose cameras stand still.
+    /// Line delay of a rolling shutter; absent in sets with static cameras.
     #[serde(skip_serializing_if = "Option::is_none")]
     line_delay_s: Option<f64>,
 }
@@ -98,13 +98,13 @@ struct ViewMessage<'a> {
     moment: Option<CameraMoment>,
 }
 
-/// Where a camera is, in sets whose cameras move or take images at times of their own.
+/// The pose of a camera, in sets whose cameras move or have their own timing.
 #[derive(Serialize)]
 struct CameraMoment {
     #[serde(rename = "R")]
     r: [[f64; 3]; 3],
     t: [f64; 3],
-    /// When the first row of the image was exposed; null for a camera without an image for this frame.
+    /// Time at which the first row of the image was exposed; null for a camera without an image in this frame.
     exposed_s: Option<f64>,
 }
 
@@ -157,7 +157,7 @@ impl StartMessage {
 }
 
 impl<'a> FrameMessage<'a> {
-    /// With the silhouettes' paths below `folder`, or inline.
+    /// The message of a frame, with paths of silhouettes below `folder`, or with the silhouettes inline.
     pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
         let frame = observation.frame;
         let path = |camera| folder.join(BlindSet::silhouette_path(camera, frame)).display().to_string();
@@ -178,13 +178,13 @@ impl<'a> FrameMessage<'a> {
     }
 }
 
-/// Lengths of runs of equal pixels, row by row from the top left: of empty ones first, so the first may be 0.
+/// Lengths of runs of equal pixels, row by row from the top left. The first run is of empty pixels and may be 0.
 fn run_lengths(mask: &Mask) -> Vec<u32> {
     let (width, mut lengths, mut end) = (mask.width(), Vec::new(), 0);
     for (y, run) in (0..mask.height()).flat_map(|y| mask.runs(y).map(move |run| (y, run))) {
         let (start, stop) = (y * width + run.start, y * width + run.end);
         match lengths.last_mut().filter(|_| start == end) {
-            // from the end of one row into the next
+            // the run continues from the end of the previous row
             Some(last) => *last += stop - start,
             None => lengths.extend([start - end, stop - start]),
         }
@@ -197,7 +197,7 @@ fn run_lengths(mask: &Mask) -> Vec<u32> {
     lengths
 }
 
-/// What a program says when it is ready.
+/// The answer to `hello`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Ready {
@@ -206,17 +206,17 @@ pub(super) struct Ready {
     pub(super) version: Option<String>,
 }
 
-/// What a program says about a frame.
+/// The answer to a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reply {
     pub(super) frame: usize,
     /// `None`: lost.
     pub(super) pose: Option<RepliedPose>,
-    /// 0 to 1.
+    /// From 0 to 1.
     pub(super) confidence: Option<f64>,
 }
 
-/// One of three ways to say where the body is.
+/// A pose in one of three forms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum RepliedPose {
     Markers(Named),
@@ -234,7 +234,7 @@ impl RepliedPose {
     }
 }
 
-/// Reads the answer to `hello`, which spoke of `protocol`.
+/// Reads the answer to `hello`, which named `protocol`.
 pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
     let object = object(line)?;
     let kind = kind_of(&object)?;
@@ -242,22 +242,22 @@ pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
         return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
     }
     let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
-    // they are printed, and stand in pages and files
+    // they are printed and written into pages and files
     let [name, version] = [&ready.name, &ready.version].map(|word| word.as_deref().map(excerpt));
     let ready = Ready { name, version, ..ready };
     match &ready.protocol {
         Some(other) if other != protocol => {
-            Err(format!("speaks the protocol {:?}, expected {protocol:?}", excerpt(other)))
+            Err(format!("uses the protocol {:?}, expected {protocol:?}", excerpt(other)))
         }
-        None if protocol == PROTOCOL_OF_FILMING => Err(format!(
-            "expected \"protocol\": {protocol:?} in ready: the set's cameras move or take images at times of their own, \
-            and a program has to say that it reads where they are from every frame"
+        None if protocol == TIMED_PROTOCOL => Err(format!(
+            "expected \"protocol\": {protocol:?} in ready: the set's cameras move or have their own timing, and a program \
+            must confirm that it reads the camera poses of every frame"
         )),
         _ => Ok(ready),
     }
 }
 
-/// Reads the answer to `asked`; `None` for one to an earlier frame, whatever else it says.
+/// Reads the answer to frame `asked`; `None` for an answer to an earlier frame, whose content is ignored.
 pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<Option<Reply>, String> {
     let object = object(line)?;
     if object.get("frame").and_then(Value::as_u64).is_some_and(|frame| frame < asked as u64) {
@@ -265,7 +265,7 @@ pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<O
     }
     let kind = kind_of(&object)?;
     let frame = object.get("frame").and_then(Value::as_u64);
-    let frame = frame.ok_or("expected \"frame\": the number of the frame that it answers")?;
+    let frame = frame.ok_or("expected \"frame\": the number of the answered frame")?;
     let frame = usize::try_from(frame).map_err(|_| "frame: too large a number")?;
     let confidence = match object.get("confidence") {
         None | Some(Value::Null) => None,
@@ -284,13 +284,13 @@ pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<O
 
 fn object(line: &str) -> Result<Map<String, Value>, String> {
     let value: Value = serde_json::from_str(line).map_err(|_| {
-        let no_number = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
-        let hint = if no_number {
-            "NaN and Infinity are no JSON; use null for a point that is not estimated"
+        let has_nan = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
+        let hint = if has_nan {
+            "NaN and Infinity are not valid JSON; use null for points that are not estimated"
         } else {
             "print messages to standard error"
         };
-        format!("expected one JSON object a line, found {:?}; {hint}", excerpt(line))
+        format!("expected one JSON object per line, found {:?}; {hint}", excerpt(line))
     })?;
     match value {
         Value::Object(object) => Ok(object),
@@ -314,11 +314,11 @@ fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, Str
         (None, None, Some(root), Some(angles)) => {
             Ok(RepliedPose::Angles { root: root_of(root)?, angles: angles_of(angles, body)? })
         }
-        _ => Err("expected \"markers\", \"joints\", or \"root\" with \"angles\", one of the three".to_owned()),
+        _ => Err("expected exactly one of \"markers\", \"joints\", and \"root\" with \"angles\"".to_owned()),
     }
 }
 
-/// Points by their names; null or left out: not estimated.
+/// Points by name; null or omitted points are not estimated.
 fn points(what: &str, value: &Value, known: &[&str]) -> Result<Named, String> {
     let Value::Object(entries) = value else {
         return Err(format!("{what}: expected an object of names with [x, y, z] in metres"));
@@ -333,7 +333,11 @@ fn points(what: &str, value: &Value, known: &[&str]) -> Result<Named, String> {
             found.insert(name.clone(), numbers);
         }
     }
-    if found.is_empty() { Err(format!("{what}: none is given; answer \"lost\" instead")) } else { Ok(found) }
+    if found.is_empty() {
+        Err(format!("{what}: expected at least one point, found none; answer \"lost\" instead"))
+    } else {
+        Ok(found)
+    }
 }
 
 fn root_of(value: &Value) -> Result<[f64; 7], String> {
@@ -342,10 +346,10 @@ fn root_of(value: &Value) -> Result<[f64; 7], String> {
     if (length - 1.0).abs() <= QUATERNION_TOLERANCE {
         return Ok(root);
     }
-    Err(format!("root: the quaternion has the length {length:.3}, expected 1"))
+    Err(format!("root: expected a quaternion of length 1, found length {length:.3}"))
 }
 
-/// Angles in the order of hello, or by their names.
+/// Angles in the order of hello, or by name.
 fn angles_of(value: &Value, body: &Humanoid) -> Result<Vec<f64>, String> {
     let degrees = &body.degrees_of_freedom;
     let number = |value: &Value| value.as_f64().filter(|angle| angle.is_finite() && angle.abs() < FARTHEST_M);
@@ -357,7 +361,7 @@ fn angles_of(value: &Value, body: &Humanoid) -> Result<Vec<f64>, String> {
         _ => None,
     };
     found.ok_or_else(|| {
-        format!("angles: expected {} numbers in radians, in the order of hello or by their names", degrees.len())
+        format!("angles: expected {} numbers in radians, in the order of hello or by name", degrees.len())
     })
 }
 
@@ -380,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_to_an_earlier_frame_is_passed_over_whatever_it_says() {
+    fn an_answer_to_an_earlier_frame_is_ignored() {
         let read = |line: &str| read_answer(line, 5, &person());
         for line in [
             r#"{"type":"pose","frame":4,"markers":{"nose":[0,0,0]}}"#,
@@ -394,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn markers_joints_and_angles_are_read_and_null_is_left_out() {
+    fn markers_joints_and_angles_are_read_and_null_is_ignored() {
         let markers = answer(
             r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head_top":null},"confidence":0.5,"x":1}"#,
         );
@@ -403,44 +407,44 @@ mod tests {
         assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
         assert_eq!(answer(r#"{"type":"lost","frame":0}"#).unwrap().pose, None);
         let angles = vec![0.25; person().degrees_of_freedom.len()];
-        let told =
+        let read =
             answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
-        assert_eq!(told.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
+        assert_eq!(read.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
     }
 
     #[test]
-    fn nonsense_is_told_in_words() {
+    fn invalid_messages_have_clear_errors() {
         for (line, part) in [
             ("loading weights...", "print messages to standard error"),
             ("[1,2]", "JSON object"),
             ("{\"frame\":1}", "\"type\""),
             ("{\"type\":\"pose\"}", "\"frame\""),
             ("{\"type\":\"pose\",\"frame\":-1}", "\"frame\""),
-            ("{\"type\":\"pose\",\"frame\":0}", "one of the three"),
+            ("{\"type\":\"pose\",\"frame\":0}", "exactly one of"),
             ("{\"type\":\"dance\",\"frame\":0}", "\"dance\""),
             ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"nose\":[0,0,0]}}", "\"nose\" is unknown"),
             ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0]}}", "[x, y, z]"),
             ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,1e300]}}", "[x, y, z]"),
-            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,NaN]}}", "JSON object a line"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,NaN]}}", "JSON object per line"),
             ("{\"type\":\"pose\",\"frame\":0,\"markers\":{}}", "answer \"lost\""),
             ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,0,0,0,0],\"angles\":[]}", "length 0.000"),
             ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,1,0,0,0],\"angles\":[1]}", "angles: expected"),
             ("{\"type\":\"lost\",\"frame\":0,\"confidence\":7}", "confidence"),
         ] {
-            let told = answer(line).unwrap_err();
-            assert!(told.contains(part), "{line}: {told}");
+            let error = answer(line).unwrap_err();
+            assert!(error.contains(part), "{line}: {error}");
         }
         assert!(read_ready("{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}", PROTOCOL).is_err());
         let ready = "{\"type\":\"ready\",\"name\":\"mine\"}";
         assert_eq!(read_ready(ready, PROTOCOL).unwrap().name.as_deref(), Some("mine"));
-        assert!(read_ready(ready, PROTOCOL_OF_FILMING).unwrap_err().contains("reads where they are from every frame"));
+        assert!(read_ready(ready, TIMED_PROTOCOL).unwrap_err().contains("reads the camera poses of every frame"));
         let hostile =
             "{\"type\":\"ready\",\"name\":\"\\u001b[2Ja\\nb\",\"version\":\"LONG\"}".replace("LONG", &"9".repeat(900));
-        let told = read_ready(&hostile, PROTOCOL).unwrap();
-        assert_eq!(told.name.as_deref(), Some("\u{fffd}[2Ja b"));
-        assert_eq!(told.version.map(|version| version.chars().count()), Some(200));
+        let read = read_ready(&hostile, PROTOCOL).unwrap();
+        assert_eq!(read.name.as_deref(), Some("\u{fffd}[2Ja b"));
+        assert_eq!(read.version.map(|version| version.chars().count()), Some(200));
         let ready = "{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/2\"}";
-        assert!(read_ready(ready, PROTOCOL_OF_FILMING).is_ok() && read_ready(ready, PROTOCOL).is_err());
+        assert!(read_ready(ready, TIMED_PROTOCOL).is_ok() && read_ready(ready, PROTOCOL).is_err());
     }
 
     #[test]
@@ -450,7 +454,7 @@ mod tests {
         assert_eq!(run_lengths(&mask), [0, 2, 5, 1]);
         assert_eq!(run_lengths(&Mask::new(4, 2)), [8]);
         let wrapping = Mask::from_fn(4, 2, |x, y| x + 4 * y >= 2 && x + 4 * y < 7);
-        assert_eq!(run_lengths(&wrapping), [2, 5, 1], "a run goes on in the next row");
+        assert_eq!(run_lengths(&wrapping), [2, 5, 1], "a run continues in the next row");
         assert_eq!(run_lengths(&Mask::from_fn(4, 2, |_, _| true)), [0, 8]);
     }
 }

@@ -1,5 +1,4 @@
-//! How a program is run, and what is kept of its run: who it was, how long it took, and what went wrong in which
-//! frame.
+//! How a program is run, and the record of its run: its name, its times, and the incidents by frame.
 
 use std::time::Duration;
 
@@ -12,7 +11,7 @@ use crate::input::{excerpt, shell_word};
 
 /// The record of a program's run.
 pub(crate) const EXTERNAL_FILE: &str = "program.json";
-/// A row for every frame of every seed.
+/// The table with one row per seed and frame.
 pub(crate) const ANSWERS_FILE: &str = "answers.csv";
 
 /// How a program is run.
@@ -20,29 +19,29 @@ pub(crate) const ANSWERS_FILE: &str = "answers.csv";
 pub struct ProgramSettings {
     /// The command line, for the shell.
     pub command: String,
-    /// How long it may take until it is ready.
+    /// Time limit until it is ready.
     pub start_limit: Duration,
-    /// How long it may take for a frame.
+    /// Time limit for a frame.
     pub frame_limit: Duration,
-    /// How often it is started again after a crash or a time limit, a seed.
+    /// Number of restarts per seed after a crash or a time limit.
     pub restarts: usize,
-    /// Silhouettes within the messages instead of paths.
+    /// Whether messages contain the silhouettes instead of paths.
     pub inline: bool,
-    /// What it may see in a sandbox; `None` for none: it runs with the rights of its user.
+    /// The sandbox; without one the program runs with the rights of its user.
     pub sandbox: Option<ProgramSandbox>,
 }
 
 impl ProgramSettings {
-    /// Seconds that a program may take for a frame, unless told otherwise.
+    /// Default time limit for a frame, seconds.
     pub const FRAME_LIMIT_S: f64 = 30.0;
-    /// Seconds that a program may take until it is ready, unless told otherwise.
+    /// Default time limit until the program is ready, seconds.
     pub const START_LIMIT_S: f64 = 60.0;
-    /// How often a program is started again, unless told otherwise.
+    /// Default number of restarts.
     pub const RESTARTS: u32 = 3;
 
-    /// As without options; the command is empty.
+    /// The default settings, with an empty command.
     #[cfg(test)]
-    pub(super) fn usual() -> Self {
+    pub(super) fn default_settings() -> Self {
         Self {
             command: String::new(),
             start_limit: Duration::from_secs_f64(Self::START_LIMIT_S),
@@ -54,44 +53,46 @@ impl ProgramSettings {
     }
 }
 
-/// Who tracked what: `program.json`. All but `timing` is the same for a program that always answers the same.
+/// The record of an external tracker's run: `program.json`. Everything except `timing` is reproducible if the program
+/// is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExternalRecord {
     /// `skiagraph.program/1`.
     pub schema: String,
     /// The command line.
     pub command: String,
-    /// What it calls itself.
+    /// The program's name, as it reports it.
     pub name: Option<String>,
-    /// Which version of itself it says it is.
+    /// The program's version, as it reports it.
     pub version: Option<String>,
-    /// How it was run where not by default; records of earlier versions have none.
+    /// Options that differ from the defaults; absent in records of earlier versions.
     #[serde(default, skip_serializing_if = "ProgramOptions::are_default")]
     pub options: ProgramOptions,
-    /// Which set, by the hash of its files.
+    /// Hash of the set's files.
     pub set_hash: String,
-    /// Whether the set had no truth, so that the run is measured with `--truth`.
+    /// Whether the set had no truth, so that measuring needs `--truth`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub without_truth: bool,
     /// Version of skiagraph.
     pub skiagraph: String,
-    /// How many frames of all seeds it answered.
+    /// Counts of the frames of all seeds by answer.
     pub answers: AnswerCount,
-    /// What went wrong, in order; at most a hundred.
+    /// Incidents in order, at most a hundred.
     pub incidents: Vec<Incident>,
-    /// How it ended after its last answer, a seed; a seed whose program was gone for good before has none.
+    /// How it ended after the last answer of each seed; absent for seeds whose program had ended before.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub endings: Vec<SeedEnding>,
-    /// What it left in the folders that it was handed; none of it is kept.
+    /// Files that it left in its folders; they are removed.
     #[serde(default, skip_serializing_if = "LeftBehind::is_empty")]
     pub left_behind: LeftBehind,
-    /// What differs from run to run.
+    /// What differs between runs.
     pub timing: TrackTiming,
 }
 
 impl ExternalRecord {
-    /// The same with name and version bounded and without control characters: they are printed, and stand in pages.
-    pub(crate) fn harmless(self) -> Self {
+    /// The same with name and version shortened and without control characters, because they are printed and written
+    /// into pages.
+    pub(crate) fn sanitised(self) -> Self {
         let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
         Self { name, version, ..self }
     }
@@ -102,39 +103,39 @@ impl ExternalRecord {
 pub struct SeedEnding {
     /// The seed.
     pub seed: u64,
-    /// Its exit status, or that it did not end.
+    /// Its exit status, or `did not end`.
     pub status: String,
-    /// Whether it did not end by itself within two seconds and was killed.
+    /// Whether it was killed because it did not end within two seconds.
     pub killed: bool,
 }
 
-/// Options of `skiagraph track` that are not its defaults.
+/// Options of `skiagraph track` that differ from the defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProgramOptions {
-    /// Silhouettes within the messages.
+    /// Whether messages contain the silhouettes.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub inline: bool,
-    /// Seconds for a frame.
+    /// Time limit for a frame, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame_limit_s: Option<f64>,
-    /// Seconds until it is ready.
+    /// Time limit until the program is ready, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_limit_s: Option<f64>,
-    /// How often it is started again, a seed.
+    /// Restarts per seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restarts: Option<usize>,
-    /// In a sandbox.
+    /// Whether it ran in a sandbox.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub sandbox: bool,
-    /// What it may read there besides the system and the blind side, as the command line has it.
+    /// Paths that it may read there besides the system and the blind side, as on the command line.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub readable: Vec<String>,
 }
 
 impl ProgramOptions {
     pub(crate) fn of(settings: &ProgramSettings) -> Self {
-        let seconds = |limit: Duration, usual: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != usual);
+        let seconds = |limit: Duration, default: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != default);
         let readable = settings.sandbox.iter().flat_map(|sandbox| &sandbox.readable);
         Self {
             inline: settings.inline,
@@ -150,8 +151,8 @@ impl ProgramOptions {
         *self == Self::default()
     }
 
-    /// As on the command line, each with a space before it.
-    pub(crate) fn in_words(&self) -> String {
+    /// The options as on the command line, each after a space.
+    pub(crate) fn as_arguments(&self) -> String {
         let inline = self.inline.then(|| " --inline".to_owned());
         let frame = self.frame_limit_s.map(|seconds| format!(" --frame-limit {seconds}"));
         let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
@@ -167,14 +168,14 @@ impl ProgramOptions {
 pub struct AnswerCount {
     /// With an estimate.
     pub poses: usize,
-    /// Given up by the program itself.
+    /// Reported as lost by the program.
     pub lost: usize,
-    /// Without an answer in time, or with one that makes no sense.
+    /// Without a valid answer in time.
     pub failed: usize,
 }
 
 impl AnswerCount {
-    /// Counts a frame by its word in `answers.csv`.
+    /// Counts a frame by its `answer` column in `answers.csv`.
     pub(super) fn add(&mut self, word: &str) {
         match word {
             "failed" => self.failed += 1,
@@ -184,12 +185,12 @@ impl AnswerCount {
     }
 }
 
-/// Something that went wrong.
+/// A failure of the program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
     /// The seed.
     pub seed: u64,
-    /// The frame that was asked for; absent before the first and after the last.
+    /// The requested frame; absent before the first and after the last.
     pub frame: Option<usize>,
     /// What happened.
     pub what: String,
@@ -199,14 +200,14 @@ pub struct Incident {
 }
 
 impl Incident {
-    /// In one line.
-    pub fn in_words(&self) -> String {
+    /// The incident in one line.
+    pub fn describe(&self) -> String {
         let frame = self.frame.map(|frame| format!(", frame {frame}")).unwrap_or_default();
-        let said = match self.standard_error.as_slice() {
+        let errors = match self.standard_error.as_slice() {
             [] => String::new(),
             lines => format!("; its last lines: {}", lines.join(" / ")),
         };
-        format!("seed {}{frame}: {}{said}", self.seed, self.what)
+        format!("seed {}{frame}: {}{errors}", self.seed, self.what)
     }
 }
 
@@ -215,7 +216,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn options_are_kept_where_they_are_not_the_defaults() {
+    fn options_that_differ_from_the_defaults_are_kept() {
         let settings = ProgramSettings {
             command: "sh t.sh".to_owned(),
             start_limit: Duration::from_secs_f64(ProgramSettings::START_LIMIT_S),
@@ -225,21 +226,24 @@ mod tests {
             sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
         };
         let options = ProgramOptions::of(&settings);
-        assert_eq!(options.in_words(), " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker'");
+        assert_eq!(
+            options.as_arguments(),
+            " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker'"
+        );
         let text = serde_json::to_string(&options).unwrap();
         assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
-        let usual = ProgramSettings {
+        let default_settings = ProgramSettings {
             frame_limit: Duration::from_secs_f64(ProgramSettings::FRAME_LIMIT_S),
             restarts: ProgramSettings::RESTARTS as usize,
             inline: false,
             sandbox: None,
             ..settings
         };
-        assert!(ProgramOptions::of(&usual).are_default());
+        assert!(ProgramOptions::of(&default_settings).are_default());
     }
 
     #[test]
-    fn what_a_program_calls_itself_controls_no_terminal() {
+    fn the_name_of_a_program_cannot_control_the_terminal() {
         let timing = TrackTiming { seconds: 1.0, frames_per_second: 1.0, likelihood_evaluations: 0, threads: 1 };
         let record = ExternalRecord {
             schema: "skiagraph.program/1".to_owned(),
@@ -256,8 +260,8 @@ mod tests {
             left_behind: LeftBehind::default(),
             timing,
         };
-        let harmless = record.harmless();
-        assert_eq!(harmless.name.as_deref(), Some("\u{fffd}[31mred "));
-        assert_eq!(harmless.version.map(|version| version.chars().count()), Some(200));
+        let sanitised = record.sanitised();
+        assert_eq!(sanitised.name.as_deref(), Some("\u{fffd}[31mred "));
+        assert_eq!(sanitised.version.map(|version| version.chars().count()), Some(200));
     }
 }

@@ -1,6 +1,6 @@
-//! `--sandbox`: a program that sees the system, the blind side and what it was granted, and no network.
+//! `--sandbox`: the program sees only the system, the blind side and granted paths, and no network.
 //!
-//! bubblewrap (`bwrap`) makes the sandbox out of namespaces of the kernel, without any rights.
+//! bubblewrap (`bwrap`) makes the sandbox from kernel namespaces, without privileges.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -9,23 +9,23 @@ use std::process::Command;
 use crate::common::ExperimentError;
 use crate::input::excerpt;
 
-/// Folders of the system that a program may read.
+/// System folders that a program may read.
 const SYSTEM: [&str; 9] = ["/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/etc", "/opt", "/nix"];
 
-/// What a program in a sandbox may see besides the system and the blind side.
+/// The paths that a program in a sandbox may see besides the system and the blind side.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ProgramSandbox {
     /// Files and folders that it may read.
     pub readable: Vec<PathBuf>,
-    /// What is hidden even inside these: the set, and where recordings lie.
+    /// Paths that are hidden even inside these: the set and the folders of recordings.
     pub hidden: Vec<PathBuf>,
 }
 
 impl ProgramSandbox {
-    /// Whether this machine can make one.
+    /// Checks that this machine can make a sandbox.
     ///
     /// # Errors
-    /// [`ExperimentError::Argument`] with what is missing.
+    /// [`ExperimentError::Argument`] that names what is missing.
     pub fn check(&self) -> Result<(), ExperimentError> {
         let refuse = |detail: String| ExperimentError::Argument { argument: "--sandbox", detail };
         if let Some(missing) = self.readable.iter().find(|path| !path.exists()) {
@@ -33,49 +33,49 @@ impl ProgramSandbox {
             return Err(ExperimentError::Argument { argument: "--readable", detail });
         }
         let tried = Command::new("bwrap").args(["--unshare-all", "--ro-bind", "/", "/", "true"]).output();
-        let otherwise = "install bubblewrap (Debian, Fedora: the package bubblewrap) on a Linux that lets users make \
-                         namespaces, or run the program on a machine without the truth (docs/protocol.md)";
+        let remedy = "install the package bubblewrap on a Linux system that allows user namespaces, or run the program \
+                      on a machine without the truth (docs/protocol.md)";
         match tried {
             Ok(output) if output.status.success() => Ok(()),
             Ok(output) => {
-                let said = String::from_utf8_lossy(&output.stderr);
-                let said = excerpt(said.lines().last().unwrap_or("no message"));
-                Err(refuse(format!("bwrap cannot make a sandbox here ({said}); {otherwise}")))
+                let errors = String::from_utf8_lossy(&output.stderr);
+                let error = excerpt(errors.lines().last().unwrap_or("no message"));
+                Err(refuse(format!("bwrap cannot make a sandbox here ({error}); {remedy}")))
             }
-            Err(error) => Err(refuse(format!("needs bwrap, which cannot be started ({error}); {otherwise}"))),
+            Err(error) => Err(refuse(format!("needs bwrap, which cannot be started ({error}); {remedy}"))),
         }
     }
 
-    /// What to do where a program never works in the sandbox because it, or what it needs, is not seen there: `what`
-    /// happened, and its last lines.
+    /// Advice if a program probably failed because it, or a file that it needs, is not visible in the sandbox. `what`
+    /// is the failure, `errors` the last lines of standard error.
     pub(super) fn hint(&self, what: &str, errors: &[String]) -> Option<String> {
-        const SAID: [&str; 5] = ["not found", "No such file", "can't open", "cannot open", "ModuleNotFoundError"];
-        // a shell ends with 127 where it finds no program, and with 126 where it may not start it
+        const MISSING: [&str; 5] = ["not found", "No such file", "can't open", "cannot open", "ModuleNotFoundError"];
+        // a shell's exit status is 127 if it finds no program, and 126 if it may not start it
         let is_missing = ["exit status: 127", "exit status: 126"].iter().any(|end| what.contains(end));
-        let is_said = errors.iter().any(|line| SAID.iter().any(|words| line.contains(words)));
+        let is_reported = errors.iter().any(|line| MISSING.iter().any(|words| line.contains(words)));
         let granted: Vec<String> = self.readable.iter().map(|path| path.display().to_string()).collect();
-        let seen = if granted.is_empty() { "nothing else".to_owned() } else { granted.join(", ") };
-        (is_missing || is_said).then(|| {
+        let visible = if granted.is_empty() { "nothing else".to_owned() } else { granted.join(", ") };
+        (is_missing || is_reported).then(|| {
             format!(
-                "in the sandbox it sees the system, the blind side and {seen}: give it its own files with --readable PATH, \
-                 a file or a folder, several times"
+                "in the sandbox it sees the system, the blind side and {visible}: grant its own files and folders with \
+                 --readable PATH, which may be repeated"
             )
         })
     }
 
-    /// The command line in the sandbox; `folder` holds the blind side.
+    /// The command line in the sandbox; `folder` has the blind side.
     pub(super) fn command(&self, command: &str, folder: &Path, current: Option<PathBuf>) -> Command {
         let mut bwrap = Command::new("bwrap");
         bwrap.args(["--unshare-all", "--die-with-parent", "--new-session", "--unsetenv", "OLDPWD"]);
         bwrap.args(self.mounts(folder));
-        // the folder of the command line where the program may see something of it
+        // the current folder if the program may see anything in it
         let current = current.map(|path| resolved(&path)).filter(|path| self.shows(path) || self.shows_below(path));
         bwrap.arg("--chdir").arg(current.as_deref().unwrap_or(folder));
         bwrap.args(["--", "sh", "-c", command]);
         bwrap
     }
 
-    /// Arguments that say what is where: outer folders first, so that no mount hides an earlier one by accident.
+    /// The mount arguments, outer folders first, so that no mount hides an earlier one by accident.
     fn mounts(&self, folder: &Path) -> Vec<OsString> {
         let mut mounts: Vec<(PathBuf, &str)> = SYSTEM.iter().map(|path| (path.into(), "--ro-bind-try")).collect();
         mounts.extend([("/proc".into(), "--proc"), ("/dev".into(), "--dev"), ("/tmp".into(), "--tmpfs")]);
@@ -96,12 +96,12 @@ impl ProgramSandbox {
         self.shows_around(path) && !self.hidden.iter().any(|hidden| path.starts_with(resolved(hidden)))
     }
 
-    /// Whether something in a folder is granted.
+    /// Whether anything in a folder is granted.
     fn shows_below(&self, folder: &Path) -> bool {
         self.readable.iter().any(|readable| resolved(readable).starts_with(folder))
     }
 
-    /// Whether a path lies in what the program may read.
+    /// Whether a path is in a readable folder.
     fn shows_around(&self, path: &Path) -> bool {
         let readable = self.readable.iter().map(|readable| resolved(readable));
         readable.chain(SYSTEM.iter().map(PathBuf::from)).any(|readable| path.starts_with(readable))
@@ -117,21 +117,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_that_is_not_seen_in_the_sandbox_is_told_how_to_be_seen() {
+    fn a_program_that_is_not_visible_in_the_sandbox_gets_advice() {
         let sandbox = |readable: &[&str]| ProgramSandbox {
             readable: readable.iter().map(PathBuf::from).collect(),
             hidden: Vec::new(),
         };
         let errors = vec!["python: can't open file '/home/me/t.py': [Errno 2] No such file or directory".to_owned()];
-        let said = sandbox(&[]).hint("it ended before it was ready (exit status: 2)", &errors).unwrap();
-        assert!(said.contains("and nothing else: ") && said.contains("--readable PATH"), "{said}");
-        let said = sandbox(&["a", "b"]).hint("it ended (exit status: 127)", &[]).unwrap();
-        assert!(said.contains("and a, b: "), "{said}");
+        let advice = sandbox(&[]).hint("it ended before it was ready (exit status: 2)", &errors).unwrap();
+        assert!(advice.contains("and nothing else: ") && advice.contains("--readable PATH"), "{advice}");
+        let advice = sandbox(&["a", "b"]).hint("it ended (exit status: 127)", &[]).unwrap();
+        assert!(advice.contains("and a, b: "), "{advice}");
         assert_eq!(sandbox(&[]).hint("it ended (exit status: 1)", &["out of memory".to_owned()]), None);
     }
 
     #[test]
-    fn what_is_hidden_is_mounted_after_what_is_granted_around_it_and_the_blind_side_last() {
+    fn hidden_folders_are_mounted_after_granted_ones_and_the_blind_side_last() {
         let root = tempfile::tempdir().unwrap();
         let root = resolved(root.path());
         let (set, elsewhere) = (root.join("set"), root.join("nowhere-near/recordings"));
@@ -150,9 +150,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_granted_must_exist() {
+    fn granted_paths_must_exist() {
         let sandbox = ProgramSandbox { readable: vec!["/no/such/folder".into()], hidden: Vec::new() };
-        let said = sandbox.check().unwrap_err().to_string();
-        assert!(said.contains("--readable") && said.contains("/no/such/folder"), "{said}");
+        let advice = sandbox.check().unwrap_err().to_string();
+        assert!(advice.contains("--readable") && advice.contains("/no/such/folder"), "{advice}");
     }
 }

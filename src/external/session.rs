@@ -1,4 +1,4 @@
-//! A program over a whole set: a process a seed, started again after a crash, a few times.
+//! Runs a program over a whole set: one process per seed, restarted a few times after a crash.
 
 use std::time::{Duration, Instant};
 
@@ -15,9 +15,9 @@ use crate::benchmark_set::{BlindSet, Estimates};
 use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::observation::Observation;
 
-/// Answers in a row that make no sense, after which a program is started again.
-const MOST_NONSENSE: usize = 10;
-/// Answers for earlier frames that are passed over while one frame is waited for.
+/// Consecutive invalid answers after which a program is restarted.
+const MOST_INVALID: usize = 10;
+/// Answers for earlier frames that are ignored while waiting for one frame.
 const MOST_STALE: usize = 1000;
 /// Incidents that are kept.
 const KEPT_INCIDENTS: usize = 100;
@@ -29,17 +29,17 @@ pub struct Programmed {
     pub estimates: Estimates,
     /// The record.
     pub record: ExternalRecord,
-    /// A row for every frame of every seed, CSV.
+    /// CSV table with one row per seed and frame.
     pub answers: Vec<u8>,
 }
 
-/// What came of one seed.
+/// The result of one seed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ProgramSeed {
     seed: u64,
-    /// One a frame.
+    /// One per frame.
     frames: Vec<Exchange>,
-    /// What kind of answers were given.
+    /// The kind of the answers.
     kind: Option<String>,
     ready: Ready,
     incidents: Vec<Incident>,
@@ -48,19 +48,19 @@ pub(crate) struct ProgramSeed {
 }
 
 impl ProgramSeed {
-    /// What kind of answers the program gave: those of further seeds must be alike.
+    /// The kind of the program's answers, which must be the same in all seeds.
     pub(crate) fn kind(&self) -> Option<&str> {
         self.kind.as_deref()
     }
 
-    /// Name and version, as the program calls itself.
+    /// Name and version, as the program reports them.
     pub(crate) fn program(&self) -> String {
-        let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "nothing".to_owned());
-        format!("{}, version {}", word(&self.ready.name), word(&self.ready.version))
+        let text = |word: &Option<String>| word.clone().unwrap_or_else(|| "nothing".to_owned());
+        format!("{}, version {}", text(&self.ready.name), text(&self.ready.version))
     }
 }
 
-/// Runs a program with every seed over a set. It is handed the blind side alone, in a fresh folder for every seed.
+/// Runs a program with every seed over a set. It gets only the blind side, in a fresh folder for every seed.
 ///
 /// # Errors
 /// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot
@@ -79,7 +79,7 @@ pub fn track_with_program(
     Programmed::new(set, settings, done)
 }
 
-/// Runs a program with one seed over a set; its answers must be of a `kind` where one is given.
+/// Runs a program with one seed over a set; its answers must have the given `kind`, if any.
 ///
 /// # Errors
 /// As [`track_with_program`].
@@ -101,10 +101,10 @@ pub(crate) fn track_seed_with_program(
 }
 
 impl Programmed {
-    /// Puts seeds together, in this order.
+    /// Joins the results of seeds, in this order.
     ///
     /// # Errors
-    /// [`ExperimentError`] for more than a file can hold.
+    /// [`ExperimentError`] if the arrays are too large for a file.
     pub(crate) fn new(
         set: &BlindSet,
         settings: &ProgramSettings,
@@ -119,17 +119,17 @@ impl Programmed {
         let numbers: Vec<u64> = seeds.iter().map(|seed| seed.seed).collect();
         let ready = seeds.first().map(|seed| seed.ready.clone()).unwrap_or_default();
         for ProgramSeed { seed, frames, incidents: of_seed, ending, left_behind: left, .. } in seeds {
-            for (frame, asked) in frames.iter().enumerate() {
-                let word = asked.word();
+            for (frame, exchange) in frames.iter().enumerate() {
+                let word = exchange.word();
                 count.add(word);
-                seconds += asked.seconds;
-                let confidence = asked.answer.as_ref().and_then(|answer| answer.confidence);
+                seconds += exchange.seconds;
+                let confidence = exchange.answer.as_ref().and_then(|answer| answer.confidence);
                 let confidence = confidence.map(|share| share.to_string()).unwrap_or_default();
-                let milliseconds = format!("{:.3}", 1000.0 * asked.seconds);
+                let milliseconds = format!("{:.3}", 1000.0 * exchange.seconds);
                 let row = [seed.to_string(), frame.to_string(), word.to_owned(), milliseconds, confidence];
                 table.write_record(row).map_err(failed)?;
             }
-            poses.push(frames.into_iter().map(|asked| asked.answer.and_then(|answer| answer.pose)).collect());
+            poses.push(frames.into_iter().map(|exchange| exchange.answer.and_then(|answer| answer.pose)).collect());
             incidents.extend(of_seed);
             endings.extend(ending);
             left_behind.extend(left);
@@ -161,18 +161,18 @@ impl Programmed {
     }
 }
 
-/// What came of asking for one frame.
+/// The request of one frame and its answer.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Exchange {
     pub(super) answer: Option<Reply>,
-    /// No answer in time, or none that makes sense.
+    /// Whether there was no valid answer in time.
     pub(super) failed: bool,
-    /// From question to answer.
+    /// Time from request to answer.
     pub(super) seconds: f64,
 }
 
 impl Exchange {
-    /// What it counts as.
+    /// Its value in the column `answer`.
     fn word(&self) -> &'static str {
         match (&self.answer, self.failed) {
             (_, true) => "failed",
@@ -182,7 +182,7 @@ impl Exchange {
     }
 }
 
-/// One seed.
+/// The run of a program with one seed.
 pub(super) struct Session<'a> {
     set: &'a BlindSet,
     place: &'a Workplace,
@@ -191,13 +191,13 @@ pub(super) struct Session<'a> {
     progress: &'a dyn Progress,
     program: Option<Program>,
     starts: usize,
-    nonsense: usize,
+    invalid_answers: usize,
     last_answer: Option<Value>,
-    /// What kind of answers the program gives: all must be alike.
+    /// The kind of the program's answers, which must all be the same.
     kind: Option<String>,
     pub(super) ready: Option<Ready>,
     pub(super) incidents: Vec<Incident>,
-    /// How it ended after its last answer.
+    /// How the program ended after its last answer.
     pub(super) ending: Option<SeedEnding>,
 }
 
@@ -217,7 +217,7 @@ impl<'a> Session<'a> {
             progress,
             program: None,
             starts: 0,
-            nonsense: 0,
+            invalid_answers: 0,
             last_answer: None,
             kind: None,
             ready: None,
@@ -236,7 +236,7 @@ impl<'a> Session<'a> {
         Ok(frames)
     }
 
-    /// Asks for one frame; starts the program first where it does not run.
+    /// Requests one frame; starts the program first if it is not running.
     pub(super) fn frame(&mut self, observation: &Observation) -> Result<Exchange, ExperimentError> {
         let failed = Exchange { failed: true, ..Exchange::default() };
         if self.program.is_none() && !self.start(observation.frame)? {
@@ -253,7 +253,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Tells the program that nothing follows, and notes how it ended.
+    /// Ends the program, and records how it ended.
     pub(super) fn end(&mut self) {
         let Some(mut program) = self.program.take() else { return };
         if let Ok(line) = serde_json::to_vec(&Request::End {}) {
@@ -271,7 +271,7 @@ impl<'a> Session<'a> {
             }
         };
         if let Some(what) = fault {
-            self.tell(None, what, program.last_errors());
+            self.add_incident(None, what, program.last_errors());
         }
         self.ending = Some(SeedEnding { seed: self.seed, status, killed });
     }
@@ -283,13 +283,13 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Starts the program, unless it was started too often; whether it is ready.
+    /// Starts the program, unless it was started too often. Returns whether it is ready.
     pub(super) fn start(&mut self, frame: usize) -> Result<bool, ExperimentError> {
         if self.starts > self.settings.restarts {
             return Ok(false);
         }
         self.starts += 1;
-        self.nonsense = 0;
+        self.invalid_answers = 0;
         let begin = Instant::now();
         let place = ProgramPlace { folder: &self.place.folder, removed: Some(self.place.root()) };
         let program = Program::start(self.settings, &place)
@@ -310,16 +310,16 @@ impl<'a> Session<'a> {
             Err(what) => {
                 let (what, errors) = self.stop(what);
                 if self.ready.is_none() {
-                    // it never worked: a mistake in the command, not in a frame
+                    // it never worked, so the command is wrong
                     return Err(self.never_ready(what, errors));
                 }
-                self.tell(Some(frame), what, errors);
+                self.add_incident(Some(frame), what, errors);
                 Ok(false)
             }
         }
     }
 
-    /// The next line of the program; else what happened, where that is its end, or too late.
+    /// The next line of the program, or a message about the failure: `end` or `too_late`.
     fn line(&self, deadline: Instant, end: &str, too_late: &str) -> Result<Result<String, String>, ExperimentError> {
         match self.program.as_ref().map_or(Heard::End, |program| program.hear(deadline, self.progress)) {
             Heard::Line(line) => Ok(Ok(line)),
@@ -330,7 +330,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The answer for a frame; `None`, with an incident, where there is none that makes sense.
+    /// The answer for a frame; `None`, with an incident, if there is no valid one.
     fn answer(&mut self, frame: usize, begin: Instant) -> Result<Option<Reply>, ExperimentError> {
         let limit = self.settings.frame_limit;
         let too_late = format!("no answer within {limit:?}");
@@ -340,57 +340,58 @@ impl<'a> Session<'a> {
                 Err(what) => return Ok(self.gone(frame, what)),
             };
             match read_answer(&line, frame, &self.set.start.body) {
-                // an answer for an earlier frame, which failed: passed over
+                // an answer for an earlier frame, which has failed already
                 Ok(None) => {}
                 Ok(Some(answer)) if answer.frame > frame => {
-                    let what = format!("answered frame {} when frame {frame} was asked for", answer.frame);
-                    return Ok(self.nonsense(frame, what));
+                    let what = format!("expected an answer to frame {frame}, found one to frame {}", answer.frame);
+                    return Ok(self.invalid(frame, what));
                 }
-                Ok(Some(answer)) => return Ok(self.of_one_kind(answer, &line)),
-                Err(what) => return Ok(self.nonsense(frame, what)),
+                Ok(Some(answer)) => return Ok(self.accept(answer, &line)),
+                Err(what) => return Ok(self.invalid(frame, what)),
             }
         }
         Ok(self.gone(frame, "answered a thousand earlier frames".to_owned()))
     }
 
-    fn of_one_kind(&mut self, answer: Reply, line: &str) -> Option<Reply> {
+    /// Accepts an answer of the same kind as the ones before.
+    fn accept(&mut self, answer: Reply, line: &str) -> Option<Reply> {
         let kind = answer.pose.as_ref().map(RepliedPose::kind);
         if let (Some(kind), Some(before)) = (kind, &self.kind)
             && kind != before
         {
             let what = format!("answered with {kind} after {before}");
-            return self.nonsense(answer.frame, what);
+            return self.invalid(answer.frame, what);
         }
         self.kind = self.kind.take().or(kind.map(str::to_owned));
-        self.nonsense = 0;
+        self.invalid_answers = 0;
         self.last_answer = serde_json::from_str(line).ok();
         Some(answer)
     }
 
-    /// An answer that makes no sense costs its frame; many in a row are the program's end.
-    fn nonsense(&mut self, frame: usize, what: String) -> Option<Reply> {
-        self.nonsense += 1;
-        if self.nonsense >= MOST_NONSENSE {
-            return self.gone(frame, format!("{what}; {MOST_NONSENSE} answers in a row make no sense"));
+    /// Records an invalid answer, whose frame is lost; after many in a row the program is stopped.
+    fn invalid(&mut self, frame: usize, what: String) -> Option<Reply> {
+        self.invalid_answers += 1;
+        if self.invalid_answers >= MOST_INVALID {
+            return self.gone(frame, format!("{what}; {MOST_INVALID} consecutive answers are invalid"));
         }
         let errors = self.program.as_ref().map(Program::last_errors).unwrap_or_default();
-        self.tell(Some(frame), what, errors);
+        self.add_incident(Some(frame), what, errors);
         None
     }
 
-    /// The program is stopped; it is started again with the next frame.
+    /// Stops the program; it is restarted with the next frame.
     fn gone(&mut self, frame: usize, what: String) -> Option<Reply> {
         let (what, errors) = self.stop(what);
         let what = if self.starts > self.settings.restarts {
-            format!("{what}; started {} times, not again: all further frames are lost", self.starts)
+            format!("{what}; started {} times, the maximum: all further frames are lost", self.starts)
         } else {
             format!("{what}; started again")
         };
-        self.tell(Some(frame), what, errors);
+        self.add_incident(Some(frame), what, errors);
         None
     }
 
-    /// Ends the program; what happened, with its exit status, and its last lines.
+    /// Stops the program. Returns the failure with the exit status, and the last lines of standard error.
     fn stop(&mut self, what: String) -> (String, Vec<String>) {
         let Some(mut program) = self.program.take() else { return (what, Vec::new()) };
         let status = program.ended_within(Duration::from_millis(200));
@@ -398,7 +399,7 @@ impl<'a> Session<'a> {
         (status.map_or(what.clone(), |status| format!("{what} ({status})")), errors)
     }
 
-    fn tell(&mut self, frame: Option<usize>, what: String, standard_error: Vec<String>) {
+    fn add_incident(&mut self, frame: Option<usize>, what: String, standard_error: Vec<String>) {
         if self.incidents.len() < KEPT_INCIDENTS {
             self.incidents.push(Incident { seed: self.seed, frame, what, standard_error });
         }

@@ -1,22 +1,22 @@
-//! Whether an estimate begins where the set says that the actor starts: then its units, axes and names are the set's.
+//! Checks that an estimate begins near the set's start pose, so that its units, axes and names are the set's.
 
 use crate::benchmark_set::BlindSet;
 use crate::body::Markers;
 
-/// An estimate of frame 0 farther from the start pose, which every tracker is given, is suspicious, metres.
+/// An estimate of frame 0 farther than this from the start pose, which every tracker is given, is suspicious; metres.
 pub(crate) const FAR_M: f64 = 0.5;
 
-/// How far an estimate of frame 0 is from a set's start pose.
+/// The distance of an estimate of frame 0 from the start pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StartDistance {
-    /// Of the marker that is farthest, metres.
+    /// Distance of the farthest marker, metres.
     pub(crate) farthest_m: f64,
-    /// Markers that both have.
+    /// Number of markers that both have.
     pub(crate) markers: usize,
 }
 
 impl StartDistance {
-    /// Of the markers of frame 0; `None` where it has none.
+    /// The distance of the markers of frame 0; `None` without markers.
     pub(crate) fn new(set: &BlindSet, frame_0: &Markers) -> Option<Self> {
         let body = &set.start.body;
         let start = body.markers(&body.link_frames(&set.start.pose));
@@ -30,17 +30,17 @@ impl StartDistance {
         Some(Self { farthest_m, markers: distances.len() })
     }
 
-    /// Whether that is as near as an estimate in the set's units, axes and names is.
+    /// Whether the estimate is near enough for the set's units, axes and names.
     pub(crate) fn is_near(&self) -> bool {
         self.farthest_m <= FAR_M
     }
 
-    /// What `evaluate` notes of it, where it is not near.
+    /// The note of `evaluate` if the estimate is not near.
     pub(crate) fn note(&self) -> Option<String> {
         (!self.is_near()).then(|| {
             format!(
                 "the estimate of frame 0 is {:.2} m from the set's start pose (start/start.json), at the farthest of {} \
-                 markers; trackers are given that pose, and {FAR_M} m are expected at most: see whether its units are \
+                 markers; expected at most {FAR_M} m, because trackers are given that pose: check that its units are \
                  metres, its axes have Z up, and its names are the set's",
                 self.farthest_m, self.markers
             )
@@ -54,7 +54,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     #[test]
-    fn the_farthest_marker_counts_and_what_one_lacks_does_not() {
+    fn the_farthest_marker_counts_and_missing_markers_do_not() {
         let none: Markers = std::array::from_fn(|_| None);
         let mut start = none;
         for (index, marker) in start.iter_mut().enumerate().skip(1) {

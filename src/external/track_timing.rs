@@ -1,12 +1,12 @@
-//! What tracking took.
+//! The time that tracking took.
 
 use serde::{Deserialize, Serialize};
 
-/// How long tracking took.
+/// The time that tracking took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackTiming {
-    /// Seconds for all frames of all seeds, reading of observations and calibration of the body included, learning of
-    /// motion models not.
+    /// Seconds for all frames of all seeds, with reading observations and calibrating the body, without learning motion
+    /// models.
     pub seconds: f64,
     /// Frames of all seeds per second.
     pub frames_per_second: f64,
@@ -17,7 +17,7 @@ pub struct TrackTiming {
 }
 
 impl TrackTiming {
-    /// Of these seeds and the `other` ones after them.
+    /// The total of these seeds and the `other` ones after them.
     pub(crate) fn and(self, other: Self) -> Self {
         let frames = self.frames_per_second * self.seconds + other.frames_per_second * other.seconds;
         let seconds = self.seconds + other.seconds;

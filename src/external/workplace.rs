@@ -1,6 +1,6 @@
-//! The folder that a program is handed: the blind side of a set, in a fresh folder of the system for temporary files.
+//! The folder of a program: the blind side of a set in a fresh temporary folder.
 //!
-//! Nothing of it enters a run. What the program leaves there is listed by name and size, and removed with the folder.
+//! Nothing in it enters a run. Files that the program leaves there are listed by name and size, and removed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,27 +16,27 @@ use crate::input::excerpt;
 
 /// Files that are listed by name.
 const LISTED: usize = 100;
-/// How many files are looked at.
+/// Files that are counted at most.
 const COUNTED: usize = 100_000;
-/// How deep they are looked for.
+/// Depth to which they are searched.
 const DEPTH: usize = 16;
 
-/// What programs left in the folders that they were handed; removed with these.
+/// Files that programs left in their folders, which are removed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LeftBehind {
-    /// How many files.
+    /// Number of files.
     pub files: usize,
-    /// Their size, bytes.
+    /// Their total size, bytes.
     pub bytes: u64,
     /// The first hundred.
     pub listed: Vec<LeftFile>,
 }
 
-/// A file that a program left in the folder that it was handed.
+/// A file that a program left in its folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftFile {
-    /// For which seed the program ran.
+    /// The seed of the program's run.
     pub seed: u64,
     /// Its path below the folder, without control characters.
     pub name: String,
@@ -50,7 +50,7 @@ impl LeftBehind {
         self.files == 0
     }
 
-    /// Adds what was left for other seeds.
+    /// Adds the files of other seeds.
     pub(super) fn extend(&mut self, other: Self) {
         self.files += other.files;
         self.bytes = self.bytes.saturating_add(other.bytes);
@@ -59,36 +59,36 @@ impl LeftBehind {
     }
 }
 
-/// The blind side of a set in a folder of its own; gone when dropped.
+/// The blind side of a set in a temporary folder, which is removed when dropped.
 pub(super) struct Workplace {
     root: Unfinished,
     /// The blind side.
     pub(super) folder: PathBuf,
-    /// What lies in the folder, as it was handed out.
-    handed: BTreeSet<PathBuf>,
+    /// The files that were in the folder at the start.
+    provided: BTreeSet<PathBuf>,
 }
 
 impl Workplace {
-    /// Hands out the blind side of a set.
+    /// Copies the blind side of a set to a fresh folder.
     pub(super) fn new(set: &BlindSet) -> Result<Self, ExperimentError> {
         let root = Unfinished::begin(fresh_folder()?);
         let folder = root.path().join("blind");
-        let mut this = Self { root, folder, handed: BTreeSet::new() };
+        let mut this = Self { root, folder, provided: BTreeSet::new() };
         set.hand_out(&this.folder)?;
-        this.handed = files_below(this.root.path()).into_iter().map(|(path, _)| path).collect();
+        this.provided = files_below(this.root.path()).into_iter().map(|(path, _)| path).collect();
         Ok(this)
     }
 
-    /// The folder around the blind side, which is removed as a whole.
+    /// The folder that contains the blind side and is removed as a whole.
     pub(super) fn root(&self) -> &Path {
         self.root.path()
     }
 
-    /// What is there that was not handed out.
+    /// The files that the program left.
     pub(super) fn left_behind(&self, seed: u64) -> LeftBehind {
         let mut left = LeftBehind::default();
         for (path, bytes) in files_below(self.root.path()) {
-            if self.handed.contains(&path) {
+            if self.provided.contains(&path) {
                 continue;
             }
             left.files += 1;
@@ -102,7 +102,7 @@ impl Workplace {
     }
 }
 
-/// A folder that was not there before and that other users cannot enter.
+/// A new folder that other users cannot enter.
 fn fresh_folder() -> Result<PathBuf, ExperimentError> {
     static MADE: AtomicU32 = AtomicU32::new(0);
     let temporary = std::env::temp_dir();
@@ -132,16 +132,16 @@ fn private_folder() -> fs::DirBuilder {
     fs::DirBuilder::new()
 }
 
-/// All that is below a folder but folders, in the order of the paths, with sizes; links are not followed.
+/// The files below a folder, sorted by path, with their sizes; links are not followed.
 fn files_below(root: &Path) -> Vec<(PathBuf, u64)> {
     let (mut found, mut folders) = (Vec::new(), vec![(root.to_owned(), 0)]);
     while let Some((folder, depth)) = folders.pop() {
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
             let Ok(about) = entry.metadata() else { continue };
-            match about.is_dir() {
-                true if depth < DEPTH => folders.push((entry.path(), depth + 1)),
-                true => {}
-                false => found.push((entry.path(), about.len())),
+            if !about.is_dir() {
+                found.push((entry.path(), about.len()));
+            } else if depth < DEPTH {
+                folders.push((entry.path(), depth + 1));
             }
             if found.len() >= COUNTED {
                 return found;
@@ -157,13 +157,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_is_told_by_name_and_size_and_never_by_what_it_says() {
+    fn left_files_are_listed_by_name_and_size_without_their_content() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("blind");
         fs::create_dir_all(folder.join("deep")).unwrap();
         fs::write(folder.join("cameras.json"), "{}").unwrap();
-        let handed = files_below(root.path()).into_iter().map(|(path, _)| path).collect();
-        let place = Workplace { root: Unfinished::begin(root.path()), folder: folder.clone(), handed };
+        let provided = files_below(root.path()).into_iter().map(|(path, _)| path).collect();
+        let place = Workplace { root: Unfinished::begin(root.path()), folder: folder.clone(), provided };
         assert!(place.left_behind(0).is_empty());
         fs::write(root.path().join("run.json"), "forged").unwrap();
         fs::write(folder.join("deep/notes\n.txt"), "12345").unwrap();

@@ -287,9 +287,12 @@ impl FileAdvice<'_> {
                     None => (format!("{subject} units of {metres} m"), None),
                 }
             }
+            MisreadingKind::Sides if read_as.swapped_sides => {
+                ("left and right are exchanged by --swap-sides: leave it out".to_owned(), None)
+            }
             MisreadingKind::Sides => {
-                let option = if read_as.swapped_sides { "no --swap-sides" } else { "--swap-sides" };
-                ("left and right are exchanged, unless the body faces backwards".to_owned(), Some(option.to_owned()))
+                let text = "left and right are exchanged, unless the body faces backwards";
+                (text.to_owned(), Some("--swap-sides".to_owned()))
             }
             MisreadingKind::Shift => {
                 let shift = read_as.shift_frames.unwrap_or(0) + correction.shift;

@@ -29,7 +29,8 @@ pub(crate) fn playbacks(
 /// Observed masks of a frame, and the masks of the estimate if there is one.
 pub(crate) type SeenMasks = (Vec<Mask>, Option<Vec<Mask>>);
 
-/// The resolution and stride at which `frames` frames of `cameras` cameras are kept, by the size of some sampled frames.
+/// The resolution and stride at which `frames` frames of `cameras` cameras are kept, by the size of some sampled
+/// frames.
 pub(crate) fn plan_of(
     frames: usize,
     cameras: usize,

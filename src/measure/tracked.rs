@@ -73,7 +73,8 @@ pub struct TrackRecord {
 }
 
 impl Tracked {
-    /// Estimates of every seed, without a record; `bodies` has one body per seed, or is empty if all use the set's body.
+    /// Estimates of every seed, without a record; `bodies` has one body per seed, or is empty if all use the set's
+    /// body.
     pub(crate) fn new(set: &BlindSet, seeds: &[u64], bodies: Vec<Humanoid>, estimates: Vec<Vec<Estimate>>) -> Self {
         let mut sequences = Vec::new();
         let mut search = Vec::new();
@@ -192,7 +193,7 @@ impl Tracked {
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
         let program: ExternalRecord =
             json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
-        Ok(Self { program: Some(program.harmless()), ..Self::from_others(&folder.join(POSES_FILE), body)? })
+        Ok(Self { program: Some(program.sanitised()), ..Self::from_others(&folder.join(POSES_FILE), body)? })
     }
 
     /// Reads only a `poses.npz` of any program, for the tracker's body.

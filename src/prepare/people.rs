@@ -1,7 +1,5 @@
 //! `[actor] shape` and `mismatch = "population"`: bodies of other people.
 
-use std::collections::BTreeMap;
-
 use super::mismatch_seed::mismatch_seed;
 use crate::body::{BodyShape, Humanoid, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::common::{ExperimentError, scenario_error};

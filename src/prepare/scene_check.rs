@@ -22,7 +22,8 @@ const FEWEST_CHECKED_FRAMES: usize = 3;
 /// Greatest distance of any part of a body from its root, metres: cameras farther away are outside it.
 const BODY_REACH: f64 = 3.0;
 
-/// Penetration of a prop up to this depth is not reported, because feet stand on plates and hands lie on tables; metres.
+/// Penetration of a prop up to this depth is not reported, because feet stand on plates and hands lie on tables;
+/// metres.
 const TOLERATED_PROP_DEPTH: f64 = 0.02;
 
 /// The path of the actor's root over the ground, metres.

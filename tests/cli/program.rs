@@ -142,7 +142,7 @@ fn a_program_that_never_works_is_an_error_and_floods_take_no_memory() {
     for (command, part) in [
         ("no-such-program", "ended before it was ready"),
         ("echo hello", "print messages to standard error"),
-        ("yes", "expected one JSON object a line"),
+        ("yes", "expected one JSON object per line"),
         ("cat /dev/zero", "more than 1 MiB"),
         ("sleep 60", "was not ready within 300ms"),
         ("echo '{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}'", "skiagraph.tracker/9"),

@@ -123,8 +123,8 @@ fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result
     tracked_from(with_seed_axis(&file, npz)?, None, path, set, declared, read_as, Vec::new())
 }
 
-/// The estimates of an archive with the file's names, units, axes and frames. `points` is the preferred kind of names if
-/// it is a file of points.
+/// The estimates of an archive with the file's names, units, axes and frames. `points` is the preferred kind of names
+/// if it is a file of points.
 fn tracked_from(
     npz: Npz,
     points: Option<NameKind>,

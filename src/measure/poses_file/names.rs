@@ -157,8 +157,8 @@ fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(Name
     }
 }
 
-/// Removes unmapped columns whose marker another column gives too: a mapped column, or in files of bones a joint. A bone
-/// may merely have the name of a marker, such as `thorax`.
+/// Removes unmapped columns whose marker another column gives too: a mapped column, or in files of bones a joint. A
+/// bone may merely have the name of a marker, such as `thorax`.
 fn leave_out_collisions(columns: &mut Vec<NamedColumn>, body: &Humanoid, first: NameKind) {
     let markers_of = |column: &NamedColumn| -> Vec<usize> {
         match column.kind {

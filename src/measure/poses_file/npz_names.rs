@@ -25,8 +25,8 @@ const KINDS: [(&str, &str, NameKind); 2] = [
 ];
 const COVARIANCE: &str = "estimate_covariance";
 
-/// Renames columns by the joint map or a keypoint layout. A file that has only names of this program is not changed, nor
-/// is one with unknown names, which the reader reports. In a file of points (`points` is the preferred kind of its
+/// Renames columns by the joint map or a keypoint layout. A file that has only names of this program is not changed,
+/// nor is one with unknown names, which the reader reports. In a file of points (`points` is the preferred kind of its
 /// names), unknown names are left out.
 ///
 /// # Errors

@@ -10,8 +10,8 @@ const FAR: f64 = 0.5;
 /// A first estimate turned by less than this is right.
 const NEAR: f64 = 0.2;
 
-/// A note if the roots of frame 0 in all seeds are far from the start pose when read as w x y z, and near it when read as
-/// x y z w. `None` otherwise, and without roots.
+/// A note if the roots of frame 0 in all seeds are far from the start pose when read as w x y z, and near it when read
+/// as x y z w. `None` otherwise, and without roots.
 ///
 /// The order changes neither the length of the quaternions nor their continuity, so only the start pose, which every
 /// tracker is given, can show it.

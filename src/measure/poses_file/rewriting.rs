@@ -41,8 +41,8 @@ impl SetFromFile {
     }
 }
 
-/// An archive, whose arrays have the axis of seeds, with all numbers in this program's conventions. `frames` is the number
-/// of frames of the set.
+/// An archive, whose arrays have the axis of seeds, with all numbers in this program's conventions. `frames` is the
+/// number of frames of the set.
 ///
 /// # Errors
 /// A message if these arrays cannot be converted.
@@ -130,7 +130,7 @@ fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Resul
 }
 
 /// The name of the same part on the other side, if it is among the `known` names, else the name itself.
-pub(in crate::measure) fn other_side(name: &str, known: &[&str]) -> String {
+pub(crate) fn other_side(name: &str, known: &[&str]) -> String {
     let exchanged = |one: &str, other: &str| name.contains(one).then(|| name.replacen(one, other, 1));
     let at_ends = |one: char, other: char| {
         let first = name.strip_prefix(one).map(|rest| format!("{other}{rest}"));
@@ -145,7 +145,8 @@ pub(in crate::measure) fn other_side(name: &str, known: &[&str]) -> String {
     found.unwrap_or_else(|| name.to_owned())
 }
 
-/// Moves frame f to frame f + shift. The result has as many frames as the set; frames without a source have no estimate.
+/// Moves frame f to frame f + shift. The result has as many frames as the set; frames without a source have no
+/// estimate.
 fn shifted(npz: &Npz, file: &str, shift: i64, frames: usize) -> Result<Npz, String> {
     if shift.unsigned_abs() as usize > MOST_FRAMES || frames > MOST_FRAMES {
         return Err(format!("--shift: expected at most {MOST_FRAMES} frames either way"));
