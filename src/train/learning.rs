@@ -1,4 +1,4 @@
-//! Learns or reads the motion models of trackers, each once.
+//! Learns or reads the motion models of trackers, each only once.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,39 +14,39 @@ use crate::motion_model::gpdm::{GpdmError, Round};
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
 use crate::scenario::{LearnedMotion, ScenarioFile, TrackerSettings};
 
-/// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
+/// A start pose farther than this from every training pose is noted: rad^2 per joint, which is half a radian per joint.
 const FAR_START: f64 = 0.25;
 
-/// The motion models that trackers have asked for so far: seeds and methods that ask for the same one share it.
+/// The motion models that trackers have used so far. Seeds and methods share equal models.
 #[derive(Clone, Debug, Default)]
 pub struct Models {
-    /// Folder that the paths of model files are relative to; empty for the working directory.
+    /// Base folder of the paths of model files; empty for the working directory.
     folder: PathBuf,
-    /// Where model files may lie; `None` where the user named them.
+    /// Folders in which model files may be; `None` if the user named the files.
     allowed: Option<AllowedFolders>,
-    /// The test's recordings, where they are known: no model may have been learned from them.
+    /// The test's recordings, if known: no model may be learned from them.
     test: Vec<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
-    /// Where processes share what they learned; `None` where nobody else learns the same.
+    /// The folder in which processes share learned models, if they do.
     store: Option<ModelStore>,
     read: Vec<ReadModel>,
-    /// Whether the user was told that the start is far from the training.
-    told_far_start: bool,
+    /// Whether the note about a start pose far from the training was given.
+    has_noted_far_start: bool,
 }
 
-/// A model that came from a file.
+/// A model read from a file.
 #[derive(Clone, Debug)]
 struct ReadModel {
     path: PathBuf,
     facts: ModelFacts,
-    /// What it learned from.
+    /// The recordings that it was learned from.
     sources: Vec<SourceRecording>,
     graph: Arc<GpdmGraph>,
 }
 
 impl Models {
-    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from
-    /// `test`, the recordings of the truth.
+    /// Models for the trackers of a scenario; paths are relative to the scenario's folder. Models learned from `test`,
+    /// the recordings of the truth, are refused.
     pub fn new(file: &ScenarioFile, test: &[SourceRecording]) -> Self {
         Self {
             folder: file.folder.clone(),
@@ -56,21 +56,21 @@ impl Models {
         }
     }
 
-    /// The same, which learn what is not in this folder yet and leave it there for other processes.
+    /// The same models, shared with other processes in this folder.
     pub(crate) fn sharing(self, folder: PathBuf) -> Self {
         Self { store: Some(ModelStore::new(folder)), ..self }
     }
 
-    /// What the model of this file, once it was asked for, learned from.
+    /// The recordings that the model of this file was learned from; empty if it was not read yet.
     pub(crate) fn sources_of(&self, name: &str) -> &[SourceRecording] {
         let path = self.folder.join(name);
         self.read.iter().find(|model| model.path == path).map_or(&[], |model| &model.sources)
     }
 
-    /// The model of these settings, learned if it is not there yet.
+    /// The model of these settings, learned on first use.
     ///
     /// # Errors
-    /// [`ExperimentError`] where the training is the test's own motion, or nothing can be learned from it.
+    /// [`ExperimentError`] if the set has no training motion, or nothing can be learned from it.
     pub fn learn(
         &mut self,
         settings: &GraphSettings,
@@ -96,7 +96,7 @@ impl Models {
         Ok(graph)
     }
 
-    /// The model of a file, for this kind, body and rate.
+    /// The model of a file, checked for this kind, body and frame rate.
     fn of_file(
         &mut self,
         name: &str,
@@ -139,26 +139,24 @@ impl Models {
         if facts.settings.kind() != kind {
             let (found, wanted) = (facts.settings.kind().name(), kind.name());
             return unfit(format!(
-                "is a {found} model, and this tracker needs a {wanted} model; train one with --model \
-                {wanted}"
+                "expected a {wanted} model, which this tracker needs, found a {found} model; train one with --model {wanted}"
             ));
         }
-        let of_test = |from: &SourceRecording| self.test.iter().find_map(|test| from.shared_frames(test));
-        if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
-        {
+        let shared = |from: &SourceRecording| self.test.iter().find_map(|test| from.shared_frames(test));
+        if let Some((from, (first, last))) = sources.iter().find_map(|from| shared(from).map(|frames| (from, frames))) {
             return unfit(format!(
-                "learned from frames {first} to {last} (of the file, from 1) of `{}`, which are also frames of the scenario's [motion]; learn \
-                from frames that are not in the test",
+                "learned from frames {first} to {last} (of the file, from 1) of `{}`, which are also frames of the \
+                scenario's [motion]; learn from frames that are not in the test",
                 from.clip
             ));
         }
         Ok(graph.clone())
     }
 
-    /// Reads the model file that a tracker names, if it names one, and sees whether it fits.
+    /// Reads and checks the model file of a tracker, if it has one.
     ///
     /// # Errors
-    /// As where the tracker is built: [`ExperimentError`] that names the file.
+    /// [`ExperimentError`] that names the file, as when the tracker is built.
     pub(crate) fn check_file(
         &mut self,
         tracker: &TrackerSettings,
@@ -174,12 +172,12 @@ impl Models {
         }
     }
 
-    /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away
-    /// where the settings want that; nothing else is taken of it.
+    /// The latent motion model of a tracker. If the settings give it the true roots, these are taken from `truth`,
+    /// which has one pose of the tracker's body per frame; nothing else of it is used.
     ///
     /// # Errors
-    /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be
-    /// given away.
+    /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] if true roots are
+    /// needed and there is no truth.
     pub(crate) fn latent(
         &mut self,
         settings: &LearnedMotion<'_>,
@@ -193,7 +191,7 @@ impl Models {
             None => self.learn(learning, body, &set.start.training, progress)?,
         };
         let model = LatentModel::new(body.clone(), graph, settings.latent)?;
-        self.tell_far_start(model.start_distance(&set.start.pose), progress);
+        self.note_far_start(model.start_distance(&set.start.pose), progress);
         if !settings.is_given_roots {
             return Ok(model);
         }
@@ -201,10 +199,10 @@ impl Models {
         Ok(model.with_given_roots(truth.poses.iter().map(|pose| pose.world_from_root).collect()))
     }
 
-    /// Says once that particles start from the nearest training poses because the start pose is far from all of them.
-    fn tell_far_start(&mut self, distance: f64, progress: &dyn Progress) {
-        if distance > FAR_START && !self.told_far_start {
-            self.told_far_start = true;
+    /// Notes once that particles start at the nearest training pose if the start pose is far from all training poses.
+    fn note_far_start(&mut self, distance: f64, progress: &dyn Progress) {
+        if distance > FAR_START && !self.has_noted_far_start {
+            self.has_noted_far_start = true;
             let degrees = distance.sqrt().to_degrees();
             progress.note(&format!(
                 "the start pose is {degrees:.0} degrees per joint away from the nearest training pose, and particles \
@@ -214,11 +212,11 @@ impl Models {
     }
 }
 
-/// Why learning stopped early.
+/// Why learning stopped.
 pub(crate) enum Stopped {
-    /// Nothing can be learned, or the observer stopped the work.
+    /// Learning failed or was interrupted.
     Learning(GraphError),
-    /// What is learned cannot be kept.
+    /// The learned part cannot be saved.
     Keeping(ExperimentError),
 }
 
@@ -232,7 +230,7 @@ impl From<Stopped> for ExperimentError {
     }
 }
 
-/// Learns every segment that is left; `keep` hears of the graph after each.
+/// Learns all remaining segments; `keep` is called with the graph after each.
 pub(crate) fn grow_all(
     learner: &mut GraphLearner<'_>,
     progress: &dyn Progress,
@@ -276,14 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn a_start_far_from_the_training_is_told_once() {
+    fn a_start_far_from_the_training_is_noted_once() {
         let (mut models, listener) = (Models::default(), Listener::default());
-        models.tell_far_start(0.01, &listener);
+        models.note_far_start(0.01, &listener);
         assert!(listener.0.lock().unwrap().is_empty());
-        models.tell_far_start(1.0, &listener);
-        models.tell_far_start(1.0, &listener);
-        let told = listener.0.into_inner().unwrap();
-        assert_eq!(told.len(), 1);
-        assert!(told[0].contains("57 degrees"), "{told:?}");
+        models.note_far_start(1.0, &listener);
+        models.note_far_start(1.0, &listener);
+        let notes = listener.0.into_inner().unwrap();
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].contains("57 degrees"), "{notes:?}");
     }
 }

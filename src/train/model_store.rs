@@ -1,7 +1,8 @@
-//! Learned motion models in a folder that processes share: every distinct one is learned once, by whoever asks first.
+//! Learned motion models in a folder that processes share: every distinct model is learned once, by the first process
+//! that needs it.
 //!
-//! A model is known by a hash of all that it depends on: the settings, the body, the poses, and the program's version.
-//! What is used is always what the file holds, also by the process that wrote it.
+//! A model is identified by a hash of everything that it depends on: the settings, the body, the poses, and the
+//! program's version. All processes use the model as read from the file, also the one that wrote it.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,28 +15,27 @@ use crate::common::{ExperimentError, Progress, to_json};
 use crate::input::hex_sha256;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 
-/// Hexadecimal digits of a hash that name a file.
+/// Hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 16;
-/// How often it is looked whether another process has learned a model.
-const PATIENCE: Duration = Duration::from_millis(200);
+/// Interval at which a model that another process learns is checked for.
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// The folder.
+/// A folder of shared models.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelStore {
     folder: PathBuf,
 }
 
 impl ModelStore {
-    /// Models in this folder, which need not be there yet.
+    /// Models in this folder, which need not exist yet.
     pub(crate) fn new(folder: PathBuf) -> Self {
         Self { folder }
     }
 
-    /// The model of these settings: read, or learned with `learn` and written. While another process learns it, this
-    /// one waits.
+    /// The model of these settings: read, or learned with `learn` and written. Waits while another process learns it.
     ///
     /// # Errors
-    /// Those of `learn`; [`ExperimentError`] where the file cannot be read or written, or holds another model.
+    /// The errors of `learn`; [`ExperimentError`] if the file cannot be read or written, or has another model.
     pub(crate) fn get(
         &self,
         settings: &GraphSettings,
@@ -54,8 +54,8 @@ impl ModelStore {
                 return Err(ExperimentError::Interrupted);
             }
             match Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::File) {
-                // another process learns it
-                Err(ArtefactError::Busy { .. }) => std::thread::sleep(PATIENCE),
+                // another process is learning it
+                Err(ArtefactError::Busy { .. }) => std::thread::sleep(POLL_INTERVAL),
                 Err(error) => return Err(error.into()),
                 // another process has just written it
                 Ok(_) if path.exists() => {}
@@ -94,6 +94,6 @@ fn read(path: &Path, facts: &ModelFacts) -> Result<GpdmGraph, ExperimentError> {
     if model.facts == *facts {
         return Ok(model.graph);
     }
-    let detail = "is not the model that its name says; remove it, and it is learned again".to_owned();
+    let detail = "does not have the model of its name; remove the file, and the model is learned again".to_owned();
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

@@ -1,7 +1,7 @@
-//! `skiagraph train`: from recordings to a model file.
+//! `skiagraph train`: learns a model file from recordings.
 //!
-//! Every finished segment is kept in `MODEL.partial` beside the model, itself a model file that says that it is not
-//! whole. The same training takes it up again; a training of anything else does not.
+//! Finished segments are saved in `MODEL.partial` beside the model, a model file that is marked as incomplete. The same
+//! training resumes from it; another training refuses it.
 
 use std::path::{Path, PathBuf};
 
@@ -21,46 +21,46 @@ use crate::prepare::{PreparedScene, clip_file};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::scenario::{MotionSettings, ScenarioFile, SolidsSource};
 
-/// What a model is learned from.
+/// The input of a training.
 #[derive(Clone, Debug)]
 pub struct TrainingInput {
     /// The body that moves.
     pub body: Humanoid,
     /// Its motions, all at one rate.
     pub motions: Vec<Motion>,
-    /// Where each came from.
+    /// The origin of each motion.
     pub learned_from: Vec<LearnedFrom>,
-    /// What its frames are known by in any other file.
+    /// Fingerprints that identify the motions' frames in any other file.
     pub fingerprints: Vec<Option<MotionFingerprint>>,
-    /// What a user should know of the recordings.
+    /// Notes about the recordings.
     pub notes: Vec<String>,
     /// The files that were read.
     pub files: Vec<PathBuf>,
 }
 
-/// Which part of the recordings, at which rate, on which robot.
+/// The part of the recordings, the frame rate and the robot of a training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipOptions {
-    /// A robot that ships, or the path of a URDF file.
+    /// The name of a built-in robot, or the path of a URDF file.
     pub robot: PathBuf,
-    /// Frames a second to learn at.
+    /// Frames per second to learn at.
     pub frames_per_second: f64,
-    /// First frame of every recording that is used, as its file counts, from 1.
+    /// First frame used of every recording, numbered as in its file, from 1.
     pub first_frame: Option<usize>,
-    /// Last frame of every recording that is used, inclusive.
+    /// Last frame used of every recording, inclusive.
     pub last_frame: Option<usize>,
-    /// Length of the files' unit, metres; `None` for what the format says or a guess.
+    /// Length of the files' unit, metres; `None` for the format's unit or a guess.
     pub metres_per_unit: Option<f64>,
-    /// Whether the robot may name meshes anywhere, not only below its own folder or project.
+    /// Whether the robot's meshes may be anywhere, not only below its own folder or project.
     pub allow_outside: bool,
 }
 
-/// A model that was learned.
+/// A learned model.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The model, as it was written.
+    /// The written model.
     pub model: LearnedModel,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -68,8 +68,7 @@ impl TrainingInput {
     /// The `[training]` of a scenario, on the tracker's body.
     ///
     /// # Errors
-    /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is
-    /// refused.
+    /// [`ExperimentError`] that names the file, line or key; also if the scenario has no `[training]`.
     pub fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
@@ -83,7 +82,7 @@ impl TrainingInput {
         Ok(Self { body: scene.start.body, motions, learned_from, fingerprints, notes: scene.notes, files })
     }
 
-    /// Recordings, each retargeted to the robot at its subject's size.
+    /// Recordings, each retargeted to the robot in its subject's size.
     ///
     /// # Errors
     /// [`ExperimentError`] that names the recording or the robot.
@@ -92,7 +91,7 @@ impl TrainingInput {
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        // the user names the clips
+        // the user named the clips, so they may be anywhere
         let mut allowed = AllowedFolders::default();
         allowed.allow_anywhere();
         let strict = AllowedFolders::default();
@@ -117,22 +116,22 @@ impl TrainingInput {
                 ..MotionSettings::from_clip(&clip.display().to_string())
             };
             let scenario_error_at = |key: &'static str, message: String| match key {
-                "clip" => in_arguments(key, message),
-                _ => in_arguments(key, format!("{}: {message}", settings.clip)),
+                "clip" => argument_error(key, message),
+                _ => argument_error(key, format!("{}: {message}", settings.clip)),
             };
             let clip_file::UsedRecording { clip: recording, source, .. } =
                 clip_file::read_part(places, clip, &settings, &scenario_error_at)?;
-            let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
+            let retargeted = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
                 _ => ExperimentError::from(e).about(clip),
             })?;
-            input.learned_from.push(LearnedFrom::new(&source, &performed.motion));
+            input.learned_from.push(LearnedFrom::new(&source, &retargeted.motion));
             input.fingerprints.push(source.fingerprint);
             input.files.extend(clip_file::paths_of(places, clip, &settings));
-            input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
-            input.motions.push(performed.motion);
+            input.notes.extend(retargeted.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
+            input.motions.push(retargeted.motion);
             if index == 0 {
-                input.body = performed.humanoid;
+                input.body = retargeted.humanoid;
             }
         }
         Ok(input)
@@ -143,7 +142,7 @@ impl TrainingInput {
     }
 
     /// Properties of the motions that degrade the model.
-    fn doubts(&self) -> Vec<String> {
+    fn warnings(&self) -> Vec<String> {
         let poses = || self.motions.iter().flat_map(|motion| &motion.poses);
         let Some(first) = poses().next() else { return Vec::new() };
         let still = |i: &usize| poses().all(|p| (p.joint_angles[*i] - first.joint_angles[*i]).abs() < 1e-9);
@@ -152,17 +151,17 @@ impl TrainingInput {
             .map(|i| self.body.degrees_of_freedom[i].name.as_str())
             .collect();
         let repeated = |motion: &Motion| motion.poses.windows(2).filter(|pair| pair[0] == pair[1]).count();
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         if !still.is_empty() {
-            doubts.push(format!(
+            warnings.push(format!(
                 "constant in the training motion, so the model does not move them: {}",
                 still.join(", ")
             ));
         }
         for (from, count) in self.learned_from.iter().zip(self.motions.iter().map(repeated)).filter(|(_, n)| *n > 0) {
-            doubts.push(format!("{}: {count} frames equal the previous frame; check the frame rate", from.clip));
+            warnings.push(format!("{}: {count} frames equal the previous frame; check the frame rate", from.clip));
         }
-        doubts
+        warnings
     }
 }
 
@@ -176,7 +175,7 @@ impl LearnedFrom {
         }
     }
 
-    /// A motion of which only a name is known.
+    /// The facts of a motion of which only the name is known.
     pub(crate) fn from_motion(clip: &str, motion: &Motion) -> Self {
         let numbers = motion.poses.iter().flat_map(|pose| {
             let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
@@ -194,11 +193,11 @@ impl LearnedFrom {
     }
 }
 
-/// Learns a model and writes it, whole, to `to`.
+/// Learns a model and writes it to `to` when it is complete.
 ///
 /// # Errors
-/// [`ExperimentError`] where the motions cannot be learned or the file cannot be written;
-/// [`ArtefactError::ProgressSaved`] where `watch` wanted no more.
+/// [`ExperimentError`] if the motions cannot be learned or the file cannot be written;
+/// [`ArtefactError::ProgressSaved`] after an interruption.
 pub fn train(
     input: &TrainingInput,
     settings: &GraphSettings,
@@ -213,16 +212,16 @@ pub fn train(
     let place = Artefact::begin_unless(to, ArtefactKind::File, other_model(to.path, &facts))?;
     let keeping = Artefact::begin(Destination { path: &partial, ..to }, ArtefactKind::File)?;
     let mut learner =
-        GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
+        GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| describe(input, e, to.path))?;
     let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
         facts: ModelFacts { whole, ..facts.clone() },
         body: input.body.clone(),
         graph: graph.clone(),
         fingerprints: input.fingerprints.clone(),
     };
-    let begun = if let Some(kept) = kept(&partial, &facts, to.force, progress)? {
+    let unfinished = if let Some(kept) = kept(&partial, &facts, to.force, progress)? {
         let models = kept.graph.segments.len();
-        learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
+        learner = learner.resume(kept.graph.segments).map_err(|e| describe(input, e, to.path))?;
         let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
         progress.note(&format!("resuming with {kept} saved in {}", partial.display()));
         Unfinished::resume(&partial)
@@ -233,7 +232,7 @@ pub fn train(
     };
     let keep = |graph: &GpdmGraph| {
         keeping.put(&state(graph, false).to_bytes()?)?;
-        begun.keep();
+        unfinished.keep();
         Ok(())
     };
     progress.begin(Stage::Learn, input.frames());
@@ -244,15 +243,15 @@ pub fn train(
             Stopped::Learning(GraphError::Model { source: GpdmError::Interrupted, .. }) if nothing => {
                 ExperimentError::Interrupted
             }
-            Stopped::Learning(e) => in_words(input, e, &partial),
+            Stopped::Learning(e) => describe(input, e, &partial),
             Stopped::Keeping(e) => e,
         });
     }
     let model = state(&learner.finish(), true);
     place.put(&model.to_bytes()?)?;
-    begun.discard();
+    unfinished.discard();
     let mut notes = input.notes.clone();
-    notes.extend(input.doubts());
+    notes.extend(input.warnings());
     if model.graph.candidates.is_empty() && settings.kind() == ModelKind::GpdmGraph {
         notes.push(
             "no inter-transition candidates were found: particles only pass from one model to the next of the same \
@@ -263,8 +262,8 @@ pub fn train(
     Ok(Trained { model, notes })
 }
 
-/// A complaint about a key of a clip's settings as one about the argument that gave it.
-fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
+/// The error for the command-line argument that corresponds to a key of a clip's settings.
+fn argument_error(key: &'static str, detail: String) -> ExperimentError {
     let argument = match key {
         "first_frame" => "--first-frame",
         "last_frame" => "--last-frame",
@@ -281,23 +280,24 @@ fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
     ModelFacts { whole: false, ..ModelFacts::new(&input.body, frames_per_second, learned_from, settings.clone()) }
 }
 
-/// How the model of another training that is at a place differs from one of these facts; `None` where there is none.
+/// The difference between these facts and those of the model at `path`; `None` if there is no such model or no
+/// difference.
 fn other_model(path: &Path, facts: &ModelFacts) -> Option<String> {
     let there = LearnedModel::from_bytes(path, &read_file(path, limits::ARRAYS).ok()?).ok()?;
     difference_of(&there.facts, facts)
 }
 
-/// The first difference of two trainings, whether they are whole or not.
+/// The first difference of two trainings, complete or not.
 fn difference_of(there: &ModelFacts, here: &ModelFacts) -> Option<String> {
     let tree = |facts: &ModelFacts| serde_json::to_value(ModelFacts { whole: true, ..facts.clone() }).ok();
     difference(&tree(there)?, &tree(here)?)
 }
 
-/// The state of an interrupted training of the same motions with the same settings; `None` where there is none, or it
-/// is damaged.
+/// The state of an interrupted training of the same motions with the same settings; `None` if there is none or it is
+/// damaged.
 ///
 /// # Errors
-/// [`ArtefactError::OtherUnfinished`] where it is another training's, unless `force` is given.
+/// [`ArtefactError::OtherUnfinished`] if the state is of another training, unless `force` is given.
 fn kept(
     partial: &Path,
     facts: &ModelFacts,
@@ -320,8 +320,8 @@ fn kept(
     }
 }
 
-/// The same error with the recording's name; an interruption with what is kept.
-fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> ExperimentError {
+/// The same error with the recording's name; for an interruption, the error with the saved progress.
+fn describe(input: &TrainingInput, error: GraphError, partial: &Path) -> ExperimentError {
     let of = |motion: usize| PathBuf::from(input.learned_from.get(motion).map_or("training", |from| &from.clip));
     match error {
         GraphError::Model { source: GpdmError::Interrupted, .. } => {
@@ -330,7 +330,7 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
         GraphError::Model { range, source } => ExperimentError::Malformed {
             path: of(range.motion),
             detail: format!(
-                "frames {} to {} (from 1, at the rate of the training) of the training motion: {source}",
+                "frames {} to {} (from 1, at the training's frame rate) of the training motion: {source}",
                 range.first + 1,
                 range.end
             ),
@@ -338,7 +338,7 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
         GraphError::ShorterThanClip { motion, frames, clip } => ExperimentError::Malformed {
             path: of(motion),
             detail: format!(
-                "{frames} frames, fewer than the {clip} that are needed at least: give a longer recording or a smaller --clip-length"
+                "expected at least {clip} frames, found {frames}; use a longer recording or a smaller --clip-length"
             ),
         },
         other => ExperimentError::from(other).about(of(0)),

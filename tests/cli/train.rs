@@ -66,7 +66,7 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
         (&["embedded:walk", "--out", "x.model", "--threshold", "0"], "--threshold: expected rad^2 above zero"),
         (
             &["embedded:walk", "--out", "x.model", "--first-frame", "5", "--last-frame", "12"],
-            "fewer than the 30 that are needed",
+            "expected at least 30 frames",
         ),
         (&["embedded:wolk", "--out", "x.model"], "did you mean `embedded:walk`"),
         (&["nothing.bvh", "--out", "x.model"], "error: CLIP: `nothing.bvh` is not in"),

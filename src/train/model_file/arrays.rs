@@ -1,4 +1,4 @@
-//! The graph of a model file's arrays.
+//! Reads the graph from a model file's arrays.
 
 use super::ModelFacts;
 use crate::body::Humanoid;
@@ -7,10 +7,10 @@ use crate::motion_model::gpdm_graph::{Candidate, GpdmGraph, GraphSegment, Segmen
 use crate::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit_quaternion};
 use crate::npz::{Array, Npz, NpzError, Values};
 
-/// Largest sum of squared lengths of all models: that many numbers stand in their kernel matrices, twice.
+/// Largest sum of squared lengths of all models, which have two kernel matrices of this many entries.
 const MOST_KERNEL_ENTRIES: usize = 1 << 26;
 
-/// Why arrays make no graph.
+/// Why the arrays are not a valid graph.
 pub(super) enum ArraysError {
     Npz(NpzError),
     Parts(PartsError),
@@ -109,7 +109,7 @@ impl<'a> Arrays<'a> {
 
     /// The rows of an array of whole numbers.
     fn indices(&self, name: &str, columns: usize) -> Result<Vec<usize>, ArraysError> {
-        let expected = || self.wrong(&format!("{name}: expected rows of {columns} whole numbers from 0 on"));
+        let expected = || self.wrong(&format!("{name}: expected rows of {columns} whole numbers from 0"));
         match self.npz.get(name) {
             Some(Array { shape, values: Values::I64(values) }) if shape.len() == 2 && shape[1] == columns => {
                 let indices = values.iter().map(|v| usize::try_from(*v)).collect::<Result<_, _>>();

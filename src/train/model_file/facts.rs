@@ -1,4 +1,4 @@
-//! What a model was learned from and how.
+//! The facts of a model: its robot, training motions and settings.
 
 use std::path::Path;
 
@@ -10,31 +10,31 @@ use crate::common::ExperimentError;
 use crate::input::hex_sha256;
 use crate::motion_model::gpdm_graph::GraphSettings;
 
-/// What a model was learned from and how.
+/// The facts of a model: its robot, training motions and settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelFacts {
     /// `skiagraph.model/1`.
     pub schema: String,
     /// The program that learned it, and its version.
     pub program: String,
-    /// Whether all of the motion is learned; the state of an interrupted training is not whole.
+    /// Whether all of the motion is learned; false for the state of an interrupted training.
     pub whole: bool,
     /// The robot that it moves.
     pub robot: RobotFacts,
-    /// Frames a second of the training motions.
+    /// Frames per second of the training motions.
     pub frames_per_second: f64,
     /// The training motions, in the order of the segments' indices.
     pub learned_from: Vec<LearnedFrom>,
-    /// How it was learned.
+    /// The settings of the training.
     pub settings: GraphSettings,
 }
 
-/// Which robot.
+/// The robot of a model.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotFacts {
     /// Its name.
     pub name: String,
-    /// SHA-256 of its joints (tree, axes, limits), whatever the size of its links.
+    /// SHA-256 of its joints (tree, axes, limits), which does not depend on the size of its links.
     pub joints_sha256: String,
 }
 
@@ -43,9 +43,9 @@ pub struct RobotFacts {
 pub struct LearnedFrom {
     /// The recording's name.
     pub clip: String,
-    /// SHA-256 of its file, where it is one file.
+    /// SHA-256 of its file, if it is a single file.
     pub sha256: Option<String>,
-    /// First frame used, as the file counts, from 1; `None` for the recording's first.
+    /// First frame used, numbered as in the file, from 1; `None` for the recording's first.
     pub first_frame: Option<usize>,
     /// Last frame used; `None` for the recording's last.
     pub last_frame: Option<usize>,
@@ -56,7 +56,7 @@ pub struct LearnedFrom {
 }
 
 impl RobotFacts {
-    /// Of a body.
+    /// The facts of a body.
     pub fn from_body(body: &Humanoid) -> Self {
         let mut text = String::new();
         let numbers = |values: &[f64]| values.iter().map(|x| format!(" {:.9}", x + 0.0)).collect::<String>();
@@ -81,7 +81,7 @@ impl RobotFacts {
 }
 
 impl ModelFacts {
-    /// Of a whole model that this program learned.
+    /// The facts of a complete model of this program.
     pub fn new(
         body: &Humanoid,
         frames_per_second: f64,
@@ -104,10 +104,10 @@ impl ModelFacts {
         self.settings.kind().name()
     }
 
-    /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
+    /// Checks that the model was learned for this robot, of any size, and this rate. `path` is its file.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] that says what differs and what to do.
+    /// [`ExperimentError::Malformed`] with the difference and what to do.
     pub fn check_fits(&self, path: &Path, body: &Humanoid, frames_per_second: f64) -> Result<(), ExperimentError> {
         let (known, found) = (&self.robot, RobotFacts::from_body(body));
         if known.joints_sha256 != found.joints_sha256 {

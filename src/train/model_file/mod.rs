@@ -1,19 +1,19 @@
-//! A learned motion model as a file (`skiagraph.model/1`): NumPy's `.npz`, with every matrix as an array.
+//! The file of a learned motion model (`skiagraph.model/1`): an `.npz` with every matrix as an array.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `facts` | bytes | JSON: what the model was learned from and how ([`ModelFacts`]) |
-//! | `body` | bytes | JSON: the body that it moves, as a set's `body.json` |
+//! | `facts` | bytes | JSON: robot, training motions and settings ([`ModelFacts`]) |
+//! | `body` | bytes | JSON: its body, as a set's `body.json` |
 //! | `segments` | (S, 3) | training motion, first frame and one past the last frame of every model |
 //! | `mean`, `scales` | (S, D) | mean observation and scales W |
 //! | `map_kernel` | (S, 2) | inverse width, noise precision |
 //! | `dynamics_kernel` | (S, 4) | amplitude, inverse width, linear amplitude, noise precision |
-//! | `centred`, `latents` | (N, D), (N, d) | observations less their mean and latents, model after model |
+//! | `centred`, `latents` | (N, D), (N, d) | observations minus their mean, and latents, model after model |
 //! | `errors` | (N) | distance between recording and simulation, rad^2 (`[GPDM graph]`, Eq. 9) |
 //! | `rotations` | (N, J, 4) | joint rotations of the training frames, `w x y z` |
 //! | `candidates` | (C, 2) | model and row of every inter-transition candidate |
 //! | `chart_means`, `root_units` | (J, 4), (6) | mean rotations and units of the observation vectors |
-//! | `fingerprint`, `fingerprint_rows`, `fingerprint_version` | (F, 16), (M), () | what the frames of the M recordings are known by in any other file |
+//! | `fingerprint`, `fingerprint_rows`, `fingerprint_version` | (F, 16), (M), () | fingerprints that identify the frames of the M recordings in any other file |
 //!
 //! Every array carries a checksum. Kernel matrices are recomputed when a model is read.
 
@@ -44,21 +44,21 @@ use crate::scenario::json_tree;
 /// The format's name and version.
 pub const MODEL_SCHEMA: &str = "skiagraph.model/1";
 
-/// A learned model with all that is known of it.
+/// A learned model with its facts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedModel {
-    /// What it was learned from and how.
+    /// Its robot, training motions and settings.
     pub facts: ModelFacts,
     /// The body whose motions it learned.
     pub body: Humanoid,
     /// The model: a graph of GPDMs, or one GPDM for each whole motion.
     pub graph: GpdmGraph,
-    /// What the frames of every recording of the facts are known by; `None` of files of older versions.
+    /// Fingerprints that identify the frames of every recording of the facts; `None` in files of older versions.
     pub fingerprints: Vec<Option<MotionFingerprint>>,
 }
 
 impl LearnedModel {
-    /// Which frames of which recordings it learned from.
+    /// The recordings, and their frames, that it was learned from.
     pub fn sources(&self) -> Vec<SourceRecording> {
         let all = self.facts.learned_from.iter().zip(&self.fingerprints);
         let source = |(from, fingerprint): (&LearnedFrom, &Option<MotionFingerprint>)| SourceRecording {
@@ -71,10 +71,10 @@ impl LearnedModel {
         all.map(source).collect()
     }
 
-    /// Reads a model that is whole.
+    /// Reads a complete model.
     ///
     /// # Errors
-    /// [`ExperimentError`] that names the file where it cannot be read, is damaged, unfinished or of a newer version.
+    /// [`ExperimentError`] that names the file if it cannot be read, is damaged, incomplete or of a newer version.
     pub fn read(path: &Path) -> Result<Self, ExperimentError> {
         let model = Self::from_bytes(path, &read_file(path, limits::ARRAYS)?)?;
         if !model.facts.whole {
@@ -84,13 +84,13 @@ impl LearnedModel {
         Ok(model)
     }
 
-    /// The model of a file's bytes, whole or not. `path` is what errors call it.
+    /// The model of a file's bytes, complete or not. Errors name `path`.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] for anything but a sound model of this version.
+    /// [`ExperimentError::Malformed`] unless it is a valid model of this version.
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, ExperimentError> {
         let file = path.display().to_string();
-        let npz = Npz::from_bytes(&file, bytes).map_err(|e| no_model(path, e))?;
+        let npz = Npz::from_bytes(&file, bytes).map_err(|e| not_a_model(path, e))?;
         let facts = facts_of(path, &npz)?;
         let body = body_from_json(&file, bytes_of(path, &npz, "body")?)?;
         if RobotFacts::from_body(&body) != facts.robot {
@@ -98,20 +98,21 @@ impl LearnedModel {
         }
         let graph = Arrays { file: &file, npz: &npz }.graph(&facts, &body);
         let graph = graph.map_err(|e| match e {
-            ArraysError::Npz(e) => no_model(path, e),
+            ArraysError::Npz(e) => not_a_model(path, e),
             ArraysError::Parts(e) => malformed(path, e.to_string()),
         })?;
         if graph.segments.iter().any(|s| s.range.motion >= facts.learned_from.len()) {
             return Err(malformed(path, "segments: expected training motions that its facts list"));
         }
-        let fingerprints = read_fingerprints(&file, &npz, facts.learned_from.len()).map_err(|e| no_model(path, e))?;
+        let fingerprints =
+            read_fingerprints(&file, &npz, facts.learned_from.len()).map_err(|e| not_a_model(path, e))?;
         Ok(Self { facts, body, graph, fingerprints })
     }
 
     /// The bytes of the file.
     ///
     /// # Errors
-    /// [`ExperimentError`] for a graph whose parts do not fit together, or beyond 4 GiB.
+    /// [`ExperimentError`] if the parts of the graph do not fit together, or beyond 4 GiB.
     pub fn to_bytes(&self) -> Result<Vec<u8>, ExperimentError> {
         let file = Path::new("model");
         let graph = self.graph.clone().checked().map_err(|e| malformed(file, e.to_string()))?;
@@ -153,7 +154,7 @@ impl LearnedModel {
     }
 }
 
-/// The version that the facts of a model announce.
+/// The schema in the facts of a model.
 #[derive(Deserialize)]
 struct ModelTag {
     schema: String,
@@ -184,8 +185,8 @@ fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
     ExperimentError::Malformed { path: path.to_owned(), detail: detail.into() }
 }
 
-/// The archive is none, or is damaged.
-fn no_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
+/// The error for an archive that is not a model or is damaged.
+fn not_a_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
     match error.into() {
         SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (not a complete skiagraph model)")),
         other => other.into(),

@@ -1,10 +1,10 @@
-//! A model file keeps every bit, and nothing that is broken gets through.
+//! Model files keep every bit, and damaged files are refused.
 
 use super::*;
 use crate::body::Motion;
 use crate::motion_model::gpdm_graph::{GraphSegment, GraphSettings};
 
-/// Two short motions of a robot, learned in haste.
+/// A model of two short motions, learned in one round.
 fn model() -> LearnedModel {
     let body = Humanoid::tracker25().unwrap();
     let pose = |t: usize, phase: f64| {
@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<LearnedModel, ExperimentError> {
 }
 
 #[test]
-fn a_model_read_back_is_the_same_and_predicts_the_same_bits() {
+fn a_model_that_is_read_back_is_equal_and_predicts_the_same_bits() {
     let model = model();
     let bytes = model.to_bytes().unwrap();
     let again = read(&bytes).unwrap();
@@ -60,7 +60,7 @@ fn a_model_read_back_is_the_same_and_predicts_the_same_bits() {
 fn every_cut_is_refused_and_a_flipped_byte_is_refused_or_changes_nothing() {
     let model = model();
     let bytes = model.to_bytes().unwrap();
-    // of the long arrays every 97th place will do; of the archive's directory every one
+    // every 97th byte of the arrays, and every byte of the archive's directory
     let places: Vec<usize> = (0..bytes.len()).filter(|at| at % 97 == 0 || *at + 1500 > bytes.len()).collect();
     for at in places {
         let error = read(&bytes[..at]).unwrap_err();
@@ -75,7 +75,7 @@ fn every_cut_is_refused_and_a_flipped_byte_is_refused_or_changes_nothing() {
 }
 
 #[test]
-fn a_newer_version_and_what_is_no_model_are_told_apart() {
+fn a_newer_version_and_other_files_have_different_errors() {
     let mut newer = model();
     newer.facts.schema = "skiagraph.model/2".to_owned();
     let message = read(&newer.to_bytes().unwrap()).unwrap_err().to_string();
@@ -86,7 +86,7 @@ fn a_newer_version_and_what_is_no_model_are_told_apart() {
 }
 
 #[test]
-fn another_robot_and_another_rate_are_refused_and_another_size_is_not() {
+fn another_robot_or_rate_is_refused_and_another_size_is_accepted() {
     let model = model();
     let path = Path::new("walk.model");
     let wider = crate::body::BodyShape::random_mismatch(&model.body, 1, 0.05, 0.1);
@@ -98,7 +98,7 @@ fn another_robot_and_another_rate_are_refused_and_another_size_is_not() {
 }
 
 #[test]
-fn arrays_that_claim_more_than_can_be_are_refused_before_they_are_used() {
+fn arrays_with_impossible_sizes_are_refused_before_they_are_used() {
     let bytes = model().to_bytes().unwrap();
     let with = |name: &str, array: Array| {
         let npz = Npz::from_bytes("x", &bytes).unwrap();
