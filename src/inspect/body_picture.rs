@@ -10,25 +10,28 @@ use crate::common::ExperimentError;
 use crate::report::BodySheet;
 use crate::retarget::Retargeted;
 
-/// Where a picture goes, and whether as a page.
-pub(super) struct Place {
+/// The file of a picture or a page.
+pub(super) struct PicturePlace {
     file: Artefact,
     is_page: bool,
 }
 
-/// The place of a `.png` or `.html` file that is asked for, before anything long is done.
+/// Prepares the `.png` or `.html` file, before the work.
 ///
 /// # Errors
-/// [`ExperimentError`] for another kind of file, and where it would replace what is not ours.
-pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<Place>, ExperimentError> {
+/// [`ExperimentError`] for another kind of file, and if it would replace a file that is not output of this program.
+pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<PicturePlace>, ExperimentError> {
     let Some(to) = to else { return Ok(None) };
     let is_page = picture_kind(to.path, &["png", "html"], "a .png or .html file")? == "html";
-    Ok(Some(Place { file: place_for(to, [Some(read)])?, is_page }))
+    Ok(Some(PicturePlace { file: place_for(to, [Some(read)])?, is_page }))
 }
 
-/// Writes a sheet, if it is asked for.
-pub(super) fn put<'a>(place: Option<Place>, sheet: impl FnOnce() -> BodySheet<'a>) -> Result<(), ExperimentError> {
-    let Some(Place { file, is_page }) = place else { return Ok(()) };
+/// Writes a sheet, if a file is given.
+pub(super) fn put<'a>(
+    place: Option<PicturePlace>,
+    sheet: impl FnOnce() -> BodySheet<'a>,
+) -> Result<(), ExperimentError> {
+    let Some(PicturePlace { file, is_page }) = place else { return Ok(()) };
     let sheet = sheet();
     let bytes = if is_page { sheet.page()?.into_bytes() } else { sheet.png()? };
     Ok(file.put(&bytes)?)
@@ -54,18 +57,18 @@ pub(super) fn of_skin<'a>(summary: &SkinSummary, body: &'a Humanoid) -> BodyShee
     }
 }
 
-pub(super) fn of_clip<'a>(summary: &ClipSummary, performed: &'a Retargeted) -> BodySheet<'a> {
+pub(super) fn of_clip<'a>(summary: &ClipSummary, retargeted: &'a Retargeted) -> BodySheet<'a> {
     BodySheet {
         title: summary.name.clone(),
-        body: &performed.humanoid,
-        poses: spread(&performed.motion),
-        motion: Some(&performed.motion),
+        body: &retargeted.humanoid,
+        poses: sampled_poses(&retargeted.motion),
+        motion: Some(&retargeted.motion),
         facts: grouped(summary.heading(), summary.facts(), &summary.notes),
     }
 }
 
-/// Eight poses of a motion, evenly over its time.
-fn spread(motion: &Motion) -> Vec<(String, Pose)> {
+/// Up to eight poses of a motion, evenly spaced.
+fn sampled_poses(motion: &Motion) -> Vec<(String, Pose)> {
     let last = motion.poses.len().saturating_sub(1);
     let shown = motion.poses.len().clamp(1, 8);
     let frame = |index: usize| index * last / (shown - 1).max(1);

@@ -1,4 +1,4 @@
-//! What a recording holds.
+//! The summary of a recording.
 
 use serde::Serialize;
 
@@ -19,32 +19,32 @@ pub struct ClipSummary {
     pub name: String,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// From the first frame to the last.
+    /// Time from the first frame to the last.
     pub duration_s: f64,
-    /// Whether it is one cycle of a motion meant to repeat.
+    /// Whether it is one cycle of a cyclic motion.
     pub cyclic: bool,
-    /// Median over the frames of how high the box around all joints is.
+    /// Median over the frames of the height of the bounding box of all joints.
     pub height_m: f64,
-    /// How far the root travels along the ground, summed over the frames.
+    /// Length of the root's path over the ground, summed over the frames.
     pub path_m: f64,
     /// Joints of the skeleton with their parents, root first.
     pub joints: Vec<(String, Option<String>)>,
-    /// How it fits the robot `actor`, scaled to its subject; `None` where it cannot be retargeted, which a note says.
+    /// Fit to the robot `actor`, scaled to its subject; `None` if it cannot be retargeted, with a note.
     pub fit: Option<FitSummary>,
-    /// What was guessed (unit, up axis, rate) or mended.
+    /// Notes about guesses (unit, up axis, rate) and repairs.
     pub notes: Vec<String>,
 }
 
-/// How a retargeted recording fits.
+/// The fit of a retargeted recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FitSummary {
     /// Mean distance of the body's landmarks from the recorded ones.
     pub mean_mm: f64,
-    /// The landmark that is worst, and its mean distance.
+    /// The worst landmark and its mean distance.
     pub worst: Option<(String, f64)>,
-    /// Joint angles that reach a limit, and in how many frames.
+    /// Joint angles that reach a limit, with the number of frames.
     pub limits_hit: Vec<(String, usize)>,
 }
 
@@ -59,8 +59,8 @@ impl FitSummary {
         }
     }
 
-    /// The angles at a limit, in words.
-    pub fn limits_in_words(&self) -> String {
+    /// A list of the angles that reach a limit.
+    pub fn describe_limits(&self) -> String {
         let mut hits = self.limits_hit.clone();
         hits.sort_by_key(|(_, frames)| std::cmp::Reverse(*frames));
         let named: Vec<String> =
@@ -74,14 +74,14 @@ impl FitSummary {
 }
 
 impl ClipSummary {
-    /// A recording, and how the robot `actor` performs it, if its joints are known.
-    pub(super) fn performed(clip: &Clip) -> Result<(Self, Result<Retargeted, RetargetError>), ExperimentError> {
+    /// The summary of a recording, and its motion on the robot `actor`, if it can be retargeted.
+    pub(super) fn with_motion(clip: &Clip) -> Result<(Self, Result<Retargeted, RetargetError>), ExperimentError> {
         let still = clip.clone().without_inserted_rest_pose();
-        let performed = retarget(&still, &shipped("actor")?, &RetargetOptions::default());
-        Ok((Self::new(clip, performed.as_ref()), performed))
+        let retargeted = retarget(&still, &shipped("actor")?, &RetargetOptions::default());
+        Ok((Self::new(clip, retargeted.as_ref()), retargeted))
     }
 
-    fn new(clip: &Clip, performed: Result<&Retargeted, &RetargetError>) -> Self {
+    fn new(clip: &Clip, retargeted: Result<&Retargeted, &RetargetError>) -> Self {
         let joints = &clip.skeleton.joints;
         let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
         heights.sort_by(f64::total_cmp);
@@ -98,16 +98,16 @@ impl ClipSummary {
             height_m: heights.get(heights.len() / 2).copied().unwrap_or(0.0),
             path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
             joints: joints.iter().map(|j| (j.name.clone(), j.parent.map(|p| joints[p].name.clone()))).collect(),
-            fit: performed.ok().map(|performed| FitSummary::new(&performed.report)),
-            notes: match performed {
-                Ok(performed) => performed.report.notes.clone(),
+            fit: retargeted.ok().map(|retargeted| FitSummary::new(&retargeted.report)),
+            notes: match retargeted {
+                Ok(retargeted) => retargeted.report.notes.clone(),
                 Err(reason) => [clip.notes.clone(), vec![format!("it cannot be retargeted: {reason}")]].concat(),
             },
         }
     }
 }
 
-/// How high the box around all joints and tips is in a frame, metres.
+/// Height of the bounding box of all joints and tips in a frame, metres.
 fn height(clip: &Clip, frame: usize) -> f64 {
     let frames = clip.joint_frames(frame);
     let heights = clip.skeleton.joints.iter().zip(&frames).flat_map(|(joint, world_from_joint)| {

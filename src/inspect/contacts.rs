@@ -15,7 +15,7 @@ use crate::prepare::clip_file;
 use crate::report::{ContactChart, FootCourse};
 use crate::retarget::{RetargetOptions, retarget};
 
-/// Contact of a motion in numbers.
+/// The contacts of a motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactSummary {
     /// `skiagraph.inspect/1`.
@@ -28,7 +28,7 @@ pub struct ContactSummary {
     pub body: String,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// Mean speed of standing feet along the ground.
     pub skate_mm_per_s: f64,
@@ -42,20 +42,21 @@ pub struct ContactSummary {
     pub balance: Option<BalanceSummary>,
     /// All stances of both feet, by their first frame.
     pub stances: Vec<StanceSummary>,
-    /// Where each fault is greatest; without those that do not occur.
+    /// The greatest value of each fault that occurs.
     pub worst: Vec<WorstContact>,
-    /// What the reader and the retargeting say of the recording.
+    /// Notes of the reader and the retargeting.
     pub notes: Vec<String>,
 }
 
 /// Balance and forces over the whole motion ([`Dynamics`] has the definitions).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BalanceSummary {
-    /// Mean of how far the zero-moment point lies within the support polygon, where there are both; negative outside.
+    /// Mean distance of the zero-moment point inside the edge of the support polygon, over frames that have both;
+    /// negative outside.
     pub zmp_margin_mm: f64,
-    /// Share of those frames in which it lies outside.
+    /// Share of those frames in which it is outside.
     pub zmp_outside: f64,
-    /// Mean wrench that no forces of the ground explain, body weights.
+    /// Mean wrench that ground forces cannot explain, body weights.
     pub residual_wrench_body_weights: f64,
     /// Greatest effort of a joint, N m (N) per kilogram of the body.
     pub greatest_effort_per_kg: f64,
@@ -89,9 +90,9 @@ pub struct StanceSummary {
     pub first: usize,
     /// Last frame.
     pub last: usize,
-    /// From the first frame to the last.
+    /// Time from the first frame to the last.
     pub seconds: f64,
-    /// Length of the path of its lowest points along the ground.
+    /// Length of the path of its lowest point along the ground.
     pub slip_mm: f64,
     /// Greatest depth under the ground.
     pub deepest_mm: f64,
@@ -99,37 +100,37 @@ pub struct StanceSummary {
     pub highest_mm: f64,
 }
 
-/// The frame in which something is worst.
+/// The worst frame of one fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
-    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside)
-    /// or `residual force`.
+    /// `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (distance of the zero-moment point outside the
+    /// support polygon) or `residual force`.
     pub fault: &'static str,
-    /// Of whom: a foot, a link, two links or the whole body.
+    /// A foot, a link, two links or the whole body.
     pub part: String,
-    /// In which frame, from 0.
+    /// Frame, from 0.
     pub frame: usize,
-    /// When, seconds.
+    /// Time of the frame, seconds.
     pub time_s: f64,
-    /// How much.
+    /// The value.
     pub value: f64,
     /// `mm`, `mm/s` or `body weights`.
     pub unit: &'static str,
 }
 
 impl WorstContact {
-    /// How many decimals of its value say something.
+    /// Number of meaningful decimals of its value.
     pub fn decimals(&self) -> usize {
         if self.unit == "body weights" { 2 } else { 1 }
     }
 }
 
-/// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or
-/// `embedded:NAME`), or at how the truth of a benchmark set does (`path`: its directory); `metres_per_unit` where a
-/// recording's unit is known. `picture`, an `.svg` or `.html` file, shows it over time.
+/// Measures the ground contacts of a recording on the robot `actor` (`name`: a file or `embedded:NAME`), or of the
+/// truth of a benchmark set (`name`: its directory). `metres_per_unit` overrides a recording's unit. `picture` is an
+/// `.svg` or `.html` file for a chart over time.
 ///
 /// # Errors
-/// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
+/// [`ExperimentError`] that names the unreadable file, or a picture of another kind.
 pub fn inspect_contacts(
     name: &Path,
     metres_per_unit: Option<f64>,
@@ -141,7 +142,7 @@ pub fn inspect_contacts(
         Ok::<_, ExperimentError>((place_for(to, [Some(name)])?, kind))
     };
     let place = picture.map(place_of).transpose()?;
-    let (body, motion, notes) = moved(name, metres_per_unit)?;
+    let (body, motion, notes) = body_and_motion(name, metres_per_unit)?;
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::from_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
     let summary = ContactSummary {
@@ -156,16 +157,19 @@ pub fn inspect_contacts(
     Ok(summary)
 }
 
-/// The body that moves, its motion, and what a user should know of it.
-fn moved(name: &Path, metres_per_unit: Option<f64>) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
+/// The moving body, its motion, and notes.
+fn body_and_motion(
+    name: &Path,
+    metres_per_unit: Option<f64>,
+) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
     if name.is_dir() {
         let truth = BenchmarkSet::read(name)?.truth.ground_truth;
         let motion = truth.motion();
         return Ok((truth.actor, motion, Vec::new()));
     }
     let clip = clip_file::read_whole(name, metres_per_unit)?.without_inserted_rest_pose();
-    let performed = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
-    Ok((performed.humanoid, performed.motion, performed.report.notes))
+    let retargeted = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
+    Ok((retargeted.humanoid, retargeted.motion, retargeted.report.notes))
 }
 
 impl ContactSummary {

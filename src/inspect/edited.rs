@@ -1,4 +1,4 @@
-//! What a scenario makes of its recordings: the edited motion, how it stands, and where its takes are joined.
+//! The summary of a scenario's edited motion: its contacts, and the seams of its takes.
 
 use std::ops::Range;
 use std::path::Path;
@@ -29,42 +29,42 @@ pub struct EditedSummary {
     pub body: String,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// From the first frame to the last.
+    /// Time from the first frame to the last.
     pub duration_s: f64,
-    /// How far the root travels along the ground.
+    /// Length of the root's path over the ground.
     pub path_m: f64,
     /// The recordings, with their frames.
     pub takes: Vec<String>,
-    /// Where takes are joined.
+    /// The seams between takes.
     pub seams: Vec<SeamSummary>,
-    /// How it stands on the ground; `null` for a body without feet.
+    /// Ground contacts; `null` for a body without feet.
     pub contact: Option<EditedContact>,
     /// The fastest joint angle.
     pub fastest: Option<FastestAngle>,
     /// Mean distance of the first take's landmarks from the recorded ones.
     pub retarget_residual_mm: f64,
-    /// Joint angles that the first take brings to a limit, and in how many of its frames.
+    /// Joint angles that reach a limit in the first take, with the number of frames.
     pub limits_hit: Vec<(String, usize)>,
-    /// Guesses, repairs, edits.
+    /// Notes about guesses, repairs and edits.
     pub notes: Vec<String>,
 }
 
-/// A transition.
+/// A transition between takes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SeamSummary {
     /// First blended frame, from 0.
     pub first: usize,
     /// Last blended frame.
     pub last: usize,
-    /// The take that is left.
+    /// The take before.
     pub from: String,
-    /// The take that follows.
+    /// The take after.
     pub to: String,
     /// Distance of their poses.
     pub distance_mm: f64,
-    /// Mean speed of standing feet along the ground in the blend; `null` where none stands.
+    /// Mean speed of standing feet along the ground in the transition; `null` if none stands.
     pub slip_mm_per_s: Option<f64>,
 }
 
@@ -90,7 +90,7 @@ pub struct FastestAngle {
     pub name: String,
     /// Its speed, rad/s (m/s of a sliding joint).
     pub speed: f64,
-    /// Into which frame, from 0.
+    /// The frame at the end of the fastest step, from 0.
     pub frame: usize,
 }
 
@@ -105,10 +105,10 @@ impl FastestAngle {
     }
 }
 
-/// Looks at the motion that a scenario makes of its recordings; `picture`, a `.png` file, shows it as a strip.
+/// Summarises the edited motion of a scenario; `picture` is a `.png` file for a strip of its poses.
 ///
 /// # Errors
-/// [`ExperimentError`] for whatever `run` would refuse of its motion, bodies and cameras, or a picture of another kind.
+/// [`ExperimentError`] if `run` would refuse its motion, bodies or cameras, or for a picture of another kind.
 pub fn inspect_scenario(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -174,7 +174,7 @@ fn contact_summary(contacts: &GroundContacts) -> EditedContact {
     }
 }
 
-/// Mean speed of standing feet along the ground in some frames, mm/s; `None` where none stands.
+/// Mean speed of standing feet along the ground in some frames, mm/s; `None` if none stands.
 fn mean_slip(feet: &[ContactTrack], frames: Range<usize>) -> Option<f64> {
     let seen = feet.iter().flat_map(|foot| foot.frames.get(frames.clone()).into_iter().flatten());
     let slips: Vec<f64> = seen.filter(|f| f.in_contact).map(|f| 1000.0 * f.slip_m_per_s()).collect();

@@ -1,21 +1,21 @@
-//! What robots, recordings, skins and sets are, in words: a terminal and a page show the same.
+//! Texts about robots, recordings, skins and sets, which are the same on the terminal and on pages.
 
 use super::{ClipSummary, RobotSummary, SetSummary, SkinSummary};
 use crate::benchmark_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
 use crate::report::FactGroup;
 
-/// Names of facts with their values; a name may be there several times.
+/// Names of facts with their values; names may occur several times.
 pub type Facts = Vec<(&'static str, String)>;
 
 impl ClipSummary {
-    /// What it is, in a line.
+    /// A heading of one line.
     pub fn heading(&self) -> String {
         let Self { frames, frames_per_second, duration_s, cyclic, .. } = self;
         let cycle = if *cyclic { ", one cycle" } else { "" };
         format!("recording of {frames} frames at {frames_per_second} Hz, {duration_s:.2} s{cycle}")
     }
 
-    /// What else there is to say.
+    /// The other facts.
     pub fn facts(&self) -> Facts {
         let root = self.joints.first().map_or("", |(joint, _)| joint);
         let mut facts = vec![
@@ -26,19 +26,19 @@ impl ClipSummary {
         if let Some(fit) = &self.fit {
             let worst = fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
             let mean = format!("{:.1} mm from the recorded landmarks on average, on `actor`", fit.mean_mm);
-            facts.extend([("fit", mean + &worst), ("limits", fit.limits_in_words())]);
+            facts.extend([("fit", mean + &worst), ("limits", fit.describe_limits())]);
         }
         facts
     }
 }
 
 impl RobotSummary {
-    /// What it is, in a line.
+    /// A heading of one line.
     pub fn heading(&self) -> String {
         format!("robot {}", self.name)
     }
 
-    /// What else there is to say.
+    /// The other facts.
     pub fn facts(&self) -> Facts {
         let ([solid_links, links], [moving, joints]) = (self.links, self.joints);
         let mut facts = vec![
@@ -58,17 +58,17 @@ impl RobotSummary {
 }
 
 impl SkinSummary {
-    /// What it is, in a line.
+    /// A heading of one line.
     pub fn heading(&self) -> String {
         format!("skin {}", self.name)
     }
 
-    /// What else there is to say.
+    /// The other facts.
     pub fn facts(&self) -> Facts {
         let closed = match self.open_edges {
             0 => "closed".to_owned(),
-            1 => "1 edge that is not of two triangles".to_owned(),
-            open => format!("{open} edges that are not of two triangles"),
+            1 => "1 edge not shared by two triangles".to_owned(),
+            open => format!("{open} edges not shared by two triangles"),
         };
         let below =
             format!("{:.1} mm below those of the solids of `{}`, standing", self.soles_below_solids_mm, self.body);
@@ -80,8 +80,8 @@ impl SkinSummary {
         ];
         if let (Some(litres), Some([x, y, z])) = (self.litres, self.centre_from_links_mm) {
             let volume = format!(
-                "{litres:.1} litres; its centre lies ({x:.1}, {y:.1}, {z:.1}) mm from the centre of mass of the links \
-                 (ahead, left, up)"
+                "{litres:.1} litres; its centre is ({x:.1}, {y:.1}, {z:.1}) mm from the centre of mass of the links \
+                 (forward, left, up)"
             );
             facts.push(("volume", volume));
         }
@@ -96,14 +96,14 @@ impl SkinSummary {
 }
 
 impl SetSummary {
-    /// What it is, in a line.
+    /// A heading of one line.
     pub fn heading(&self) -> String {
         format!("benchmark set {}, {} frames at {} Hz", self.name, self.frames, self.frames_per_second)
     }
 
-    /// What else there is to say, but for its cameras.
+    /// The other facts, without its cameras.
     pub fn facts(&self) -> Facts {
-        let no_truth = || "not told: this set has no truth (render --truth)".to_owned();
+        let no_truth = || "unknown: this set has no truth (render --truth)".to_owned();
         let training = self.learned_from.join("; ");
         let mut facts = vec![
             ("motion", self.motion.clone().unwrap_or_else(no_truth)),
@@ -144,7 +144,7 @@ impl SetSummary {
     }
 }
 
-/// The facts of a page, with its notes.
+/// The facts and notes of a page, in groups.
 pub(super) fn grouped(heading: String, facts: Facts, notes: &[String]) -> Vec<FactGroup> {
     let facts = std::iter::once(("what", heading)).chain(facts).map(|(name, value)| (name.to_owned(), value)).collect();
     let notes: Vec<_> =

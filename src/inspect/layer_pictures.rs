@@ -1,12 +1,12 @@
-//! Truth images in colours that an eye can read.
+//! Truth images as coloured pictures.
 
 use crate::benchmark_set::{Layer, LayerValues};
 use crate::report::LayerPicture;
 
-/// Widest and highest picture; larger parts of an image are kept more coarsely.
+/// Greatest width and height of a picture; larger parts of an image are sampled more coarsely.
 const LARGEST: u32 = 240;
 
-/// Ranges that colours spread over, the same in all pictures of a page.
+/// Ranges of values that the colours cover, the same in all pictures of a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ColourRanges {
     /// Nearest and farthest depth, metres.
@@ -16,10 +16,10 @@ pub(super) struct ColourRanges {
 }
 
 impl ColourRanges {
-    /// Of nothing yet.
+    /// Empty ranges.
     pub(super) const NONE: Self = Self { depth: [f32::INFINITY, f32::NEG_INFINITY], flow: 0.0 };
 
-    /// Widened to hold an image.
+    /// The ranges extended by an image.
     pub(super) fn with(mut self, values: &LayerValues) -> Self {
         match values {
             LayerValues::Depth(depth) => {
@@ -36,7 +36,7 @@ impl ColourRanges {
         self
     }
 
-    /// What the colours of a layer mean.
+    /// An explanation of a layer's colours.
     pub(super) fn meaning(&self, layer: Layer) -> String {
         let [near, far] = self.depth;
         match layer {
@@ -44,13 +44,13 @@ impl ColourRanges {
                 format!("Depth along the camera's axis: {near:.2} m light, {far:.2} m dark, in the frames shown.")
             }
             Layer::Depth => "Depth along the camera's axis.".to_owned(),
-            Layer::Parts => "Parts: a colour a link of the actor.".to_owned(),
+            Layer::Parts => "Parts: one colour per link of the actor.".to_owned(),
             Layer::Normals => {
                 "Normals: red, green and blue are X, Y and Z of the world, from -1 dark to 1 light.".to_owned()
             }
             Layer::Flow => format!(
-                "Flow to the next frame: the colour tells the direction (red right, green-yellow down, cyan left), full \
-                 colour is {:.1} px.",
+                "Flow to the next frame: colours are directions (red right, green-yellow down, cyan left), full colour is \
+                 {:.1} px.",
                 self.flow
             ),
             Layer::Coverage => "Coverage: share of the pixel that sees the body, 0 dark to 1 white.".to_owned(),
@@ -59,7 +59,7 @@ impl ColourRanges {
     }
 }
 
-/// The name of a layer as scenarios spell it.
+/// The name of a layer in scenarios.
 pub(super) fn name(layer: Layer) -> String {
     match layer {
         Layer::Depth => "depth",
@@ -72,7 +72,7 @@ pub(super) fn name(layer: Layer) -> String {
     .to_owned()
 }
 
-/// The part of an image that shows anything, in colour; `None` where nothing is shown.
+/// The non-empty part of an image, in colour; `None` for an empty image.
 pub(super) fn picture(values: &LayerValues, [width, height]: [u32; 2], ranges: &ColourRanges) -> Option<LayerPicture> {
     let at = |x: u32, y: u32| colour(values, (y as usize) * (width as usize) + x as usize, ranges);
     let (mut low, mut high) = ([width, height], [0, 0]);
@@ -106,7 +106,7 @@ fn colour(values: &LayerValues, index: usize, ranges: &ColourRanges) -> Option<[
         }
         LayerValues::Parts(parts) => {
             let part = parts.get(index).copied().filter(|part| *part > 0)?;
-            // hues a golden angle apart: neighbours in the order of links differ
+            // hues a golden angle apart, so that consecutive links differ
             Some(hue(137.508 * part as f32, 0.62, if part % 2 == 0 { 0.95 } else { 0.75 }))
         }
         LayerValues::Normals(planes) => {
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_the_part_that_shows_the_body_and_near_is_lighter_than_far() {
+    fn a_picture_is_the_part_with_the_body_and_near_is_lighter_than_far() {
         let mut depth = vec![f32::INFINITY; 9 * 7];
         (depth[2 * 9 + 3], depth[4 * 9 + 6]) = (2.0, 4.0);
         let values = LayerValues::Depth(depth);
@@ -158,14 +158,14 @@ mod tests {
     }
 
     #[test]
-    fn a_large_part_is_kept_more_coarsely_and_covers_the_same_place() {
+    fn a_large_part_is_sampled_more_coarsely_and_covers_the_same_area() {
         let values = LayerValues::Coverage(vec![1.0; 1000 * 500]);
         let picture = picture(&values, [1000, 500], &ColourRanges::NONE).unwrap();
         assert_eq!((picture.size, picture.extent), ([200, 100], [1000, 500]));
     }
 
     #[test]
-    fn colours_are_those_that_the_page_explains() {
+    fn colours_match_their_explanation_on_the_page() {
         let of = |values: LayerValues, ranges: ColourRanges| colour(&values, 0, &ranges);
         let normals = LayerValues::Normals([vec![1.0], vec![0.0], vec![-1.0]]);
         assert_eq!(of(normals, ColourRanges::NONE), Some([255, 128, 0]));

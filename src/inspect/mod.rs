@@ -1,4 +1,4 @@
-//! `skiagraph inspect`: describes a file or directory of any known kind.
+//! `skiagraph inspect`: summarises a file or directory of any known kind.
 
 mod body_picture;
 mod clip;
@@ -37,7 +37,7 @@ pub use skin::{SkinSummary, is_skin_file};
 
 const INSPECT_SCHEMA: &str = "skiagraph.inspect/1";
 
-/// What was looked at.
+/// The summary of an inspected file or directory.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Inspected {
@@ -53,7 +53,7 @@ pub enum Inspected {
     Set(Box<SetSummary>),
 }
 
-/// The kinds of things that can be looked at.
+/// The kinds of files and directories that can be inspected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum InspectedKind {
     Model,
@@ -63,24 +63,24 @@ enum InspectedKind {
     Set,
 }
 
-/// What is asked for beside the path.
+/// Options of an inspection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InspectOptions<'a> {
     /// Length of a recording's unit, metres.
     pub metres_per_unit: Option<f64>,
     /// Another model of the same motions.
     pub against: Option<&'a Path>,
-    /// What is drawn of a robot.
+    /// The solids of a robot.
     pub solids: SolidsSource,
-    /// Whether robots and skins may name files outside of their folder or project.
+    /// Whether robots and skins may name files outside their folder or project.
     pub allow_outside: bool,
 }
 
-/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. Pictures are written to
-/// `page`. There are no pictures of a recording that cannot be retargeted, which a note says.
+/// Summarises `path`: a file, a set's directory, `embedded:NAME`, or the name of a built-in robot or skin. Pictures are
+/// written to `page`; for a recording that cannot be retargeted there are none, with a note.
 ///
 /// # Errors
-/// [`ExperimentError`] that names what cannot be read or is nothing of ours.
+/// [`ExperimentError`] that names the unreadable or unknown file.
 pub fn inspect(
     path: &Path,
     options: &InspectOptions<'_>,
@@ -94,26 +94,26 @@ pub fn inspect(
     let kind = kind_of(path)?;
     let name = path.display().to_string();
     if kind != InspectedKind::Model && against.is_some() {
-        let detail = format!("is for models of skiagraph train only, and {name} is not one");
+        let detail = format!("is only valid for models of skiagraph train, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--against", detail });
     }
     if kind != InspectedKind::Robot && solids != SolidsSource::default() {
-        let detail = format!("is for robots only, and {name} is none");
+        let detail = format!("is only valid for robots, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--solids", detail });
     }
     if kind != InspectedKind::Clip && metres_per_unit.is_some() {
-        let detail = format!("is for recordings and sets only, and {name} is neither");
+        let detail = format!("is only valid for recordings, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {
         InspectedKind::Clip => {
             let place = body_picture::place_of(page, path)?;
             let clip = clip_file::read_whole(path, metres_per_unit)?;
-            let (mut summary, performed) = ClipSummary::performed(&clip)?;
-            match performed {
-                Ok(performed) => body_picture::put(place, || body_picture::of_clip(&summary, &performed))?,
+            let (mut summary, retargeted) = ClipSummary::with_motion(&clip)?;
+            match retargeted {
+                Ok(retargeted) => body_picture::put(place, || body_picture::of_clip(&summary, &retargeted))?,
                 Err(_) if place.is_some() => {
-                    summary.notes.push("there is no picture: no body can perform it".to_owned())
+                    summary.notes.push("there is no picture, because it cannot be retargeted".to_owned())
                 }
                 Err(_) => {}
             }
@@ -153,7 +153,7 @@ pub fn inspect(
     })
 }
 
-/// Where pictures of what was `read` go.
+/// Prepares the file of a picture; it must not replace a file that was `read`.
 fn place_for<'a>(
     to: Destination<'_>,
     read: impl IntoIterator<Item = Option<&'a Path>>,
@@ -162,7 +162,7 @@ fn place_for<'a>(
     Artefact::begin(to, ArtefactKind::File)
 }
 
-/// Which of these kinds of file a picture is to be, by its name; `expected` are they in words.
+/// The kind of a picture, one of `kinds`, by the extension of its file; `expected` describes the kinds.
 fn picture_kind(to: &Path, kinds: &[&'static str], expected: &str) -> Result<&'static str, ExperimentError> {
     let found = kinds.iter().find(|kind| to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind)));
     found.copied().ok_or_else(|| ExperimentError::Argument {
@@ -171,7 +171,7 @@ fn picture_kind(to: &Path, kinds: &[&'static str], expected: &str) -> Result<&'s
     })
 }
 
-/// Where the page of a set goes: beside it, never into it.
+/// Prepares the page of a set, which must not be inside the set.
 fn page_place(to: Destination<'_>, set: &Path) -> Result<Artefact, ExperimentError> {
     picture_kind(to.path, &["html"], "an .html file for a set")?;
     Ok(place_for(to, [Some(set)])?)

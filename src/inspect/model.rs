@@ -1,4 +1,4 @@
-//! What a model file holds, in numbers.
+//! The summary of a model file.
 
 use std::path::Path;
 
@@ -16,13 +16,13 @@ pub struct ModelSummary {
     pub schema: &'static str,
     /// `model`.
     pub what: &'static str,
-    /// What it was learned from and how.
+    /// Its robot, training motions and settings.
     pub facts: ModelFacts,
     /// The models, in the order of the training frames.
     pub models: Vec<GraphModelFacts>,
     /// Inter-transition candidates.
     pub candidates: usize,
-    /// Pairs of candidates of different models, either way: the inter-transitions that are possible.
+    /// Ordered pairs of candidates of different models: the possible inter-transitions.
     pub inter_transitions: usize,
     /// Distance between recording and simulation over all frames (`[GPDM graph]`, Eq. 9).
     pub reconstruction_error_rad2: MeanAndMost,
@@ -71,7 +71,7 @@ impl MeanAndMost {
 }
 
 impl ModelSummary {
-    /// Of a model and, where one is given, another of the same motions.
+    /// The summary of a model, compared with another of the same motions if one is given.
     pub(super) fn new(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
         let error = all_errors(model);
         let graph = &model.graph;
@@ -102,7 +102,7 @@ impl ModelSummary {
 /// Reads another model of the same motions.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the file where it is no whole model, or learned other motions.
+/// [`ExperimentError`] that names the file if it is not a complete model, or was learned from other motions.
 pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedModel, ExperimentError> {
     let other = LearnedModel::read(path)?;
     other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;

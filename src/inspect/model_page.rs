@@ -1,4 +1,4 @@
-//! From a model to the page that shows it.
+//! The page of a model.
 
 use std::path::Path;
 
@@ -13,13 +13,13 @@ use crate::report::{
 };
 use crate::train::{LearnedFrom, LearnedModel};
 
-/// Most training frames whose distances are shown: the picture has no more pixels.
+/// Greatest number of training frames whose distances are shown, because the picture has no more pixels.
 const MOST_FRAMES: usize = 400;
 
-/// The page of the model in `path`, held `against` another where one is given.
+/// The page of the model in `path`, compared with the model `against`, if one is given.
 ///
 /// # Errors
-/// [`ExperimentError::Report`] where a plot cannot be drawn.
+/// [`ExperimentError::Report`] if a plot cannot be drawn.
 pub(super) fn html(
     path: &Path,
     model: &LearnedModel,
@@ -50,11 +50,11 @@ pub(super) fn html(
         against: against.map(|(p, other)| OtherModel { name: name(p), errors: errors_of(other) }),
         distances: frame_distances(model),
         candidates: graph.candidates.iter().map(at).collect(),
-        facts: facts_in_words(model),
+        facts: describe_model(model),
     })?)
 }
 
-/// Every segment's first frame, counted over all recordings.
+/// The first frame of every segment, counted over all recordings.
 fn starts(model: &LearnedModel) -> Vec<usize> {
     let lengths = model.graph.segments.iter().map(|s| s.errors.len());
     lengths.scan(0, |next, length| Some(std::mem::replace(next, *next + length))).collect()
@@ -79,7 +79,7 @@ fn one_model(model: &LearnedModel, segment: &GraphSegment, start: usize) -> OneM
     }
 }
 
-/// The axes along which points vary most: a latent space has none of its own, it may be turned at will.
+/// The axes along which points vary most, because the axes of a latent space are arbitrary.
 struct PrincipalAxes {
     mean: DVector<f64>,
     axes: Vec<DVector<f64>>,
@@ -107,7 +107,7 @@ impl PrincipalAxes {
     }
 }
 
-/// Distances between training frames, every so many of them where there are very many.
+/// Distances between training frames, of which at most [`MOST_FRAMES`] are sampled.
 fn frame_distances(model: &LearnedModel) -> FrameDistances {
     let all: Vec<_> = model.graph.segments.iter().flat_map(|s| &s.rotations).collect();
     let step = all.len().div_ceil(MOST_FRAMES).max(1);
@@ -117,7 +117,7 @@ fn frame_distances(model: &LearnedModel) -> FrameDistances {
     FrameDistances { step, frames: shown.len(), values }
 }
 
-fn facts_in_words(model: &LearnedModel) -> Vec<FactGroup> {
+fn describe_model(model: &LearnedModel) -> Vec<FactGroup> {
     let (facts, settings) = (&model.facts, &model.facts.settings);
     let fact = |name: &str, value: String| (name.to_owned(), value);
     let training = &settings.training;
@@ -130,7 +130,7 @@ fn facts_in_words(model: &LearnedModel) -> Vec<FactGroup> {
     ];
     if settings.kind() == ModelKind::GpdmGraph {
         learning.push(fact("clip", format!("{:.3} s", settings.clip_s)));
-        learning.push(fact("TH", format!("{:.4} rad\u{b2} a joint", settings.threshold_per_joint)));
+        learning.push(fact("TH", format!("{:.4} rad\u{b2} per joint", settings.threshold_per_joint)));
         learning.push(fact("candidates found by", settings.detector.in_words().to_owned()));
     }
     learning.push(fact("program", facts.program.clone()));

@@ -1,4 +1,4 @@
-//! What a robot is.
+//! The summary of a robot.
 
 use std::path::Path;
 
@@ -16,29 +16,29 @@ pub struct RobotSummary {
     pub schema: &'static str,
     /// `robot`.
     pub what: &'static str,
-    /// The robot's name as its URDF says.
+    /// The robot's name in its URDF.
     pub name: String,
-    /// Where it was read from.
+    /// Its file or built-in name.
     pub from: String,
-    /// Links with solids over all links.
+    /// Number of links with solids, and of all links.
     pub links: [usize; 2],
-    /// How much of it its solids draw.
+    /// Shares of the body that its solids draw.
     pub drawn: DrawnShares,
-    /// Joints that move over all joints.
+    /// Number of movable joints, and of all joints.
     pub joints: [usize; 2],
-    /// The numbers that a pose holds beside the root.
+    /// The joint coordinates of a pose.
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// Mass of all links.
     pub mass_kg: f64,
-    /// Height of the box around all links' origins in the zero pose, stood upright; solids are not counted.
+    /// Height of the bounding box of all links' origins in the standing pose, without solids.
     pub height_m: f64,
-    /// Body markers that it has no place for.
+    /// Body markers that it lacks.
     pub missing_markers: Vec<&'static str>,
-    /// What a user should know: limits that were assumed, joints that are locked.
+    /// Notes, such as assumed limits and locked joints.
     pub notes: Vec<String>,
 }
 
-/// A robot that ships, or one from a file.
+/// A built-in robot, or one from a file.
 pub(super) fn read(
     name: &str,
     path: &Path,
@@ -74,7 +74,7 @@ impl RobotSummary {
     }
 }
 
-/// What a scenario would say of a body that hardly is drawn.
+/// A note if scenarios would refuse the body because too little of it is drawn.
 fn too_little(body: &Humanoid) -> Option<String> {
     DrawnShares::new(body).is_too_little().then(|| {
         "too little is drawn for cameras to see a body: scenarios refuse it without a skin or solids = \"from_joints\" \

@@ -1,4 +1,4 @@
-//! What a benchmark set holds, and whether it is whole.
+//! The summary of a benchmark set, and whether it is complete and unchanged.
 
 use std::path::Path;
 
@@ -21,49 +21,49 @@ pub struct SetSummary {
     pub name: String,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// Its cameras.
     pub cameras: Vec<CameraSummary>,
-    /// Channels of the truth images, where there are any.
+    /// Channels of the truth images, if there are any.
     pub layers: Vec<String>,
-    /// The actor's robot; absent where the truth is kept apart, as are the next facts of it.
+    /// The actor's robot; absent if the set has no truth, like the other facts of the truth below.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actor: Option<String>,
-    /// What stands about besides the actor.
+    /// Names of the props.
     pub props: Vec<String>,
     /// The tracker's robot.
     pub tracker_body: String,
-    /// Whether they are one body.
+    /// Whether actor and tracker have the same body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matched: Option<bool>,
-    /// How they differ, in words.
+    /// A description of the bodies' differences.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mismatch: Option<String>,
-    /// Where the motion came from.
+    /// The origin of the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<String>,
-    /// How the recording fits the actor; absent in sets of older versions.
+    /// The fit of the recording to the actor; absent in sets of older versions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retargeting: Option<RetargetFacts>,
-    /// How it came to stand on the ground; absent where contact was neither measured nor changed.
+    /// Ground-contact processing; absent if contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<Box<ContactFacts>>,
-    /// How the observations were made, in words.
+    /// A description of the observations.
     pub observation: String,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
-    /// What a tracker may learn from, in words.
+    /// Descriptions of the training recordings.
     pub learned_from: Vec<String>,
-    /// The way the body faces in frame 0, a unit vector on the ground.
+    /// Heading of the body in frame 0, a unit vector on the ground.
     pub forward: Option<[f64; 3]>,
-    /// SHA-256 of what is tested, without layers and shards, which names the set.
+    /// SHA-256 of the tested content, without layers and shards, which identifies the set.
     pub set_hash: String,
-    /// SHA-256 of `files.sha256`: of every file, layers and shards included.
+    /// SHA-256 of `files.sha256`, which covers every file, also layers and shards.
     pub full_hash: String,
-    /// Whether every file is there, unchanged, and none is there that is not listed.
+    /// Whether every listed file exists unchanged, and no other file exists.
     pub hashes_ok: bool,
-    /// The first file that is not, and what is wrong with it.
+    /// The first violation.
     pub fault: Option<String>,
 }
 
@@ -76,21 +76,22 @@ pub struct CameraSummary {
     pub size_px: [u32; 2],
     /// Whether its lens distorts.
     pub distorts: bool,
-    /// How it moves and takes its images, in words; absent for one that stands still and takes an image of every frame
-    /// at its time.
+    /// A description of its motion and timing; absent for a static camera with an image at every frame's time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filming: Option<String>,
 }
 
-/// Both sides of a set, or the one that is there.
+/// Both sides of a set, or the blind side alone.
 pub(super) struct SetSides {
     pub(super) blind: BlindSet,
     pub(super) truth: Option<TruthSet>,
 }
 
 impl SetSides {
+    /// Reads a set.
+    ///
     /// # Errors
-    /// [`ExperimentError`] where the set cannot be read so far as to say what it is.
+    /// [`ExperimentError`] if the set cannot be read.
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
         if is_public(directory) {
             return Ok(Self { blind: BlindSet::read(directory)?, truth: None });
@@ -101,10 +102,10 @@ impl SetSides {
 }
 
 impl SetSummary {
-    /// Of a set in `directory`; checks every file's hash.
+    /// The summary of a set in `directory`; checks every file's hash.
     ///
     /// # Errors
-    /// [`ExperimentError`] where the first of its layers cannot be read.
+    /// [`ExperimentError`] if its first layer file cannot be read.
     pub(super) fn new(directory: &Path, sides: &SetSides) -> Result<Self, ExperimentError> {
         let SetSides { blind, truth } = sides;
         let facts = truth.as_ref().map(|truth| &truth.facts);

@@ -1,4 +1,4 @@
-//! `inspect SET --out set.html`.
+//! The page of a set: `inspect SET --out set.html`.
 
 use std::path::Path;
 
@@ -16,15 +16,15 @@ use crate::measure::playback::plan_of;
 use crate::parallel;
 use crate::report::{LayerPicture, PackedView, Playback, SetLayers, SetMap, SetPage};
 
-/// What all pictures of layers may take, bytes of PNG.
+/// Greatest total size of all pictures of layers, bytes of PNG.
 const LAYER_BUDGET: usize = 6_000_000;
-/// Frames whose layers are looked at for their size and ranges.
+/// Number of frames whose layers are sampled for size and ranges.
 const LAYER_SAMPLES: usize = 3;
 
 /// The page of a set in `directory`.
 ///
 /// # Errors
-/// [`ExperimentError`] where an image of the set cannot be read.
+/// [`ExperimentError`] if an image of the set cannot be read.
 pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> Result<String, ExperimentError> {
     let SetSides { blind, truth } = sides;
     let truth = truth.as_ref();
@@ -73,14 +73,14 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
     Ok(page.html()?)
 }
 
-/// The cameras of a frame, where any moves: the true ones where they are known.
+/// The cameras of a frame if any camera moves: the true ones if the truth is known.
 fn moved(blind: &BlindSet, truth: Option<&TruthSet>, frame: usize) -> Option<CameraRig> {
     blind.moments.as_ref()?;
     let frame_s = frame as f64 / blind.frames_per_second;
     Some(truth.map_or_else(|| blind.rig_at(frame).into_owned(), |truth| truth.rig.rig_at(frame_s)))
 }
 
-/// The layers of as many of the kept frames as fit into the page.
+/// The layers of as many of the kept frames as fit the budget.
 fn layers(directory: &Path, blind: &BlindSet, kept: &[usize]) -> Result<Option<SetLayers>, ExperimentError> {
     let files = LayerFiles::open(directory)?;
     let sizes: Vec<[u32; 2]> =

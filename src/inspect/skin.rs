@@ -1,4 +1,4 @@
-//! What a skin is, and how it sits on the robot `actor`.
+//! The summary of a skin, and its fit on the robot `actor`.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::common::ExperimentError;
 use crate::input::{self, AllowedFolders, limits};
 use crate::retarget::with_skin;
 
-/// The robot that a skin is shown on.
+/// The robot on which skins are shown.
 const BODY: &str = "actor";
 
 /// A skin in numbers.
@@ -22,7 +22,7 @@ pub struct SkinSummary {
     pub what: &'static str,
     /// Its name.
     pub name: String,
-    /// Where it was read from.
+    /// Its file or built-in name.
     pub from: String,
     /// Vertices.
     pub vertices: usize,
@@ -30,23 +30,24 @@ pub struct SkinSummary {
     pub triangles: usize,
     /// Edges that do not belong to two triangles: 0 for a closed surface.
     pub open_edges: usize,
-    /// From the lowest to the highest vertex, as modelled.
+    /// Height from the lowest to the highest vertex, as modelled.
     pub height_m: f64,
-    /// Where its weights come from.
+    /// The origin of its weights.
     pub weights: String,
-    /// Body segments that weights are given for.
+    /// Body segments with weights.
     pub segments: Vec<String>,
     /// Landmarks that it places.
     pub landmarks: Vec<String>,
-    /// The robot that it was fitted to.
+    /// The robot to which it was fitted.
     pub body: String,
-    /// Lowest point of the skin under that of the robot's solids, as it stands.
+    /// Depth of the skin's lowest point below that of the robot's solids, standing.
     pub soles_below_solids_mm: f64,
-    /// Litres inside the skin, standing; absent for one that holds nothing.
+    /// Volume inside the skin, standing, litres; absent for a skin without volume.
     pub litres: Option<f64>,
-    /// Centre of the skin's volume from the centre of mass of the robot's links, X ahead, Y left, Z up, standing.
+    /// Offset of the centre of the skin's volume from the centre of mass of the robot's links, standing; X forward, Y
+    /// left, Z up.
     pub centre_from_links_mm: Option<[f64; 3]>,
-    /// What was assumed or mended.
+    /// Notes about assumptions and repairs.
     pub notes: Vec<String>,
 }
 
@@ -57,7 +58,7 @@ pub fn is_skin_file(path: &Path) -> bool {
     is_toml && text().is_some_and(|text| String::from_utf8_lossy(&text).contains("skiagraph.skin/"))
 }
 
-/// A skin that ships or one of a file, and the robot in it.
+/// A built-in skin or one from a file, and the robot with it.
 pub(super) fn read(
     name: &str,
     path: &Path,
@@ -94,8 +95,8 @@ impl SkinSummary {
             open_edges: open_edges(mesh),
             height_m: heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min),
             weights: match &segments {
-                Some(segments) => format!("of its file, for {} segments", segments.len()),
-                None => "found by distance to the robot's solids".to_owned(),
+                Some(segments) => format!("from its file, for {} segments", segments.len()),
+                None => "by distance to the robot's solids".to_owned(),
             },
             segments: segments.unwrap_or_default(),
             landmarks: mesh.landmarks.keys().cloned().collect(),

@@ -223,7 +223,7 @@ fn every_command_refuses_a_giant_and_takes_the_unit_that_is_said() {
         assert_eq!(code, 0, "{arguments}: {said}");
     }
     let (code, said) = skiagraph(&folder, "inspect tracker25 --metres-per-unit 1");
-    assert!(code == 2 && said.contains("is for recordings"), "{said}");
+    assert!(code == 2 && said.contains("is only valid for recordings"), "{said}");
 }
 
 /// A copy with every length multiplied.
