@@ -1,4 +1,4 @@
-//! Calibrates the tracker's body of a set, from its blind side alone, by what a tracker answers in the first frames.
+//! Calibrates the tracker's body from a set's blind side and a tracker's estimates of the first frames.
 
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
@@ -8,14 +8,14 @@ use crate::tracker::{
     calibrate,
 };
 
-/// The numbers of the frames of a set that a calibration looks at.
+/// The frames of a set that a calibration uses.
 pub(super) fn frames(set: &BlindSet) -> Vec<usize> {
     let every = (set.frames_per_second * CALIBRATION_SPACING_S).round().max(1.0) as usize;
     (0..set.frame_count).step_by(every).take(CALIBRATION_FRAMES).collect()
 }
 
-/// Tracks the first frames of a set with a tracker that has started, and calibrates its body on them.
-pub(super) fn calibrated(
+/// Tracks the first frames of a set with a started tracker, and calibrates its body on them.
+pub(super) fn calibrate_body(
     set: &BlindSet,
     settings: SilhouetteSettings,
     tracker: &mut dyn Tracker,
@@ -34,21 +34,21 @@ pub(super) fn calibrated(
     Ok(calibrate(&set.start.body, &set.rig, settings, &seen)?)
 }
 
-/// With which body and from which pose a tracker begins.
+/// The body and the start pose of a tracker.
 pub(super) struct Beginning {
     pub(super) body: Humanoid,
     pub(super) pose: Pose,
-    /// Whether the body was calibrated, and kept.
+    /// Whether the body is a calibrate_body one that was kept.
     pub(super) is_calibrated: bool,
 }
 
 impl Beginning {
-    /// As the set says.
+    /// The body and start pose of the set.
     pub(super) fn from_set(set: &BlindSet) -> Self {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    /// With the body that was found where it was kept, else as the set says.
+    /// The calibrate_body body and its start pose if it was kept, else those of the set.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
         match calibration.report.verdict {
             CalibrationVerdict::Kept => {

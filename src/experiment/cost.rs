@@ -1,4 +1,4 @@
-//! Cost estimate of a scenario: time from a timed sample, memory and disk from the data held and written.
+//! Estimates the cost of a scenario: times from a measured sample, memory and disk space from the amount of data.
 
 use std::time::Instant;
 
@@ -18,65 +18,65 @@ use crate::scene::GroundTruth;
 use crate::tracker::FilterSettings;
 use crate::train::Models;
 
-/// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
+/// Time limit for drawing the sample, and for tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;
-/// Particles that are tried first, and the seconds after which no more are tried.
+/// Number of particles of the first measurement, and the seconds after which no more particles are measured.
 const FEW_PARTICLES: usize = 8;
 const SLOW_S: f64 = 1.0;
-/// Memory of a run of nothing: the program, its tables, the report.
+/// Memory of an empty run: the program, its tables, the report; bytes.
 const BASE_MEMORY: f64 = 55e6;
-/// Columns of `per_frame.csv`, about, and bytes of a number in text.
+/// Approximate number of columns of `per_frame.csv`, and bytes of a number as text.
 const CSV_COLUMNS: f64 = 60.0;
 const CSV_BYTES: f64 = 17.0;
-/// Size of a report and a contact sheet, about.
+/// Approximate size of a report and a contact sheet, bytes.
 const PAGE_BYTES: f64 = 1.6e6;
-/// Metrics that are kept for every frame of every seed.
+/// Number of metrics kept for every frame of every seed.
 const METRICS: f64 = 60.0;
 
-/// What `run` and `render` need, all of it estimated.
+/// Estimated cost of `run` and `render`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunCost {
-    /// Seconds to read the files, retarget, plant or simulate: measured, for `check` has done it.
+    /// Seconds to read the files, retarget, plant or simulate; measured, because `check` does it.
     pub staging_s: f64,
     /// Seconds to draw all frames.
     pub render_s: f64,
-    /// Seconds to track with all methods and seeds; without learning motion models.
+    /// Seconds to track with all methods and seeds, without learning motion models.
     pub track_s: f64,
     /// Seconds to measure and report.
     pub measure_s: f64,
-    /// Seconds of `skiagraph run`, all in all; without learning motion models.
+    /// Total seconds of `skiagraph run`, without learning motion models.
     pub run_s: f64,
-    /// How many trackers learn a motion model first, which takes seconds to many minutes more.
+    /// Number of trackers that first learn a motion model, which takes from seconds to many minutes.
     pub models_to_learn: usize,
     /// Likelihood evaluations of all frames, seeds and methods.
     pub likelihood_evaluations: u64,
     /// Greatest memory of `run`, bytes.
     pub memory_bytes: u64,
-    /// Greatest memory of `render`, bytes; layers are drawn within a bound.
+    /// Greatest memory of `render`, bytes; memory for layers is bounded.
     pub render_memory_bytes: u64,
     /// Size of the results of `run`, bytes.
     pub run_bytes: u64,
-    /// Size of the set of `render`, layers included, bytes.
+    /// Size of the set of `render` with layers, bytes.
     pub set_bytes: u64,
-    /// Threads that the times hold for.
+    /// Number of threads for which the times are estimated.
     pub threads: usize,
 }
 
-/// What the sample told.
+/// Measurements of the sample.
 struct MeasuredTimes {
     frame_render_s: f64,
     frame_measure_s: f64,
     /// Size of the set's files without layers.
     set_bytes: f64,
-    /// What silhouettes have of that.
+    /// The silhouettes' part of it.
     silhouette_bytes: f64,
     layer_bytes: f64,
 }
 
-/// Estimates the cost of a scenario whose staging took `staging_s`; takes about a second itself.
+/// Estimates the cost of a scenario whose scene was prepared in `staging_s` seconds; takes about a second.
 ///
 /// # Errors
-/// [`ExperimentError`] where the sample cannot be drawn or tracked.
+/// [`ExperimentError`] if the sample cannot be drawn or tracked.
 pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
     let (frames, seeds) = (scene.frames() as f64, f64::from(scenario.seeds));
@@ -125,7 +125,7 @@ pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -
     })
 }
 
-/// Draws and measures some frames, as many as fit; `two` is the set of two frames and the seconds that it took.
+/// Draws and measures as many frames as fit the time limit; `two` is a set of two frames and the seconds that it took.
 fn sample(
     file: &ScenarioFile,
     scene: &PreparedScene,
@@ -133,7 +133,7 @@ fn sample(
 ) -> Result<MeasuredTimes, ExperimentError> {
     let (few, few_s) = two;
     let threads = rayon::current_num_threads().max(1);
-    // a thread draws a frame in about half the time of two, or, where two were drawn at a time, in all of it
+    // seconds per frame and thread: half the time of two frames, or all of it if they were drawn in parallel
     let frame_s = few_s / if threads == 1 { 2.0 } else { 1.0 };
     let fitting = (SAMPLE_S * threads as f64 / frame_s.max(1e-6)) as usize;
     let frames = fitting.clamp(2, 8 * threads + 3).min(scene.frames());
@@ -149,7 +149,7 @@ fn sample(
     let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &NoProgress).is_ok());
     Ok(MeasuredTimes {
         frame_render_s: if frames < threads { frame_s / threads as f64 } else { set_s / frames as f64 },
-        // this one seed and the floor
+        // one seed and the frozen tracker
         frame_measure_s: measure_s / (2 * frames) as f64,
         set_bytes: few.bytes() as f64 + growth * (scene.frames() as f64 - 2.0).max(0.0),
         silhouette_bytes: few.silhouette_bytes() as f64 * scene.frames() as f64 / few.blind.frame_count as f64,
@@ -157,7 +157,7 @@ fn sample(
     })
 }
 
-/// Seconds that the background takes to be recorded and learned, told from one and two images a period.
+/// Seconds to record and learn the background, extrapolated from one and two images per period.
 fn background_s(file: &ScenarioFile, scene: &PreparedScene) -> Result<f64, ExperimentError> {
     let observation = &file.scenario.observation;
     if observation.silhouette != SilhouetteSource::Segmented {
@@ -205,14 +205,13 @@ fn set_of(file: &ScenarioFile, scene: &PreparedScene, count: usize) -> Result<Be
         observation: facts.as_ref(),
         key: scene.key,
     };
-    // the sample need not segment well, and learning the background takes longer than it
+    // the sample need not segment well, and learning the whole background would take longer than the sample
     observation.images.background_frames = observation.images.background_frames.min(2);
     let observer = observer(&ground_truth, &scene.rig, &observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 
-/// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more.
-/// Seconds.
+/// Speed of a filter: fixed time per frame, with its refinement, and time per evaluation; seconds.
 #[derive(Clone, Copy)]
 struct Speed {
     frame_s: f64,
@@ -220,7 +219,7 @@ struct Speed {
 }
 
 impl Speed {
-    /// By tracking two frames with few particles, then with more, as long as the sample may take.
+    /// Measures by tracking two frames with few particles, then with more, within the time limit.
     fn new(two: &BenchmarkSet, work: SearchSettings, evaluations: u64) -> Result<Self, ExperimentError> {
         let seconds = |particles: usize| -> Result<f64, ExperimentError> {
             let filter = FilterSettings { particles, layers: 1, ..work.filter };
@@ -257,8 +256,8 @@ fn pixels(scene: &PreparedScene) -> impl Iterator<Item = f64> + Clone + '_ {
     scene.rig.rig().cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
-/// Most memory while a set is drawn: the truth twice, files of `in_memory` bytes, what cameras need to be ready, and a
-/// thread's image.
+/// Peak memory while a set is drawn: the truth twice, files of `in_memory` bytes, tables of the cameras, and an image
+/// per thread.
 fn render_memory(file: &ScenarioFile, scene: &PreparedScene, in_memory: f64) -> f64 {
     let truth = &scene.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, scene.rig.cameras() as f64);
@@ -282,15 +281,15 @@ fn render_memory(file: &ScenarioFile, scene: &PreparedScene, in_memory: f64) -> 
     segmentation + BASE_MEMORY + 2.0 * frame * scene.frames() as f64 + 1.5 * in_memory + rays + screens
 }
 
-/// Most memory that layers take while they are written.
+/// Peak memory of layers while they are written.
 fn layers_memory(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
     let largest = pixels(scene).fold(0.0, f64::max);
-    let a_thread = 40.0 * largest;
-    let all = a_thread * rayon::current_num_threads() as f64;
-    if file.scenario.layers.is_empty() { 0.0 } else { all.min(a_thread.max(LAYERS_MEMORY_BYTES as f64)) }
+    let per_thread = 40.0 * largest;
+    let all = per_thread * rayon::current_num_threads() as f64;
+    if file.scenario.layers.is_empty() { 0.0 } else { all.min(per_thread.max(LAYERS_MEMORY_BYTES as f64)) }
 }
 
-/// What tracking and measuring add: observed views, particles, and what is kept of every frame.
+/// Additional memory of tracking and measuring: observed views, particles, and the data kept of every frame.
 fn tracking_memory(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
     let (frames, seeds) = (scene.frames() as f64, f64::from(file.scenario.seeds));
     let degrees = scene.start.body.degrees_of_freedom.len() as f64;
@@ -304,7 +303,7 @@ fn tracking_memory(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
     seeds * (views + particles * (24.0 * degrees + 200.0)) + (seeds + 1.0) * (kept + 2.0 * table)
 }
 
-/// Size of `poses.npz`, `search.npz`, `per_frame.csv`, page and picture, of all methods.
+/// Size of `poses.npz`, `search.npz`, `per_frame.csv`, report and contact sheet of all methods.
 fn run_bytes(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
     let (frames, seeds) = (scene.frames() as f64, f64::from(file.scenario.seeds));
     let numbers =

@@ -16,7 +16,7 @@ pub(super) fn observer<'a>(
     settings: &ObservationSettings,
 ) -> Result<SilhouetteObserver<'a>, ExperimentError> {
     if settings.silhouette == SilhouetteSource::Segmented
-        && let Some(detail) = memory::too_little_for(rig.rig(), &settings.images, rayon::current_num_threads())
+        && let Some(detail) = memory::shortage(rig.rig(), &settings.images, rayon::current_num_threads())
     {
         return Err(ExperimentError::Argument { argument: "observation.silhouette", detail });
     }

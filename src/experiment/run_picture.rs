@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_in_words};
+use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_message};
 use super::{COMPARISON_FILE, MethodComparison};
 use crate::common::{ExperimentError, read_file};
 use crate::input::{limits, plain};
@@ -57,7 +57,7 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
         return methods_picture(run);
     }
     if is_unmeasured(run) {
-        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_in_words(run) });
+        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_message(run) });
     }
     let stored = read_record(&run.join(RUN_FILE))?;
     let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;

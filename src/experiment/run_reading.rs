@@ -164,14 +164,14 @@ pub(super) fn is_unmeasured(folder: &Path) -> bool {
 }
 
 /// What to do about it.
-pub(super) fn unmeasured_in_words(folder: &Path) -> String {
+pub(super) fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
 
 fn nothing_here(path: &Path) -> String {
     match () {
         () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
-        () if is_unmeasured(path) => unmeasured_in_words(path),
+        () if is_unmeasured(path) => unmeasured_message(path),
         () if path.join(COMPARISON_FILE).is_file() => {
             format!("the folders of the methods in {COMPARISON_FILE} are missing")
         }

@@ -7,6 +7,10 @@
 //! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns` |
 //! | `occupancy` | (S, T, K, 3) | one row per motion model, columns `occupancy_columns`; K = 0 without such models |
 
+use std::path::Path;
+
+use crate::common::{ExperimentError, read_file};
+use crate::input::limits;
 use crate::motion_model::ModelOccupancy;
 use crate::npz::{Array, Npz, Values};
 use crate::tracker::LayerRecord;
@@ -61,9 +65,21 @@ pub(crate) fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
     ])
 }
 
+/// Reads the search records of a run's `search.npz`. `shape`: seeds and frames of its poses.
+///
+/// # Errors
+/// [`ExperimentError`] if the file cannot be read or does not have the expected arrays.
+pub(crate) fn read_search(path: &Path, shape: [usize; 2]) -> Result<Vec<Vec<SearchRecord>>, ExperimentError> {
+    let npz = Npz::from_bytes(&path.display().to_string(), &read_file(path, limits::ARRAYS)?)?;
+    search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
+        path: path.to_owned(),
+        detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
+    })
+}
+
 /// The search records of an archive; `None` if its arrays do not have the expected types and shapes. `shape`: seeds and
 /// frames of `poses.npz`.
-pub(crate) fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>>> {
+fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>>> {
     let Values::F64(energy) = &npz.get("energy")?.values else { return None };
     let Values::I64(evaluations) = &npz.get("evaluations")?.values else { return None };
     let array = npz.get("layers")?;

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::poses_file::ReadAs;
-use super::search_file::{SearchRecord, search_from_npz, search_to_npz};
+use super::search_file::{SearchRecord, read_search, search_to_npz};
 use crate::benchmark_set::{
     BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, recordings_from_npz,
     recordings_to_npz,
@@ -19,7 +19,6 @@ use crate::body::Humanoid;
 use crate::common::{ExperimentError, NamedFiles, read_file, to_json};
 use crate::external::{EXTERNAL_FILE, ExternalRecord, TrackTiming};
 use crate::input::limits;
-use crate::npz::Npz;
 use crate::scenario::{TrackerSettings, json_tree};
 use crate::tracker::{CalibrationReport, Estimate};
 
@@ -169,12 +168,7 @@ impl Tracked {
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
         let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
         let path = folder.join(SEARCH_FILE);
-        let npz = Npz::from_bytes(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?;
-        let shape = [estimates.seeds.len(), estimates.frames()];
-        let search = search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
-            path,
-            detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
-        })?;
+        let search = read_search(&path, [estimates.seeds.len(), estimates.frames()])?;
         let path = folder.join(LEARNED_FROM_FILE);
         let sources = if path.is_file() {
             recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?

@@ -158,7 +158,7 @@ fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     refused("gate nowhere --baseline tiny --margin 2mm", "no such file or folder");
     room.succeed("run tiny.toml --out two");
     refused("gate two --baseline tiny --margin 2mm", "has 2 seed(s) of `tiny`, a gate needs 5");
-    refused("baseline save two two", "a baseline needs 5");
+    refused("baseline save two two", "expected 5 or more seeds");
     room.succeed("run tiny.toml --seeds 5 rig.ring.count=1 --out one");
     refused("gate one --baseline tiny --margin 2mm", "another set than the baseline's (hashes ");
     room.write("gate.toml", "schema = \"skiagraph.gate/1\"\n[[budget]]\nmetric = \"pck150\"\nmargin = 0.5\n");

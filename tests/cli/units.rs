@@ -99,7 +99,7 @@ fn copies_of_one_run_are_one_observation_and_the_message_says_what_to_do() {
     let text = room.succeed("compare still truth").stdout;
     assert!(text.contains("copies are one observation") && text.contains("observation.seed=2"), "{text}");
     let refused = room.skiagraph("baseline save still still".split(' '));
-    assert!(refused.code == 2 && refused.stderr.contains("copies are one observation"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("copies count as one observation"), "{}", refused.stderr);
 }
 
 #[test]
