@@ -1,7 +1,7 @@
-//! Scenarios and what is done with them: this room knows every other but `sweep` and `cli`, which use it.
+//! Runs scenarios: rendering, tracking, measuring, comparing and gating.
 //!
-//! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three
-//! apart, by way of a benchmark set on disk, with the same numbers.
+//! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do these steps
+//! separately, with a benchmark set on disk, and give the same numbers.
 //!
 //! ```no_run
 //! use skiagraph::artefacts::Destination;
@@ -14,7 +14,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`draw`] makes a set of a scenario, which is read as trackers read it, and as those who measure do:
+//! [`draw`] makes the set of a scenario, whose blind side is read for tracking, and whose truth is read for measuring:
 //!
 //! ```
 //! use skiagraph::benchmark_set::{BlindSet, TruthSet};

@@ -1,4 +1,4 @@
-//! What the cameras saw, as the scenario's `[observation]` wants it.
+//! Observes the truth with the settings of `[observation]`.
 
 use super::memory;
 use crate::camera::TimedRig;
@@ -6,10 +6,10 @@ use crate::common::ExperimentError;
 use crate::observation::{ObservationSettings, SilhouetteObserver, SilhouetteSource};
 use crate::scene::GroundTruth;
 
-/// Sees the truth through the true cameras.
+/// The observer of the truth with the true cameras.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] where the background cannot be learned, or would take more memory than there is.
+/// [`ExperimentError::Argument`] if the background cannot be learned, or would take more than the available memory.
 pub(super) fn observer<'a>(
     truth: &'a GroundTruth,
     rig: &TimedRig,

@@ -1,4 +1,4 @@
-//! What the cameras see of a scenario: a set in memory, or drawn straight to the disk.
+//! Renders the set of a scenario, in memory or directly to disk.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -17,7 +17,7 @@ use crate::prepare::scene_check::{CamerasInside, unseen_in};
 use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 
-/// Draws what the cameras see of a scenario: a benchmark set in memory, and notes for the user.
+/// Renders the benchmark set of a scenario in memory. Returns it and notes for the user.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file, line or key.
@@ -34,7 +34,8 @@ pub fn draw(
     })
 }
 
-/// Stages a scenario and has `make` draw its frames; what that made, and notes for the user.
+/// Prepares the scene of a scenario and calls `make` with its observer. Returns the result of `make` and notes for the
+/// user.
 fn draw_by<T>(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -74,7 +75,7 @@ fn draw_by<T>(
     if progress.interrupted() {
         return Err(ExperimentError::Interrupted);
     }
-    // frames that were drawn before an interruption may be those that show something
+    // the actor may be visible only in frames that were drawn before an interruption
     let others = observed.into_inner() < scene.frames();
     let is_seen = seen.into_inner() || (others && (0..scene.frames()).any(|frame| shows(&observer.observe(frame))));
     if !is_seen {
@@ -83,25 +84,25 @@ fn draw_by<T>(
     Ok((made, [scene.notes, inside.notes].concat()))
 }
 
-/// How a set is rendered.
+/// Options of rendering a set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
-    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge. It needs a
-    /// key that is not public: a fresh or a stated one.
+    /// Place of the complete set, if the set's own place gets it without the truth, for a public challenge. This needs
+    /// a secret key, fresh or given.
     pub whole: Option<&'a Path>,
-    /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
+    /// Number of tar shards for silhouettes and truth images; `None` for single files.
     pub shards: Option<usize>,
-    /// Where the key comes from that everything drawn for the observations depends on.
+    /// The source of the key of the observations' random numbers.
     pub key: KeySource,
 }
 
-/// `skiagraph render`: writes a scenario's benchmark set; returns it and notes for the user. What is drawn when it is
-/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it. Everything drawn
-/// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
+/// `skiagraph render`: writes a scenario's benchmark set. Returns it and notes for the user. After an interruption, or
+/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. Random numbers depend on
+/// the scenario's `observation.key`, else on the public key: the same scenario gives the same bytes.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
-/// whose progress is saved where the same call would go on.
+/// [`ExperimentError`]; no set on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
+/// saved progress if the same call would resume.
 pub fn render(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -122,7 +123,7 @@ pub fn render_with(
     options: &RenderOptions<'_>,
     progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
+    // a run can be repeated in minutes, but the runs of a set are worthless without the set
     if let Some(path) = [Some(to.path), options.whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
         return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
@@ -131,8 +132,8 @@ pub fn render_with(
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
     let stated = options.key.stated(file);
     if options.whole.is_some() && stated.is_some_and(|key| key.is_public()) {
-        let detail = "expected a key of its own for a set whose truth is kept apart, found the public one: anybody \
-                      could confirm a guess of the truth by its hash; leave out `default`, or give 32 hexadecimal \
+        let detail = "expected a secret key for a set whose truth is kept apart, found the public key, with which a \
+                      guess of the truth could be confirmed by its hash; leave out `default`, or give 32 hexadecimal \
                       digits";
         return Err(ExperimentError::Argument { argument: "--key", detail: detail.to_owned() });
     }
@@ -144,7 +145,7 @@ pub fn render_with(
     let file = &with_key(file, unfinished.key());
     let public = options.whole.map(|_| Artefact::begin(to, ArtefactKind::Set)).transpose()?;
     let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, progress);
-    let mut notes = notes.map_err(|e| unfinished.told(e))?;
+    let mut notes = notes.map_err(|e| unfinished.with_progress(e))?;
     if stated.is_none() && !unfinished.key().is_public() {
         notes.push(note(complete.path));
     }
@@ -155,7 +156,7 @@ pub fn render_with(
     }
     if let Some(mut public) = public {
         if is_set(to.path) && (difference.is_some() || !is_public_side_of(to.path, complete.path)) {
-            notes.push(kept(to.path, "it is not of the complete set that is replaced"));
+            notes.push(kept(to.path, "it does not belong to the replaced complete set"));
             public.keep_other();
         }
         BlindSet::read(unfinished.folder())?.write_without_truth(public.folder())?;
@@ -167,7 +168,7 @@ pub fn render_with(
     Ok((BenchmarkSet::read(complete.path)?, notes))
 }
 
-/// Draws what is not there yet; notes for the user.
+/// Draws the missing frames. Returns notes for the user.
 fn draw_to_disk(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -186,7 +187,7 @@ fn draw_to_disk(
         let tick = || {
             unfinished.keep();
             progress.advance();
-            // with shards, layers come between
+            // with shards, layers are drawn together with the frames
             if done.fetch_add(1, Ordering::Relaxed) + 1 == frames && !layers.is_empty() && shards.is_none() {
                 progress.begin(Stage::Layers, frames * cameras);
             }

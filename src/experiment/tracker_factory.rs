@@ -1,4 +1,4 @@
-//! Trackers from the settings of scenarios.
+//! Builds trackers from the settings of scenarios.
 
 use super::calibrating;
 use super::calibrating::Beginning;
@@ -14,16 +14,16 @@ use crate::tracker::{
 };
 use crate::train::Models;
 
-/// What a tracker may be built from.
+/// Builds the trackers of a set.
 pub(super) struct TrackerFactory<'a> {
     pub(super) set: &'a BlindSet,
-    /// One pose of the tracker's body a frame: for oracles alone.
+    /// One pose of the tracker's body per frame; only for reference trackers.
     pub(super) truth: Option<&'a Motion>,
     pub(super) progress: &'a dyn Progress,
 }
 
 impl TrackerFactory<'_> {
-    /// A tracker that has started.
+    /// Builds and starts a tracker.
     pub(super) fn begin(
         &self,
         settings: &TrackerSettings,
@@ -36,8 +36,8 @@ impl TrackerFactory<'_> {
         Ok(tracker)
     }
 
-    /// Calibrates the body with each of the trackers, which have started with the body as given; nothing where that is
-    /// not asked for, or the tracker keeps its body.
+    /// Calibrates the body with each of the trackers, which have started with the given body. Returns nothing if the
+    /// set does not request it, or the tracker cannot calibrate.
     pub(super) fn calibrate(
         &self,
         settings: &TrackerSettings,
@@ -50,7 +50,7 @@ impl TrackerFactory<'_> {
         let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
             let name = settings.name();
             self.progress.note(&format!(
-                "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
+                "tracker_body.calibrate: {name} does not calibrate the body; annealed_particle_filter does"
             ));
             return Ok(Vec::new());
         };

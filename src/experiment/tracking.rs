@@ -1,4 +1,4 @@
-//! Runs a tracker on a set.
+//! Runs trackers on a set.
 
 use std::time::Instant;
 
@@ -13,13 +13,13 @@ use crate::scenario::{TrackerSettings, TrainingUse};
 use crate::tracker::{CalibrationVerdict, Estimate, Tracker};
 use crate::train::Models;
 
-/// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.
+/// Runs a tracker with every seed over the blind side of a set; all seeds advance together, frame by frame.
 ///
-/// `truth` (one pose of the tracker's body a frame) is for oracles alone. Motion models that are among `models` are not
+/// `truth` (one pose of the tracker's body per frame) is only for reference trackers. Motion models in `models` are not
 /// learned again.
 ///
 /// # Errors
-/// [`ExperimentError`] if the set cannot be read, the settings make no sense, or tracking cannot go on.
+/// [`ExperimentError`] if the set cannot be read, the settings are invalid, or tracking fails.
 pub fn track(
     set: &BlindSet,
     settings: &TrackerSettings,
@@ -55,11 +55,11 @@ pub fn track(
     Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, bodies, estimates) })
 }
 
-/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed.
+/// Runs any tracker over the blind side of a set: `new_tracker` makes one for each seed.
 /// [`crate::measure::Measures::new`] measures the result against the truth.
 ///
 /// # Errors
-/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.
+/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `progress` is interrupted.
 pub fn track_with(
     set: &BlindSet,
     seeds: &[u64],
@@ -72,8 +72,7 @@ pub fn track_with(
     Ok(Tracked::new(set, seeds, Vec::new(), estimates))
 }
 
-/// Has trackers that have started follow the set's observations, all of them frame by frame; `begin` is when the work
-/// began.
+/// Runs started trackers over the set's observations, all together, frame by frame; `begin` is the start of the timing.
 fn follow(
     set: &BlindSet,
     mut trackers: Vec<Box<dyn Tracker>>,
@@ -100,7 +99,7 @@ fn follow(
     Ok((estimates, timing))
 }
 
-/// Learns or reads the motion models that a tracker needs, where `models` does not have them.
+/// Learns or reads the motion models that a tracker needs and `models` lacks.
 ///
 /// # Errors
 /// As [`track`], before the first frame.
@@ -114,7 +113,7 @@ pub(crate) fn prepare(
     TrackerFactory { set, truth, progress }.build(settings, models, &Beginning::from_set(set), 0).map(drop)
 }
 
-/// What a tracker learned from, in words, one entry a recording.
+/// Descriptions of a tracker's training recordings, one entry per recording.
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
     let kind = settings.kind();
     match kind.model_file() {

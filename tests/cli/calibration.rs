@@ -69,7 +69,7 @@ fn a_tracker_that_keeps_its_body_says_so_and_a_body_that_was_changed_is_refused(
     room.write("fit.toml", scenario());
     room.succeed("render fit.toml --out set");
     let said = room.succeed("track set --tracker frozen --out frozen").stderr;
-    assert!(said.contains("tracker_body.calibrate: frozen keeps the body as it is"), "{said}");
+    assert!(said.contains("tracker_body.calibrate: frozen does not calibrate the body"), "{said}");
     assert!(!room.path("frozen/bodies.json").exists());
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
     let text = String::from_utf8(room.read("run/bodies.json")).unwrap();

@@ -102,9 +102,9 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
     let hash = |set: &str| room.read(&format!("{set}/files.sha256"));
     let mut aside = "set~".to_owned();
     for (number, (other, difference)) in [
-        ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations are not the same"),
+        ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations differ"),
         ("rig.ring.count=1", "cameras: there 2, here 1"),
-        ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files are not the same"),
+        ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files differ"),
         ("rig.ring.count=1 motion.last_frame=2", "frames: there 5, here 3"),
     ]
     .into_iter()
@@ -113,7 +113,7 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
         let before = hash("set");
         let made = ask(&room, &format!("render tiny.toml {other} --out set --force"));
         assert_eq!(made.code, 0, "{}", made.stderr);
-        let words = format!("note: set: another set stood here ({difference}); it is kept as {aside}");
+        let words = format!("note: set: another set was here ({difference}); it is kept as {aside}");
         assert!(made.stderr.contains(&words), "{other}: {}", made.stderr);
         assert_eq!(hash(&aside), before, "{other}");
         assert_ne!(hash("set"), before, "{other}");

@@ -123,7 +123,7 @@ fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
     let json: Value = serde_json::from_str(&answer.stdout).unwrap();
     assert_eq!(json["verdict"], "inconclusive");
     let notes: Vec<&str> = json["notes"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-    let words = format!("--add-seeds: cannot run what made their-{worse}");
+    let words = format!("--add-seeds: cannot run the tracker of their-{worse}");
     assert!(notes.iter().any(|note| note.starts_with(&words)), "{notes:?}");
     assert!(room.path("gate.xml").exists());
 }
@@ -154,7 +154,7 @@ fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     refused("gate run --baseline tiny", "--margin 2mm");
     refused("gate run --baseline tiny --margin 2deg", "expected mm");
     refused("gate run --baseline tiny --margin 2parsecs", "expected a number");
-    refused("gate run --baseline nothing --margin 2mm", "there are tiny");
+    refused("gate run --baseline nothing --margin 2mm", "known: tiny");
     refused("gate nowhere --baseline tiny --margin 2mm", "no such file or folder");
     room.succeed("run tiny.toml --out two");
     refused("gate two --baseline tiny --margin 2mm", "has 2 seed(s) of `tiny`, a gate needs 5");

@@ -136,7 +136,7 @@ fn wrong_keys_are_refused_with_what_is_expected() {
     for (arguments, words) in [
         ("--key 0011", "expected 32 hexadecimal digits, found 4 characters"),
         ("observation.key=xy", "observation.key: expected 32 hexadecimal digits, found 2 characters"),
-        ("--key default --truth secret", "--key: expected a key of its own for a set whose truth is kept apart"),
+        ("--key default --truth secret", "--key: expected a secret key for a set whose truth is kept apart"),
     ] {
         let refused = room.skiagraph(format!("render tiny.toml {arguments} --out set").split(' '));
         assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
@@ -238,7 +238,7 @@ fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
     let begun: toml::Table = text(&room, "set.partial/settings.toml").parse().unwrap();
     let begun = begun["--key"].as_str().unwrap().to_owned();
     let other = room.skiagraph(format!("render tiny.toml {settings} --key {KEY} --out set").split(' '));
-    assert!(other.code == 2 && other.stderr.contains("--key: another key was begun with"), "{}", other.stderr);
+    assert!(other.code == 2 && other.stderr.contains("--key: the unfinished set has another key"), "{}", other.stderr);
     assert!(!other.stderr.contains(&begun), "{}", other.stderr);
     let resumed = room.succeed(&format!("render tiny.toml {settings} --out set")).stderr;
     assert!(resumed.contains("note: resumed: "), "{resumed}");

@@ -65,12 +65,12 @@ fn images_that_do_not_fit_are_refused_by_name_and_nothing_is_left() {
         assert!(words.iter().all(|word| answer.stderr.contains(word)), "{arguments}: {}", answer.stderr);
         assert!(!room.path("masks").exists());
     };
-    refused("--background empty --frames walk --components 13", &["12 background frame(s)", "13 components"]);
+    refused("--background empty --frames walk --components 13", &["found 12", "13 components"]);
     refused("--background nowhere --frames walk", &["nowhere"]);
     refused("--background empty --frames empty --risk 0", &["--risk", "above 0"]);
     let whole = room.read("walk/05.ppm");
     room.write("walk/05.ppm", &whole[..whole.len() / 2]);
-    refused("--background empty --frames walk", &["05.ppm", "expected a whole"]);
+    refused("--background empty --frames walk", &["05.ppm", "expected a complete"]);
     room.write("walk/05.ppm", b"P6 2 2 255\n123456789abc");
     refused("--background empty --frames walk", &["05.ppm", "2 x 2 pixels with 3 channel(s), expected 64 x 48"]);
     room.write("walk/05.ppm", &whole);
