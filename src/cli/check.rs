@@ -41,8 +41,9 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
         return check_file(sweep, mocap, arguments.scenario.access(), arguments.json);
     }
-    let Survey { file, complaints } = arguments.scenario.survey()?;
-    let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
+    let Survey { file, diagnostics } = arguments.scenario.survey()?;
+    let mut errors: Vec<ExperimentError> =
+        diagnostics.into_iter().map(|error| ScenarioError::from(error).into()).collect();
     match file {
         Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
             Ok(check_report) => return tell(arguments, &file, &check_report, volume),

@@ -199,7 +199,7 @@ fn cameras_that_cannot_film_so_are_refused_by_key() {
     room.write("film.toml", scenario(MOVING));
     room.succeed("check film.toml rig.leave_out=[\"cam00\"]");
     for (change, words) in [
-        ("observation.silhouette=segmented", "a background model needs a camera that stands still"),
+        ("observation.silhouette=segmented", "a background model needs a static camera"),
         ("layers=[\"colour\"]", "no layer \"colour\""),
         ("layers=[\"depth\",\"flow\"]", "with a rolling shutter"),
     ] {

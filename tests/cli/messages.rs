@@ -112,7 +112,7 @@ fn what_is_cut_or_superfluous_in_a_motion_is_told_at_its_own_key() {
             "check motion.last_frame=3",
             "motion.last_frame: the part in use, frames 1 to 3, cannot be repeated for `loop_to_s`",
         ),
-        ("check motion.skeleton=a.asf", "motion.skeleton: expected it only with an .amc clip"),
+        ("check motion.skeleton=a.asf", "motion.skeleton: only valid with an .amc clip"),
     ] {
         let said = said(&room, arguments);
         assert!(said.contains(words), "{arguments}: {said}");

@@ -86,7 +86,7 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
         (
             "name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]\n[[prop]]\nname = \"a\"\n\
              shape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]",
-            "prop[1].name: expected unique names of props",
+            "prop[1].name: expected a unique name",
         ),
     ] {
         room.write("broken.toml", format!("{SCENARIO}[[prop]]\n{prop}\n"));
@@ -114,8 +114,8 @@ fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
     let simulated = "[actor]\ncontact = \"simulate\"\n";
     let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";
     for (actor, expected) in [
-        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: expected it only with contact = \"simulate\""),
-        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: expected it only with contact = \"simulate\""),
+        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: only valid with contact = \"simulate\""),
+        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: only valid with contact = \"simulate\""),
         (format!("{simulated}root_wrench = -0.1\n"), "actor.root_wrench: expected 0 to 10, found -0.1"),
         (format!("{simulated}friction = inf\n"), "actor.friction: expected a finite number"),
         (format!("{simulated}{push}direction = [0.0, 0.0, 0.0]\n"), "actor.push.direction: expected a direction"),

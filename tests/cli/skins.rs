@@ -115,7 +115,7 @@ fn files_that_a_gltf_names_and_settings_of_skins_are_refused_with_the_skin_that_
     assert!(answer.stderr.contains(said), "{}", answer.stderr);
     let answer = room.skiagraph(["check", "tiny.toml", "actor.skin_blending=dual_quaternion"]);
     assert_eq!(answer.code, 2);
-    assert!(answer.stderr.contains("actor.skin_blending: expected it only with a `skin`"), "{}", answer.stderr);
+    assert!(answer.stderr.contains("actor.skin_blending: only valid with a `skin`"), "{}", answer.stderr);
 }
 
 #[test]

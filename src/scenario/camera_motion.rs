@@ -1,4 +1,4 @@
-//! `[[rig.motion]]` and `[[rig.timing]]`: cameras that move, and when each takes its images.
+//! `[[rig.motion]]` and `[[rig.timing]]`: how cameras move, and when they take images.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,29 +9,29 @@ use crate::benchmark_set::Layer;
 use crate::input::excerpt;
 use crate::observation::SilhouetteSource;
 
-/// Keyframes of a camera.
+/// Greatest number of keyframes of a camera.
 const MOST_KEYFRAMES: usize = 10_000;
-/// Entries of each table: as many as a rig may have cameras.
+/// Greatest number of entries of each table: as many as a rig may have cameras.
 const MOST_ENTRIES: usize = 999;
 /// Greatest coordinate, metres, and time, seconds.
 const FARTHEST: f64 = 1e4;
 const LATEST_S: f64 = 3600.0;
-/// How near to a whole number the frames from one image to the next must be.
+/// Relative tolerance for whole numbers of frames from one image to the next.
 const WHOLE: f64 = 1e-6;
 
-/// A camera that moves through keyframes: position, point looked at and roll smoothly between them and never beyond
-/// them (piecewise cubic Hermite with Fritsch and Butland's slopes), standing still before the first and after the
-/// last. Trackers are told where it is in every frame. Its lens and image size stay those of the rig.
+/// A camera that moves through keyframes. Position, look-at point and roll are interpolated smoothly without overshoot
+/// (piecewise cubic Hermite with Fritsch and Butland's slopes); the camera is still before the first keyframe and after
+/// the last. Trackers are given its pose in every frame. Its lens and image size are those of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraMotionSettings {
-    /// The camera's name; those of a ring are `cam00`, `cam01` ....
+    /// The camera's name; a ring's cameras are named `cam00`, `cam01` and so on.
     pub camera: String,
-    /// Where it is and what it looks at, in the order of time.
+    /// The keyframes in order of time.
     pub keyframes: Vec<KeyframeSettings>,
 }
 
-/// Where a moving camera is at one time.
+/// The pose of a moving camera at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeyframeSettings {
@@ -39,50 +39,51 @@ pub struct KeyframeSettings {
     pub time_s: f64,
     /// The camera's centre, world, metres.
     pub position_m: [f64; 3],
-    /// What the middle of its view meets, world, metres.
+    /// The point at the centre of its view, world, metres.
     pub look_at_m: [f64; 3],
-    /// Turn about the direction of view, clockwise as seen from behind the camera, degrees. Default: 0, the world's Z
-    /// upwards in the image.
+    /// Rotation about the viewing direction, clockwise as seen from behind the camera, degrees. Default: 0, the world's
+    /// Z axis points up in the image.
     #[serde(default)]
     pub roll_deg: f64,
 }
 
-/// When a camera takes its images. Row r of the image of a frame is exposed at the frame's time + `offset_ms` +
-/// r x `line_delay_us`: the truth of images, told to trackers as time stamps; poses stay those of the frames.
+/// When a camera takes its images. Row r of a frame's image is exposed at the frame's time + `offset_ms` +
+/// r x `line_delay_us`. Images show this time, and trackers are given it as time stamps; poses refer to the frames'
+/// times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraTimingSettings {
-    /// The camera's name; those of a ring are `cam00`, `cam01` ....
+    /// The camera's name; a ring's cameras are named `cam00`, `cam01` and so on.
     pub camera: String,
-    /// Images a second; the scenario's own rate must be a whole multiple of it. The first image is that of frame 0;
-    /// for frames between its images the camera has none. Default: an image of every frame.
+    /// Images per second; the scenario's frame rate must be a whole multiple of it. The first image is that of frame 0;
+    /// the camera has no image for frames between its images. Default: an image of every frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames_per_second: Option<f64>,
-    /// How much later than its frame an image is taken, milliseconds; below 0 for earlier. Before the first frame and
-    /// after the last everybody stands still.
+    /// Delay of images after their frames, milliseconds; negative for earlier images. Before the first frame and after
+    /// the last, all people stand still.
     #[serde(default)]
     pub offset_ms: f64,
-    /// Delay of every row after the row above it, microseconds: a rolling shutter.
+    /// Delay of every row after the row above it, microseconds, for a rolling shutter.
     #[serde(default)]
     pub line_delay_us: f64,
 }
 
 impl CameraTimingSettings {
-    /// Frames from one image to the next at the scenario's rate; `None` where that is no whole number.
+    /// Frames from one image to the next at the scenario's rate; `None` if this is not a whole number.
     pub(crate) fn every(&self, frames_per_second: f64) -> Option<usize> {
         let frames = frames_per_second / self.frames_per_second.unwrap_or(frames_per_second);
         let whole = frames.round();
         ((frames - whole).abs() <= WHOLE * whole && whole >= 1.0).then_some(whole as usize)
     }
 
-    /// Whether images are exposed at another time than their frame's.
+    /// Whether images are exposed at other times than their frames.
     fn leaves_frames(&self) -> bool {
         self.offset_ms != 0.0 || self.line_delay_us != 0.0
     }
 }
 
-/// Checks how a scenario's cameras film.
-pub(super) fn problem(scenario: &Scenario) -> RangeCheck {
+/// Checks the motion and timing of a scenario's cameras.
+pub(super) fn check(scenario: &Scenario) -> RangeCheck {
     let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
     at_most("rig.motion", motion.len(), MOST_ENTRIES, "moving cameras")?;
     for (index, entry) in motion.iter().enumerate() {
@@ -96,7 +97,7 @@ pub(super) fn problem(scenario: &Scenario) -> RangeCheck {
         once(&key, &entry.camera, timing[..index].iter().map(|other| &other.camera))?;
         self::timing(&key, entry, scenario.motion.frames_per_second)?;
     }
-    undrawable(scenario)
+    check_drawable(scenario)
 }
 
 fn once<'a>(key: &str, camera: &str, mut before: impl Iterator<Item = &'a String>) -> RangeCheck {
@@ -145,13 +146,13 @@ fn timing(key: &str, entry: &CameraTimingSettings, frames_per_second: f64) -> Ra
     require(&key, entry.every(frames_per_second).is_some(), expected, own)
 }
 
-/// Refuses what cannot be drawn with moving cameras or cameras with their own times.
-fn undrawable(scenario: &Scenario) -> RangeCheck {
+/// Refuses images that cannot be made with moving cameras or cameras with their own timing.
+fn check_drawable(scenario: &Scenario) -> RangeCheck {
     let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
     let is_still = motion.is_empty() && timing.is_empty();
     let segmented = scenario.observation.silhouette == SilhouetteSource::Segmented && !is_still;
-    let expected = "\"exact\" or \"corrupted\" with [[rig.motion]] or [[rig.timing]]: a background model needs a camera \
-                    that stands still and takes every image at its frame's time";
+    let expected = "\"exact\" or \"corrupted\" with [[rig.motion]] or [[rig.timing]]: a background model needs a static camera \
+                    with every image at its frame's time";
     require("observation.silhouette", !segmented, expected, "\"segmented\"")?;
     let rolling = timing.iter().any(|entry| entry.line_delay_us != 0.0);
     let moved = !motion.is_empty() || timing.iter().any(CameraTimingSettings::leaves_frames);
@@ -162,7 +163,7 @@ fn undrawable(scenario: &Scenario) -> RangeCheck {
     });
     let Some(layer) = refused else { return Ok(()) };
     let expected = match layer {
-        Layer::Colour => "no layer \"colour\" with cameras that move or take images at their own times",
+        Layer::Colour => "no layer \"colour\" with cameras that move or have their own timing",
         _ => "only the layers \"depth\", \"parts\" and \"normals\" with a rolling shutter (rig.timing.line_delay_us)",
     };
     require("layers", false, expected, format!("{layer:?}").to_lowercase())

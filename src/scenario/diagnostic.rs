@@ -9,25 +9,25 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::input::{excerpt, harmless, is_own_output, plain};
 
-/// Characters of a line that are shown.
+/// Number of displayed characters of a line.
 const SHOWN_OF_LINE: usize = 160;
-/// Characters of a long line that are shown before the mark.
+/// Number of displayed characters of a long line before the mark.
 const SHOWN_BEFORE: usize = 100;
 
 /// One error of a scenario, printed as `file:line: key: message` with the line and a caret below.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// The file as it was named, or the override on the command line.
+    /// The file as named by the user, or the override on the command line.
     pub origin: String,
     /// Its position in the file; `None` for an override and for a missing key.
     pub place: Option<LineSpan>,
     /// Dotted key; empty if the file is not TOML.
     pub key: String,
-    /// What was found, what was expected, what to do.
+    /// What was expected, what was found, and what to do.
     pub message: String,
 }
 
-/// A stretch of one line of a file.
+/// A part of one line of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LineSpan {
     /// Line number, from 1.
@@ -36,7 +36,7 @@ pub struct LineSpan {
     pub column: usize,
     /// Number of characters marked, at least 1.
     pub width: usize,
-    /// The line itself; empty where it may not be shown.
+    /// The line itself; empty if it must not be shown.
     pub text: String,
 }
 
@@ -55,7 +55,7 @@ impl LineSpan {
         }
     }
 
-    /// The same of a file's text; the line is shown only if the file says that it is of this program.
+    /// As [`Self::from_span`], but the line is only shown if the file declares a format of this program.
     pub(crate) fn of_file(text: &str, span: &Range<usize>) -> Self {
         let place = Self::from_span(text, span);
         if is_own_output(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
@@ -100,8 +100,8 @@ impl fmt::Display for Diagnostic {
 
 impl std::error::Error for Diagnostic {}
 
-/// What is wrong at a key of a file's text, without what was found there where the file is not one of this program.
-pub(super) fn about_file(text: &str, message: String) -> String {
+/// The message without the found value if the text is not in a format of this program.
+pub(super) fn without_foreign_value(text: &str, message: String) -> String {
     match message.split_once(", found ") {
         Some((expected, _)) if !is_own_output(text.as_bytes()) => expected.to_owned(),
         _ => message,
@@ -135,9 +135,9 @@ fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<TomlEntry<'a, 'i>> 
     table.iter().find(|(k, _)| k.get_ref() == key)
 }
 
-/// The candidate that a misspelt word most likely means: two letters away, or a third of them.
+/// The candidate most similar to a misspelt word, if at most two letters, or a third of them, differ.
 pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // no misspelling is that long, and the distance table grows with the word
+    // misspelt words are not that long, and the cost of the comparison grows with the length
     if word.len() > 256 {
         return None;
     }
@@ -160,17 +160,17 @@ mod tests {
     }
 
     #[test]
-    fn the_caret_stands_below_the_value_even_after_wide_characters() {
+    fn the_caret_is_below_the_value_even_after_wide_characters() {
         let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
         let place = LineSpan::from_span(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
-        let complaint =
+        let diagnostic =
             Diagnostic { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
-        assert_eq!(complaint.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
+        assert_eq!(diagnostic.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
     }
 
     #[test]
-    fn of_a_line_of_a_million_characters_the_part_around_the_mark_is_shown() {
+    fn only_the_part_around_the_mark_of_a_very_long_line_is_shown() {
         let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
         let span = text.rfind("1, ]").unwrap();
         let place = LineSpan::from_span(&text, &(span..span + 1));
