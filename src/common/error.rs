@@ -125,7 +125,7 @@ pub enum ExperimentError {
         "--exec {}: it {}{}; docs/protocol.md describes what it must answer",
         plain(command),
         plain(what),
-        said(errors)
+        last_lines(errors)
     )]
     Program {
         /// The command line.
@@ -162,8 +162,8 @@ pub enum ExperimentError {
     },
     /// A folder of exports exists where one export would go.
     #[error(
-        "{}: this folder holds exports of its own ({there}); choose --out {} to put this one beside them, or use --force \
-        to rename the folder to NAME~",
+        "{}: this folder contains exports ({there}); choose --out {} to put this one beside them, or use \
+        --force to rename the folder to NAME~",
         plain(path.display()),
         plain(beside.display())
     )]
@@ -172,10 +172,10 @@ pub enum ExperimentError {
         path: PathBuf,
         /// The formats that are there.
         there: String,
-        /// Where the export has its place among them.
+        /// The place of the export beside them.
         beside: PathBuf,
     },
-    /// A folder holds another sweep.
+    /// A folder has another sweep.
     #[error(
         "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
         results of cells that are in both",
@@ -205,12 +205,12 @@ pub enum ExperimentError {
         /// Indices of the others.
         missing: String,
     },
-    /// A cluster's engine refuses, or is not there.
+    /// A cluster's engine refuses the job, or does not exist.
     #[error("{}: {}", plain(command), plain(detail))]
     Engine {
         /// The command.
         command: String,
-        /// Its own words.
+        /// Its message.
         detail: String,
     },
     /// Jobs of the same sweep are still queued.
@@ -254,13 +254,13 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work
-    /// or no room is left to write, 1 where a sweep is not complete, 130 after an interruption.
+    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work or the
+    /// disk is full, 1 if a sweep is incomplete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Artefact(error) => error.exit_code(),
             Self::Queued { .. } => 75,
-            // there may be room later
+            // the disk may have space later
             Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
             Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
@@ -339,8 +339,8 @@ pub(crate) fn stays_unreadable(error: &io::Error) -> bool {
     )
 }
 
-/// The last lines of a program, to follow what went wrong.
-fn said(errors: &[String]) -> String {
+/// The last lines of a program's standard error, for the end of a message.
+fn last_lines(errors: &[String]) -> String {
     if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
 }
 

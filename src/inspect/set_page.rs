@@ -38,8 +38,8 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
     let views = parallel::map(kept.len(), pack).into_iter().collect::<Result<Vec<_>, _>>()?;
     let rig = truth.map_or(&blind.rig, |truth| truth.rig.rig());
     let props = truth.map_or(&[][..], |truth| &truth.ground_truth.props);
-    let nobody = [None; LANDMARKS.len()];
-    let markers = |frame: &usize| truth.map_or(nobody, |truth| truth.ground_truth.frames[*frame].markers);
+    let no_markers = [None; LANDMARKS.len()];
+    let markers = |frame: &usize| truth.map_or(no_markers, |truth| truth.ground_truth.frames[*frame].markers);
     let playback = Playback {
         seed: 0,
         plan,
@@ -47,7 +47,7 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         props: if blind.moments.is_some() { Vec::new() } else { Painters::new(blind).props(props) },
         moved: kept.iter().filter_map(|frame| moved(blind, truth, *frame)).collect(),
         truth: kept.iter().map(markers).collect(),
-        estimate: vec![nobody; kept.len()],
+        estimate: vec![no_markers; kept.len()],
     };
     let root = |frame: &usize| -> Option<Point3<f64>> {
         let pose = match truth {

@@ -119,11 +119,11 @@ fn frames_inside(scene: &PreparedScene, camera: usize) -> Vec<(usize, usize)> {
         if (frame.pose.world_from_root.translation.vector - point.coords).norm() > BODY_REACH {
             return None;
         }
-        let holds = |(link, world_from_link): (usize, &nalgebra::Isometry3<f64>)| {
+        let contains = |(link, world_from_link): (usize, &nalgebra::Isometry3<f64>)| {
             let at = world_from_link.inverse_transform_point(point);
             truth.actor.links[link].solids.iter().any(|solid| is_inside(solid, at)).then_some(link)
         };
-        frame.link_frames.0.iter().enumerate().find_map(holds)
+        frame.link_frames.0.iter().enumerate().find_map(contains)
     };
     parallel::map(truth.frames.len(), link_around)
         .into_iter()

@@ -118,11 +118,11 @@ impl PreparedScene {
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
-        let told = RigMoments::told(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
+        let given_moments = RigMoments::told(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
         let mut notes = retargeted.report.notes.clone();
         notes.extend(lens_note(corruption, rig.rig()));
         let rate = ground_truth.frames_per_second;
-        notes.extend(told.iter().flat_map(|told| rig_notes(told, rig.rig(), rate)));
+        notes.extend(given_moments.iter().flat_map(|given_moments| rig_notes(given_moments, rig.rig(), rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(robot_notes("actor", &actor_template, &actor_skin_notes));
         if !same_robot {

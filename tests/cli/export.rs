@@ -20,8 +20,7 @@ fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
 
     // one format where several have a folder each
     let answer = room.skiagraph("export set --to coco --out all".split(' '));
-    let said =
-        "all: this folder holds exports of its own (tum, apng); choose --out all/coco to put this one beside them";
+    let said = "all: this folder contains exports (tum, apng); choose --out all/coco to put this one beside them";
     assert!(answer.code == 2 && answer.stderr.contains(said), "{}", answer.stderr);
     room.succeed("export set --to coco --out all/coco");
     assert!(room.path("all/coco").is_dir() && room.path("all/tum/root.txt").exists());

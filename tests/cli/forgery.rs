@@ -273,6 +273,6 @@ fn a_sandbox_that_cannot_be_made_is_said_in_one_message_before_the_work() {
         .unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("--sandbox: needs bwrap"), "{said}");
-    assert!(said.contains("install bubblewrap") && said.lines().count() == 1, "{said}");
+    assert!(said.contains("install the package bubblewrap") && said.lines().count() == 1, "{said}");
     assert!(!room.path("run").exists());
 }

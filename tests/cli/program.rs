@@ -95,10 +95,10 @@ fn what_a_program_does_wrong_costs_its_frames_and_is_told() {
     let room = room();
     let frozen = shipped("examples/external/frozen.sh");
     let frozen = frozen.display();
-    // every answer passes through a filter that spoils that of frame 1
+    // a filter changes the answers, so that one or more are invalid
     for (filter, failed, part) in [
         (r#"sed -u '/"frame":1,/s/.*/loading weights.../'"#, 1, "print messages to standard error"),
-        (r#"sed -u 's/"frame":1,/"frame":7,/'"#, 1, "answered frame 7 when frame 1"),
+        (r#"sed -u 's/"frame":1,/"frame":7,/'"#, 1, "expected an answer to frame 1, found one to frame 7"),
         (r#"sed -u '/"frame":1,/s/pelvis/nose/'"#, 1, "\"nose\" is unknown"),
         (r#"sed -u '/"frame":2,/s/\[[^]]*\]/[1e999,0,0]/'"#, 1, "JSON"),
     ] {
