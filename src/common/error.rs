@@ -254,8 +254,8 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work or the
-    /// disk is full, 1 if a sweep is incomplete, 130 after an interruption.
+    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work or
+    /// the disk is full, 1 if a sweep is incomplete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Artefact(error) => error.exit_code(),
