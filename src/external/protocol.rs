@@ -257,10 +257,10 @@ pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
     }
 }
 
-/// Reads the answer to frame `asked`; `None` for an answer to an earlier frame, whose content is ignored.
-pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<Option<Reply>, String> {
+/// Reads the answer to frame `expected_frame`; `None` for an answer to an earlier frame, whose content is ignored.
+pub(super) fn read_answer(line: &str, expected_frame: usize, body: &Humanoid) -> Result<Option<Reply>, String> {
     let object = object(line)?;
-    if object.get("frame").and_then(Value::as_u64).is_some_and(|frame| frame < asked as u64) {
+    if object.get("frame").and_then(Value::as_u64).is_some_and(|frame| frame < expected_frame as u64) {
         return Ok(None);
     }
     let kind = kind_of(&object)?;

@@ -160,16 +160,16 @@ impl TrackerSettings {
         let mut settings = self;
         for assignment in overrides {
             let assignment = &with_own_key(assignment, &settings)?;
-            let complain = |message: String| error_about(assignment, message);
+            let invalid = |message: String| error_about(assignment, message);
             // the tree has one entry: the tracker's name with its table
-            let mut tree = serde_json::to_value(&settings).map_err(|e| complain(e.to_string()))?;
+            let mut tree = serde_json::to_value(&settings).map_err(|e| invalid(e.to_string()))?;
             if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
                 insert(own, assignment)?;
             }
             let check = |settings: &Self| settings.first_problem(settings.name());
             settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
                 .map_err(|diagnostic| with_range(diagnostic, &tree, check))?;
-            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
+            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..invalid(problem.message) })?;
         }
         Ok(settings)
     }
@@ -221,15 +221,15 @@ fn for_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
 /// accepted.
 fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
-    let complain = |message| error_about(assignment, message);
+    let invalid = |message| error_about(assignment, message);
     let name = settings.name();
     let key = key.trim();
     let in_tracker = key.strip_prefix("tracker.").unwrap_or(key);
     let own = in_tracker.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
     if own.is_none() && in_tracker != key {
-        return Err(complain(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
+        return Err(invalid(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
     }
-    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(complain)?;
+    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(invalid)?;
     Ok(format!("{full}={value}"))
 }
 
@@ -253,18 +253,18 @@ pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Diagnostic> 
 
 /// Applies `key=value` to a table.
 fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagnostic> {
-    let complain = |message: &str| error_about(assignment, message.to_owned());
+    let invalid = |message: &str| error_about(assignment, message.to_owned());
     let (key, value) = assignment
         .split_once('=')
-        .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
-    let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
+        .ok_or_else(|| invalid("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
+    let value = parse_value(value.trim()).map_err(|e| invalid(&e))?;
     // every dot is one level of nested tables
     if key.split('.').count() > MOST_SEGMENTS {
-        return Err(complain(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
+        return Err(invalid(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
     }
     let mut segments: Vec<&str> = key.trim().split('.').collect();
     let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
-        return Err(complain("expected a key before `=`"));
+        return Err(invalid("expected a key before `=`"));
     };
     let mut table = table;
     for (depth, segment) in segments.iter().enumerate() {
@@ -272,7 +272,7 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagno
         if !slot.is_object() {
             *slot = Value::Object(Map::new());
         }
-        let Value::Object(inner) = slot else { return Err(complain("expected a table")) };
+        let Value::Object(inner) = slot else { return Err(invalid("expected a table")) };
         let method = depth == 1 && segments[0] == "methods";
         if (depth == 0 && *segment == "tracker") || method {
             // a scenario or method has one tracker, so naming another replaces it

@@ -34,12 +34,12 @@ pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
     })
 }
 
-/// The settings of a tree; `complain` makes the error.
+/// The settings of a tree; `diagnostic` makes the error.
 pub(crate) fn settings_of<T: DeserializeOwned>(
     tree: Value,
-    complain: impl FnOnce(SettingsError) -> Diagnostic,
+    diagnostic: impl FnOnce(SettingsError) -> Diagnostic,
 ) -> Result<T, Diagnostic> {
-    settings_or_error(tree).map_err(complain)
+    settings_or_error(tree).map_err(diagnostic)
 }
 
 /// The settings of a tree, or its first error.
