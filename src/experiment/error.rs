@@ -114,6 +114,14 @@ pub enum ExperimentError {
         /// The difference.
         detail: String,
     },
+    /// Estimates in memory do not fit the set.
+    #[error("these estimates do not fit the set {}: {}", plain(set), plain(detail))]
+    Unfit {
+        /// The set's name.
+        set: String,
+        /// The difference.
+        detail: String,
+    },
     /// Runs cannot be compared.
     #[error("{}", plain(.0))]
     NotComparable(Box<NotComparable>),
@@ -301,7 +309,7 @@ impl ExperimentError {
             | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
-            Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
+            Self::Scenario(_) | Self::AnotherSet { .. } | Self::Unfit { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,

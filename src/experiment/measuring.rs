@@ -421,7 +421,7 @@ impl Painters {
 }
 
 /// Refuses estimates that do not belong to this set.
-pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
+pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
     let of_program = tracked.program.as_ref().map(|program| &program.set_hash);
     let of_run = tracked.record.as_ref().map(|record| &record.set_hash).or(of_program);
     if let Some(hash) = of_run.filter(|hash| **hash != set.blind.set_hash) {

@@ -152,7 +152,7 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies
 /// beside the truth.
-fn check_sources(
+pub(crate) fn check_sources(
     set: &BenchmarkSet,
     tracked: &Tracked,
     run: &Path,

@@ -11,7 +11,7 @@ use crate::input::hex_sha256;
 /// of the same noise.
 ///
 /// The hash is of text that this version writes for each of these; runs of other versions are never put together.
-pub(super) fn scene_hash(set: &BenchmarkSet) -> String {
+pub(crate) fn scene_hash(set: &BenchmarkSet) -> String {
     let truth = &set.truth.ground_truth;
     let rig = set.truth.rig.rig();
     let filming = (!set.truth.rig.is_still()).then_some(&set.truth.rig);

@@ -40,7 +40,8 @@ pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
 pub struct Tracked {
-    /// Who tracked what; `None` for poses that another program made, and for [`track_with`].
+    /// Who tracked what; `None` for poses that another program made, and for trackers of a program that uses
+    /// this library.
     pub record: Option<TrackRecord>,
     /// The answers.
     pub estimates: Estimates,
@@ -123,14 +124,14 @@ pub fn track(
 /// the result against the truth.
 ///
 /// # Errors
-/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.
-pub fn track_with(
+/// [`ExperimentError`] if a tracker cannot be made or fails, an observation cannot be read, or `progress` stops the work.
+pub(crate) fn track_with(
     set: &BlindSet,
     seeds: &[u64],
     progress: &dyn Progress,
-    new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
+    new_tracker: impl FnMut(u64) -> Result<Box<dyn Tracker>, ExperimentError>,
 ) -> Result<Tracked, ExperimentError> {
-    let mut trackers: Vec<Box<dyn Tracker>> = seeds.iter().copied().map(new_tracker).collect();
+    let mut trackers = seeds.iter().copied().map(new_tracker).collect::<Result<Vec<Box<dyn Tracker>>, _>>()?;
     trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
     let (estimates, _) = follow(set, trackers, Instant::now(), progress)?;
     Ok(Tracked::new(set, seeds, Vec::new(), estimates))
