@@ -309,7 +309,11 @@ impl ExperimentError {
             | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
-            Self::Scenario(_) | Self::AnotherSet { .. } | Self::Unfit { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
+            Self::Scenario(_)
+            | Self::AnotherSet { .. }
+            | Self::Unfit { .. }
+            | Self::SetThere { .. }
+            | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,

@@ -40,14 +40,20 @@ use std::collections::BTreeMap;
 use anatomy::{Anatomy, SubjectFrame};
 use calibration::SegmentCalibration;
 
-pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
-pub use fit::{Fit, fit_motion_to_markers, fit_to_markers};
-pub use goals::FitOptions;
-pub use lengths::SegmentLengths;
-pub use person::{Physique, physique_shape};
-pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
-pub use shape_fit::fit_shape;
-pub use skin_fit::with_skin;
+pub use residuals::RetargetReport;
+
+// Parts of retargeting, for the application, tests and studies.
+#[doc(hidden)]
+pub use self::{
+    fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames},
+    fit::{Fit, fit_motion_to_markers, fit_to_markers},
+    goals::FitOptions,
+    lengths::SegmentLengths,
+    person::{Physique, physique_shape},
+    residuals::{FootHeight, LandmarkResidual, LimitHits},
+    shape_fit::fit_shape,
+    skin_fit::with_skin,
+};
 
 use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
 use crate::input::{excerpt, plain};
