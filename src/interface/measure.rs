@@ -103,7 +103,8 @@ fn check_shape(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
     let frames = set.blind.frame_count;
     for (index, (seed, sequence)) in estimates.seeds.iter().zip(&estimates.sequences).enumerate() {
         let body = estimates.body(index, &set.blind.start.body);
-        check_sequence(sequence, frames, body.degrees_of_freedom.len()).map_err(|what| format!("seed {seed}: {what}"))?;
+        check_sequence(sequence, frames, body.degrees_of_freedom.len())
+            .map_err(|what| format!("seed {seed}: {what}"))?;
     }
     Ok(())
 }
