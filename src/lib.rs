@@ -129,9 +129,9 @@
 //!
 //! # What is not promised
 //!
-//! Versions 0.x may change names and signatures. Items hidden from this documentation are not part of the interface: they
-//! are public for the program, other crates of the workspace, tests and studies. Truth (kinematics, projection, silhouettes) has the same bits on every machine; learned
-//! models only on one type of CPU.
+//! Versions 0.x may change names and signatures. Items hidden from this documentation are not part of the interface:
+//! they are public for the program, other crates of the workspace, tests and studies. Truth (kinematics, projection,
+//! silhouettes) has the same bits on every machine; learned models only on one type of CPU.
 
 #![cfg_attr(
     not(test),

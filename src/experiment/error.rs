@@ -22,6 +22,7 @@ use crate::tracker::{CalibrationError, TrackError};
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExperimentError {
     /// The scenario is invalid by itself, or does not fit the files that it names.
     #[error(transparent)]

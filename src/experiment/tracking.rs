@@ -39,6 +39,7 @@ pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Tracked {
     /// Who tracked what; `None` for poses that another program made, and for trackers of a program that uses
     /// this library.
@@ -124,7 +125,8 @@ pub fn track(
 /// the result against the truth.
 ///
 /// # Errors
-/// [`ExperimentError`] if a tracker cannot be made or fails, an observation cannot be read, or `progress` stops the work.
+/// [`ExperimentError`] if a tracker cannot be made or fails, an observation cannot be read, or `progress` stops the
+/// work.
 pub(crate) fn track_with(
     set: &BlindSet,
     seeds: &[u64],

@@ -28,8 +28,8 @@ pub struct Measured {
     run: MeasuredClip,
 }
 
-/// Measures estimates against the truth of a set. [`Tracked`] is what [`track`](fn@crate::track) returns; estimates from
-/// elsewhere are converted by `Tracked::from`.
+/// Measures estimates against the truth of a set. [`Tracked`] is what [`track`](fn@crate::track) returns; estimates
+/// from elsewhere are converted by `Tracked::from`.
 ///
 /// ```
 /// use skiagraph::benchmark_set::{EstimatedSequence, Estimates};

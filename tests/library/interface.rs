@@ -2,8 +2,8 @@
 //! trees, and there is a ceiling (ARCHITECTURE.md, "Public interface").
 //!
 //! A name is an item of a module: a module, type, trait, function, constant or macro; methods and fields are not
-//! counted. What several modules hand out counts once. Items and re-exports marked `#[doc(hidden)]`, and everything that
-//! is reached only through them, are not shown.
+//! counted. What several modules hand out counts once. Items and re-exports marked `#[doc(hidden)]`, and everything
+//! that is reached only through them, are not shown.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

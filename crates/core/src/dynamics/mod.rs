@@ -48,6 +48,7 @@ const EVEN: f64 = 1e-4;
 
 /// What has no dynamics.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DynamicsError {
     /// Contact cannot be computed, or a setting is invalid.
     #[error(transparent)]
@@ -94,6 +95,7 @@ pub struct DynamicsFrame {
 
 /// A motion's dynamics in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DynamicsSummary {
     /// Mean residual wrench, body weights.
     pub residual: f64,

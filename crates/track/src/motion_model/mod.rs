@@ -126,6 +126,7 @@ pub struct ModelOccupancy {
 /// A setting of a motion model or tracker is out of its range.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: expected {expected}, found {found}")]
+#[non_exhaustive]
 pub struct SettingError {
     /// The setting, as a scenario spells it.
     pub key: &'static str,

@@ -98,6 +98,7 @@ impl Default for RetargetOptions {
 
 /// A clip as a motion of a humanoid of the subject's size.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Retargeted {
     /// The template scaled to the subject.
     pub humanoid: Humanoid,
@@ -120,6 +121,7 @@ fn map_to_fill_in(missing: &str) -> String {
 
 /// Why a clip cannot be retargeted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RetargetError {
     /// A landmark cannot be found by name.
     #[error(
