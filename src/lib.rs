@@ -13,10 +13,10 @@
 //!
 //! | what | with |
 //! |---|---|
-//! | make a set from a scenario | [`ScenarioFile`], [`render`] |
+//! | make a set from a scenario | [`ScenarioFile`], [`render`](fn@render) |
 //! | open a set: its blind side, and its truth | [`BenchmarkSet`], [`BlindSet`], [`TruthSet`] |
-//! | run a tracker on it: one of yours, or a built-in one | [`Tracker`], [`TrackerSettings`], [`track`] |
-//! | measure its estimates against the truth | [`Tracked`], [`measure`], [`Measured`] |
+//! | run a tracker on it: one of yours, or a built-in one | [`Tracker`], [`TrackerSettings`], [`track`](fn@track) |
+//! | measure its estimates against the truth | [`Tracked`], [`measure`](fn@measure), [`Measured`] |
 //! | compare two measured runs | [`compare`](fn@compare), [`RunComparison`] |
 //!
 //! ```

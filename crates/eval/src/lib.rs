@@ -83,7 +83,7 @@ mod summary;
 pub mod test_figure;
 mod track_loss;
 
-pub use comparison::{ComparedMetric, Difference, Finding, NotComparable, RunComparison};
+pub use comparison::{AgainstBase, ComparedMetric, Difference, Finding, NotComparable, RunComparison, SideFacts};
 pub use evaluate::{Evaluation, MetricValue, evaluate};
 pub use interval::Interval;
 use metric::change;
@@ -99,9 +99,9 @@ pub use self::{
     breakdown::BreakdownGroup,
     breakdown_summary::BreakdownSummary,
     comparison::{
-        AgainstBase, ClipValues, DifferenceRule, IntervalUnit, JointDifference, LostTracks, MeasuredClip,
-        MeasuredMetric, MeasuredRuns, MergeError, Rate, RateDifference, SideFacts, changed_settings, compare_runs,
-        difference, holm, lost_tracks, seeds_in_words, should_pair, shown_once,
+        ClipValues, DifferenceRule, IntervalUnit, JointDifference, LostTracks, MeasuredClip, MeasuredMetric,
+        MeasuredRuns, MergeError, Rate, RateDifference, changed_settings, compare_runs, difference, holm, lost_tracks,
+        seeds_in_words, should_pair, shown_once,
     },
     evaluate::JointError,
     gate::{

@@ -90,7 +90,7 @@ mod views_file;
 pub use blind::BlindSet;
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
-pub use export::{ExportFormat, export};
+pub use export::{ExportFormat, ExportWatch, export};
 pub use manifest::TruthFacts;
 pub use set::{BenchmarkSet, TruthSet};
 pub use start_file::Start;
@@ -103,7 +103,7 @@ pub use self::{
     contact_facts::{ContactFacts, PushFacts, SimulationFacts},
     estimates::FARTHEST_M,
     estimates_reader::with_seed_axis,
-    export::{EXPORT_FORMATS, ExportWatch},
+    export::EXPORT_FORMATS,
     exr_layers::{Layer, layer_channels},
     identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
     layer_drawing::LAYERS_MEMORY_BYTES,

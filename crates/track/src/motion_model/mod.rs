@@ -113,6 +113,7 @@ pub trait MotionModel: Send + Sync {
 }
 
 /// One latent space's part in a frame.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelOccupancy {
     /// Particles in it, before resampling.

@@ -39,7 +39,6 @@ pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use estimate::{Estimate, LayerRecord, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
-pub use refinement::{Refinement, RefinementSettings};
 pub use settings::{FilterSettings, SilhouetteSettings};
 pub use silhouette_likelihood::SilhouetteLikelihood;
 
@@ -53,6 +52,7 @@ pub use self::{
     },
     partition::Partition,
     plausibility::PlausibilitySettings,
+    refinement::{Refinement, RefinementSettings},
     settings::{ContourTerm, Estimator, Kernel, SilhouetteTerm},
     silhouette_likelihood::LikelihoodScratch,
 };
