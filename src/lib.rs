@@ -180,15 +180,23 @@ pub use interface::{Measured, RunSide, TrackerSource, compare, measure, render, 
 #[doc(inline)]
 pub use scenario::{ScenarioError, ScenarioFile, TrackerSettings};
 
+pub use skiagraph_eval::RunComparison;
+pub use skiagraph_set::{BenchmarkSet, BlindSet, TruthSet};
+pub use skiagraph_track::tracker::Tracker;
+
 /// The linear algebra of poses, frames and points in this interface.
 pub use nalgebra;
+
+// A link to the pages of the other crates: a copy of them would show what is hidden there.
+#[doc(no_inline)]
 pub use skiagraph_core::{body, camera, contact, dynamics, raster};
+#[doc(no_inline)]
 pub use skiagraph_eval as evaluation;
-pub use skiagraph_eval::RunComparison;
+#[doc(no_inline)]
 pub use skiagraph_set as benchmark_set;
-pub use skiagraph_set::{BenchmarkSet, BlindSet, TruthSet};
+#[doc(no_inline)]
 pub use skiagraph_track::tracker;
-pub use skiagraph_track::tracker::Tracker;
+#[doc(no_inline)]
 pub use skiagraph_truth::{mocap, retarget, scene};
 
 // What only the program, its tests and its studies need of the other crates.
@@ -203,18 +211,24 @@ use skiagraph_eval::{Evaluation, Sequence, evaluate};
 
 /// How a pose may move from frame to frame: diffusion, GPDM, GPDM graph (`skiagraph-track`).
 pub mod motion_model {
+    #[doc(no_inline)]
     pub use skiagraph_core::body::{Prediction, ProposalScales};
+    #[doc(no_inline)]
     pub use skiagraph_track::motion_model::*;
 }
 
 /// What a tracker is given of a frame (`skiagraph-core`), and how it is made of the truth (`skiagraph-truth`).
 pub mod observation {
+    #[doc(no_inline)]
     pub use skiagraph_core::observation::Observation;
+    #[doc(no_inline)]
     pub use skiagraph_truth::observing::*;
 }
 
 /// Planted feet and simulation (`skiagraph-physics`); balance and forces ([`dynamics`]).
 pub mod physics {
+    #[doc(no_inline)]
     pub use skiagraph_core::dynamics::*;
+    #[doc(no_inline)]
     pub use skiagraph_physics::*;
 }
