@@ -1,12 +1,12 @@
 //! What programs do with this package: the functions at its root, which do what the commands of the same names do.
 
-mod compare;
-mod measure;
+mod compared;
+mod measured;
 mod render;
 mod track;
 
-pub use compare::{RunSide, compare};
-pub use measure::{Measured, measure};
+pub use compared::{RunSide, compare};
+pub use measured::{Measured, measure};
 pub use render::render;
 pub use track::{TrackerSource, track};
 
