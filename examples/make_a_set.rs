@@ -9,10 +9,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use skiagraph::artefacts::Destination;
-use skiagraph::common::NoProgress;
-use skiagraph::experiment::{draw, render};
-use skiagraph::scenario::ScenarioFile;
+use skiagraph::{Destination, ScenarioFile, render};
 
 /// The built-in walk, seen by two small cameras.
 const SCENARIO: &str = r#"
@@ -33,10 +30,9 @@ size_px = [160, 120]
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scenario = ScenarioFile::parse(SCENARIO, "in this example", ".".into(), &[])?;
-    let (set, notes) = match std::env::args_os().nth(1) {
-        None => draw(&scenario, None, &NoProgress)?,
-        Some(folder) => render(&scenario, None, Destination { path: Path::new(&folder), force: false }, &NoProgress)?,
-    };
+    let folder = std::env::args_os().nth(1);
+    let to = folder.as_ref().map(|folder| Destination { path: Path::new(folder), force: false });
+    let (set, notes) = render(&scenario, to)?;
     notes.iter().for_each(|note| println!("note: {note}"));
     println!("{} frames of {} cameras", set.blind.frame_count, set.blind.rig.cameras.len());
 

@@ -22,6 +22,7 @@ use crate::tracker::{CalibrationError, TrackError};
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExperimentError {
     /// The scenario is invalid by itself, or does not fit the files that it names.
     #[error(transparent)]
@@ -111,6 +112,14 @@ pub enum ExperimentError {
         run: PathBuf,
         /// The set.
         set: PathBuf,
+        /// The difference.
+        detail: String,
+    },
+    /// Estimates in memory do not fit the set.
+    #[error("these estimates do not fit the set {}: {}", plain(set), plain(detail))]
+    Unfit {
+        /// The set's name.
+        set: String,
         /// The difference.
         detail: String,
     },
@@ -301,7 +310,11 @@ impl ExperimentError {
             | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
-            Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
+            Self::Scenario(_)
+            | Self::AnotherSet { .. }
+            | Self::Unfit { .. }
+            | Self::SetThere { .. }
+            | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,

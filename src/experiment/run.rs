@@ -155,7 +155,7 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
 
 /// Refuses a run whose model file was learned from frames of the test. `track` cannot check this, because the
 /// fingerprints of the test are on the truth side.
-fn check_sources(
+pub(crate) fn check_sources(
     set: &BenchmarkSet,
     tracked: &Tracked,
     run: &Path,

@@ -35,7 +35,7 @@ pub struct ComparedSide {
 }
 
 impl ComparedSide {
-    fn new(name: String, paths: &[PathBuf]) -> Result<Self, ExperimentError> {
+    pub(crate) fn new(name: String, paths: &[PathBuf]) -> Result<Self, ExperimentError> {
         let misread = paths.iter().flat_map(|path| hints_of_runs(path)).collect();
         Ok(Self { name, runs: read_runs(paths)?, misread })
     }

@@ -60,13 +60,13 @@ pub fn track(
 ///
 /// # Errors
 /// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `progress` is interrupted.
-pub fn track_with(
+pub(crate) fn track_with(
     set: &BlindSet,
     seeds: &[u64],
     progress: &dyn Progress,
-    new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
+    new_tracker: impl FnMut(u64) -> Result<Box<dyn Tracker>, ExperimentError>,
 ) -> Result<Tracked, ExperimentError> {
-    let mut trackers: Vec<Box<dyn Tracker>> = seeds.iter().copied().map(new_tracker).collect();
+    let mut trackers = seeds.iter().copied().map(new_tracker).collect::<Result<Vec<Box<dyn Tracker>>, _>>()?;
     trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
     let (estimates, _) = follow(set, trackers, Instant::now(), progress)?;
     Ok(Tracked::new(set, seeds, Vec::new(), estimates))

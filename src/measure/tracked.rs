@@ -33,8 +33,10 @@ pub(crate) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Tracked {
-    /// The tracker and the set; `None` for poses of another program and of `experiment::track_with`.
+    /// The tracker and the set; `None` for poses of another program, and for trackers of a program that uses
+    /// this library.
     pub record: Option<TrackRecord>,
     /// The estimates.
     pub estimates: Estimates,

@@ -37,6 +37,7 @@ pub struct ScenarioFile {
 
 /// Errors of scenarios.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScenarioError {
     /// The file cannot be read.
     #[error("{}: cannot read the scenario: {source}{}", plain(path.display()), suggestion_for(path))]

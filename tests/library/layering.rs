@@ -72,7 +72,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 ];
 
 /// Rooms of the application that know every other.
-const FREE: &[&str] = &["experiment", "sweep", "cli"];
+const FREE: &[&str] = &["experiment", "sweep", "interface", "cli"];
 
 /// Things of other crates that only some places may name: the path's beginning, and where.
 const SEAMS: &[(&str, &[&str])] = &[

@@ -13,6 +13,7 @@ mod forward_kinematics;
 #[path = "../support/glb.rs"]
 mod glb;
 mod heel_strikes;
+mod interface;
 mod joint_map_keys;
 mod kinematics_agree_with_rapier;
 mod layering;

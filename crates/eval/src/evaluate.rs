@@ -14,6 +14,7 @@ use super::{coverage, lost_limb, protocol};
 
 /// Everything measured on one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Evaluation {
     /// Frames a second.
     pub frames_per_second: f64,
@@ -45,6 +46,7 @@ pub struct Evaluation {
 
 /// One metric of one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MetricValue {
     /// Unit of all values.
     pub unit: Unit,

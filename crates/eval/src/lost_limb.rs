@@ -7,7 +7,7 @@ use super::{LOSS_FRAMES, Sequence};
 use crate::body::LANDMARKS;
 
 /// A marker further from the truth than this is lost, millimetres; the threshold of PCK.
-pub const LOST_LIMB_MM: f64 = 150.0;
+const LOST_LIMB_MM: f64 = 150.0;
 
 /// Share of frames with a lost marker.
 pub(super) const SHARE: Metric = Metric {

@@ -7,7 +7,7 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
 /// The threshold of PCK, millimetres.
-pub const PCK_THRESHOLD_MM: f64 = 150.0;
+const PCK_THRESHOLD_MM: f64 = 150.0;
 
 /// Percentage of correct keypoints, as a fraction.
 pub(super) const PCK: Metric = Metric {

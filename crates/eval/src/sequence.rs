@@ -148,6 +148,7 @@ pub struct Energies<'a> {
 
 /// Errors of evaluation.
 #[derive(Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
 pub enum EvaluationError {
     /// Two lists that should have one entry a frame do not agree.
     #[error("{what}: {found} frames, but the truth has {expected}; give one entry per frame of the truth")]

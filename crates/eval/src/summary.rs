@@ -25,6 +25,7 @@ pub struct RunKey {
 
 /// All metrics over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Summary {
     /// The runs, in the order of every `per_run`.
     pub runs: Vec<RunKey>,
@@ -61,6 +62,7 @@ pub struct LostStretchOfRun {
 
 /// One metric over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MetricSummary {
     /// Unit of all values.
     pub unit: Unit,

@@ -10,7 +10,7 @@ use super::statistics::mean_of;
 pub const LOSS_THRESHOLD_MM: f64 = 150.0;
 
 /// So many bad frames in a row are a loss; all scored frames of a sequence that has fewer.
-pub const LOSS_FRAMES: usize = 15;
+pub(crate) const LOSS_FRAMES: usize = 15;
 
 /// Share of frames inside a loss.
 pub(super) const FRACTION: Metric = Metric {

@@ -8,6 +8,7 @@ use crate::npz::NpzError;
 
 /// Errors of making, writing, reading and verifying sets.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SetError {
     /// An error of the operating system: read-only directory, full disk, missing file.
     #[error("{}: cannot {action}: {source}", plain(path.display()))]

@@ -65,6 +65,7 @@ pub struct BenchmarkSet {
 
 /// The side of a set that trackers never see.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TruthSet {
     /// The actor's truth, frame by frame.
     pub ground_truth: GroundTruth,

@@ -50,6 +50,8 @@
         clippy::print_stderr
     )
 )]
+// For the application: scenarios describe to users how motions are edited.
+#[doc(hidden)]
 pub mod editing;
 pub mod mocap;
 pub mod observing;

@@ -11,6 +11,7 @@ use crate::{Direction, Unit};
 
 /// Several sides against the first: what `skiagraph compare --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RunComparison {
     /// `skiagraph.compare/1`.
     pub schema: String,
@@ -63,6 +64,7 @@ pub struct AgainstBase {
 
 /// One metric of two sides.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ComparedMetric {
     /// [`crate::Metric::name`].
     pub metric: String,
@@ -130,6 +132,7 @@ pub struct LostTracks {
 
 /// Why sides cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NotComparable {
     /// They have no clip in common.
     #[error("`{base}` and `{other}` have no clip in common: {base_clips} and {other_clips}")]

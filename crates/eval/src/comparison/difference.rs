@@ -45,6 +45,7 @@ pub enum DifferenceRule {
 
 /// Other minus base, of means over clips of each clip's mean over seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Difference {
     /// Mean of the base.
     pub base: f64,

@@ -13,6 +13,6 @@ mod sides;
 
 pub use decide::gate;
 pub use margin::{Margin, MarginError};
-pub use more_seeds::{MoreSeeds, seeds_to_decide};
+pub use more_seeds::MoreSeeds;
 pub use outcome::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict};
 pub use rules::{FEWEST_SEEDS, GateRules, MetricMargin};

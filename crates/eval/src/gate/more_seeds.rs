@@ -25,7 +25,12 @@ pub enum MoreSeeds {
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
 /// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both. Draws and
 /// clips are sets, which both sides need.
-pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, unit: IntervalUnit, distance: f64) -> Option<MoreSeeds> {
+pub(super) fn seeds_to_decide(
+    clips: &[ClipValues],
+    paired: bool,
+    unit: IntervalUnit,
+    distance: f64,
+) -> Option<MoreSeeds> {
     let sides: Vec<[ClipVariance; 2]> = clips
         .iter()
         .map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?]))

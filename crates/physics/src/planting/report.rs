@@ -10,6 +10,7 @@ const TOLD: f64 = 0.001;
 
 /// The changes of planting.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlantingReport {
     /// Contact before.
     pub before: GroundQuality,

@@ -16,6 +16,7 @@ pub struct Simulated {
 
 /// Report of a simulation.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SimulationReport {
     /// How long it lasted, seconds.
     pub duration_s: f64,

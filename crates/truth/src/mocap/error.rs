@@ -6,6 +6,7 @@ use crate::input::plain;
 
 /// Errors of reading and editing recordings. Each message names the place, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MocapError {
     /// The file is not there, or may not be read.
     #[error("{}: cannot be read: {source}", plain(path.display()))]

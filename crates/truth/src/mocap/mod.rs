@@ -30,14 +30,18 @@ mod rotation;
 mod stature;
 mod text_cursor;
 
-pub use amc::parse_amc;
-pub use asf::{AcclaimSkeleton, parse_asf};
-pub use bvh::parse_bvh;
-pub use clip::{Clip, Skeleton, SkeletonJoint};
-pub use deepmimic::parse_deepmimic;
+pub use clip::Clip;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};
-pub use points::parse_markers;
-#[doc(hidden)]
-pub use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
 pub use read::read;
+
+// Parsers of single formats, for tests and fuzzing: `read` chooses among them.
+#[doc(hidden)]
+pub use self::{
+    amc::parse_amc,
+    asf::{AcclaimSkeleton, parse_asf},
+    bvh::parse_bvh,
+    clip::{Skeleton, SkeletonJoint},
+    deepmimic::parse_deepmimic,
+    points::{MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
+};

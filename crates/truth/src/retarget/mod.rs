@@ -40,14 +40,20 @@ use std::collections::BTreeMap;
 use anatomy::{Anatomy, SubjectFrame};
 use calibration::SegmentCalibration;
 
-pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
-pub use fit::{Fit, fit_motion_to_markers, fit_to_markers};
-pub use goals::FitOptions;
-pub use lengths::SegmentLengths;
-pub use person::{Physique, physique_shape};
-pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
-pub use shape_fit::fit_shape;
-pub use skin_fit::with_skin;
+pub use residuals::RetargetReport;
+
+// Parts of retargeting, for the application, tests and studies.
+#[doc(hidden)]
+pub use self::{
+    fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames},
+    fit::{Fit, fit_motion_to_markers, fit_to_markers},
+    goals::FitOptions,
+    lengths::SegmentLengths,
+    person::{Physique, physique_shape},
+    residuals::{FootHeight, LandmarkResidual, LimitHits},
+    shape_fit::fit_shape,
+    skin_fit::with_skin,
+};
 
 use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
 use crate::input::{excerpt, plain};
@@ -92,6 +98,7 @@ impl Default for RetargetOptions {
 
 /// A clip as a motion of a humanoid of the subject's size.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Retargeted {
     /// The template scaled to the subject.
     pub humanoid: Humanoid,
@@ -114,6 +121,7 @@ fn map_to_fill_in(missing: &str) -> String {
 
 /// Why a clip cannot be retargeted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RetargetError {
     /// A landmark cannot be found by name.
     #[error(

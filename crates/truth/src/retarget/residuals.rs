@@ -9,6 +9,7 @@ use crate::body::{Humanoid, LANDMARKS, Motion};
 
 /// Quality measures of a retargeting; millimetres if the name says so, else metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RetargetReport {
     /// Mean over frames and landmarks of the distance between the body's landmark and the recorded one.
     pub mean_residual_mm: f64,

@@ -56,6 +56,7 @@ pub struct TruthFrame {
 
 /// Errors of scenes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// The motion is empty, belongs to another body or is not finite.
     #[error(transparent)]

@@ -10,7 +10,8 @@
 //! | `W` | [`Gpdm::scales`] |
 //!
 //! `[GPDM graph]` Eqs. 3 to 6 survive only in part; the kernels are Wang's. Learning minimises the negative log
-//! posterior by alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
+//! posterior by alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms
+//! ([`train()`]).
 
 mod kernel;
 mod layout;
