@@ -78,7 +78,7 @@ impl DrawnShares {
     }
 
     /// `18 of 20 links, 97 % of the height, 100 % of the reach`.
-    pub fn in_words(&self) -> String {
+    pub fn describe(&self) -> String {
         let share = |share: Option<f64>, of: &str| share.map(|s| format!(", {:.0} % of the {of}", (100.0 * s).floor()));
         let (height, reach) = (share(self.height, "height"), share(self.reach, "reach"));
         let shares: String = height.into_iter().chain(reach).collect();
@@ -86,7 +86,7 @@ impl DrawnShares {
     }
 
     /// The links that should be drawn and are not, in words; `None` where there are none.
-    pub fn missing_in_words(&self) -> Option<String> {
+    pub fn describe_missing(&self) -> Option<String> {
         let listed: Vec<String> = self.missing.iter().take(MOST_NAMED).map(|name| excerpt(name)).collect();
         let more = match self.missing.len() - listed.len() {
             0 => String::new(),
@@ -271,7 +271,7 @@ mod tests {
             assert_eq!((shares.links_drawn, shares.links), (links, links), "{name}: {shares:?}");
             assert_eq!(shares.height, Some(1.0), "{name}");
             assert!((shares.reach.unwrap() - reach).abs() < 5e-5, "{name}: {shares:?}");
-            assert!(!shares.is_too_little() && shares.missing_in_words().is_none());
+            assert!(!shares.is_too_little() && shares.describe_missing().is_none());
         }
     }
 
@@ -290,7 +290,7 @@ mod tests {
         assert!((height - expected).abs() <= half_a_sample, "{height}, expected {expected}");
         assert!(shares.is_too_little());
         assert_eq!(shares.missing.len(), 18);
-        assert!(shares.missing_in_words().unwrap().ends_with(" and 6 more"));
+        assert!(shares.describe_missing().unwrap().ends_with(" and 6 more"));
     }
 
     #[test]
@@ -299,7 +299,7 @@ mod tests {
         // the shoulders' solids cover two centimetres of the neck
         assert!(shares.height.unwrap() > 0.97, "{shares:?}");
         assert!(shares.reach.unwrap() < LEAST_DRAWN_REACH && shares.is_too_little(), "{shares:?}");
-        let words = shares.in_words();
+        let words = shares.describe();
         assert!(words.starts_with("13 of 21 links, ") && words.ends_with(" of the reach"), "{words}");
     }
 

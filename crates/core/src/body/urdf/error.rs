@@ -17,7 +17,7 @@ pub enum UrdfError {
     #[error(
         "{}: larger than {}; a URDF is a short text, with meshes in separate files",
         plain(file),
-        limits::in_words(*limit as u64)
+        limits::describe_size(*limit as u64)
     )]
     TooLong {
         /// The URDF.
