@@ -54,7 +54,7 @@ const ENDINGS: [&str; 3] = ["joint", "link", "body"];
 const BEFORE: [&str; 5] = ["upper", "up", "lower", "low", "fore"];
 
 /// The side and part in a name, each if present. Parts of a limb need a side.
-pub(super) fn told(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
+pub(super) fn side_and_part(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
     let words = words(name);
     if words.iter().any(|w| FRAMES.contains(&w.as_str())) {
         return (None, None);
@@ -196,10 +196,10 @@ mod tests {
             ("lthumb", Finger),
         ];
         for (name, expected) in sided {
-            assert_eq!(told(name), (Some(BodySide::Left), Some(expected)), "{name}");
+            assert_eq!(side_and_part(name), (Some(BodySide::Left), Some(expected)), "{name}");
             let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
             if mirrored != name {
-                assert_eq!(told(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
+                assert_eq!(side_and_part(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
             }
         }
         let middle = [
@@ -210,7 +210,7 @@ mod tests {
             ("Neck_f1", Neck),
         ];
         for (name, expected) in middle {
-            assert_eq!(told(name), (None, Some(expected)), "{name}");
+            assert_eq!(side_and_part(name), (None, Some(expected)), "{name}");
         }
     }
 
@@ -228,14 +228,14 @@ mod tests {
             "imu",
             "",
         ] {
-            assert_eq!(told(name).1, None, "{name}");
+            assert_eq!(side_and_part(name).1, None, "{name}");
         }
     }
 
     proptest::proptest! {
         #[test]
         fn no_name_makes_the_reader_panic(name in ".{0,40}") {
-            let _ = told(&name);
+            let _ = side_and_part(&name);
         }
     }
 }

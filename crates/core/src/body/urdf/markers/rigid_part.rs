@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::names::{BodyPart, BodySide, told};
+use super::names::{BodyPart, BodySide, side_and_part};
 use crate::body::{Humanoid, JointKind, LinkFrames};
 
 /// Links that move together.
@@ -44,14 +44,14 @@ impl<'a> RigidParts<'a> {
                 part_of.push(part);
                 let whole: &mut RigidPart = &mut parts[part];
                 whole.links.push(link);
-                if let (side, Some(name)) = told(&own.name) {
+                if let (side, Some(name)) = side_and_part(&own.name) {
                     whole.fixed.push((link, side, name));
                 }
                 continue;
             }
             let parent = joint.map(|j| part_of[j.parent]);
-            let by_joint = joint.map_or((None, None), |j| told(&j.name));
-            let by_link = told(&own.name);
+            let by_joint = joint.map_or((None, None), |j| side_and_part(&j.name));
+            let by_link = side_and_part(&own.name);
             let (side, part) = if by_link.1.is_some() { by_link } else { by_joint };
             part_of.push(parts.len());
             parts.push(RigidPart {
