@@ -212,7 +212,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
         (robot(&visual.repeat(3000)), "mesh `m.obj`: with it the meshes have more than 5000000 triangles"),
         (robot(&ball.repeat(5001)), "more than 5000 solids"),
         (format!("<robot name=\"r\">{links}</robot>"), "more than 1000 links"),
-        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element of 100000 attributes"),
+        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element has 100000 attributes"),
         (robot(&"<x/>".repeat(200_001)), "more than 200000 elements"),
         (robot(&"<x>".repeat(100_000)), "r.urdf:2: "),
         (

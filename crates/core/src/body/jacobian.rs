@@ -283,8 +283,8 @@ mod tests {
                 });
                 let moved = (ahead - behind) / (2.0 * h);
                 let own = twists.iter().filter(|(index, _)| *index == direction);
-                let told: Vector3<f64> = own.map(|(_, [v, w])| v + w.cross(&(point - about))).sum();
-                assert!((told - moved).norm() < 1e-8, "{scale} {link} {direction}: {told} {moved}");
+                let predicted: Vector3<f64> = own.map(|(_, [v, w])| v + w.cross(&(point - about))).sum();
+                assert!((predicted - moved).norm() < 1e-8, "{scale} {link} {direction}: {predicted} {moved}");
             }
         }
     }

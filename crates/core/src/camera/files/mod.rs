@@ -95,9 +95,9 @@ impl PlainCamera {
     fn camera(self, options: &CameraFileOptions, metres_per_unit: f64) -> Result<Camera, String> {
         let name = options.name.clone().or(self.name).unwrap_or_else(|| "camera".to_owned());
         let [width, height] = match (self.size, options.size) {
-            (Some(own), Some(told)) if own != told => {
+            (Some(own), Some(given)) if own != given => {
                 return Err(format!(
-                    "size_px: the file has {own:?} pixels for camera {name:?}, not {told:?}; remove this key"
+                    "size_px: the file has {own:?} pixels for camera {name:?}, not {given:?}; remove this key"
                 ));
             }
             (Some(size), _) | (None, Some(size)) => size,

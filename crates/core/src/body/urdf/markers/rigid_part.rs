@@ -9,14 +9,14 @@ use crate::body::{Humanoid, JointKind, LinkFrames};
 /// Links that move together.
 #[derive(Debug)]
 pub(super) struct RigidPart {
-    /// All links, parents first; the first hangs on the moving joint, or is the root.
+    /// All links, parents first; the first is the child of the moving joint, or the root.
     pub(super) links: Vec<usize>,
     pub(super) parent: Option<usize>,
     /// Number of moving joints above.
     pub(super) depth: usize,
     /// Position of its joint at the zero pose, in the root's frame.
     pub(super) origin: Point3<f64>,
-    /// The joint's axis there; `None` for a ball joint or a slide.
+    /// The joint's axis there; `None` for a ball joint or a slider.
     pub(super) axis: Option<Vector3<f64>>,
     /// From the name of its first link, else of its joint, else of another of its links.
     pub(super) side: Option<BodySide>,
@@ -94,8 +94,8 @@ impl<'a> RigidParts<'a> {
         (0..self.parts.len()).filter(|&part| self.parts.iter().all(|p| p.parent != Some(part)))
     }
 
-    /// How far the geometry of these links reaches along a direction of the root's frame, metres from its origin;
-    /// `None` without geometry.
+    /// Extent of the geometry of these links along a direction of the root's frame, metres from its origin; `None`
+    /// without geometry.
     pub(super) fn reach(&self, links: &[usize], direction: &Vector3<f64>) -> Option<f64> {
         let down = -Vector3::z();
         let turn = UnitQuaternion::rotation_between(direction, &down)
