@@ -15,23 +15,24 @@ const FREQUENCIES: [f64; 2] = [6.0, 12.0];
 /// Distance of the root from the motion beyond which the wrench at the root also pulls it back, metres and radians:
 /// beyond it, the ground has not supplied the requested forces, because joints are too weak or a support is missing.
 const MARGINS: [f64; 2] = [0.03, 0.1];
-/// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves it by 44 mm more.
+/// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves the root by another 44
+/// mm.
 const CATCHING: f64 = 15.0;
 
 /// The forces that follow the motion.
 #[derive(Clone)]
 pub(super) struct Balanced {
-    /// Of every degree of freedom, N m or N.
+    /// Effort of every degree of freedom, N m or N.
     pub(super) efforts: Vec<f64>,
     /// The part that the ground cannot supply.
     pub(super) missing: Wrench,
-    /// The wrench that returns a root from beyond its margins.
+    /// The wrench that returns the root from beyond its margins.
     pub(super) catching: Wrench,
 }
 
-/// Returns the root with ground forces: inverse dynamics of the current body, accelerated as the motion is and, at the
-/// root, towards it; the required wrench is distributed over the friction cones at its contacts (as `[Macchietto 2009]`
-/// and `[de Lasa 2010]` do with the momentum).
+/// Returns the root by ground forces: inverse dynamics of the current body with the accelerations of the motion and,
+/// at the root, towards the motion; the required wrench is distributed over the friction cones at its contacts (as
+/// `[Macchietto 2009]` and `[de Lasa 2010]` do with the momentum).
 #[derive(Clone)]
 pub(super) struct Balance<'a> {
     body: &'a Humanoid,
@@ -46,9 +47,9 @@ impl<'a> Balance<'a> {
         Self { body, mass: body.total_mass(), friction, feet: body.foot_links().concat() }
     }
 
-    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the
-    /// ground in the motion. Links high above the ground carry nothing; a foot on the ground carries even if it is not
-    /// on the ground in the motion.
+    /// Balance of a body in state `now` that should be in state `wanted`, with these accelerations and these links on
+    /// the ground in the motion. Links high above the ground support nothing; a foot on the ground supports even if it
+    /// is not on the ground in the motion.
     pub(super) fn at(
         &self,
         now: &BodyState,
@@ -93,8 +94,8 @@ fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -
     accelerations
 }
 
-/// Accelerations that bring the root back within its margins, as [`Humanoid::difference`] orders them; zero where it
-/// is, and of all joints.
+/// Accelerations that bring the root back within its margins, in the order of [`Humanoid::difference`]; zero within
+/// the margins, and for all joints.
 fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
     let deviation = deviation(now, wanted);
     let mut accelerations = vec![0.0; now.rates.len()];
@@ -110,7 +111,7 @@ fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
     accelerations
 }
 
-/// The root's position and velocity errors, as [`Humanoid::difference`] orders them.
+/// The root's position and velocity errors, in the order of [`Humanoid::difference`].
 fn deviation(now: &BodyState, wanted: &BodyState) -> [[f64; 2]; ROOT_STEP] {
     let (root, to) = (&now.pose.world_from_root, &wanted.pose.world_from_root);
     let apart = to.translation.vector - root.translation.vector;

@@ -42,14 +42,15 @@ impl Matrix {
     /// The numbers, if their count is one of these.
     fn numbers(&self, key: &str, counts: &[usize]) -> Result<&[f64], String> {
         let whole = self.rows.checked_mul(self.cols) == Some(self.data.len());
-        match whole && counts.contains(&self.data.len()) {
-            true => Ok(&self.data),
-            false => Err(format!(
+        if whole && counts.contains(&self.data.len()) {
+            Ok(&self.data)
+        } else {
+            Err(format!(
                 "{key}: expected {counts:?} numbers, found {} in {} rows and {} columns",
                 self.data.len(),
                 self.rows,
                 self.cols
-            )),
+            ))
         }
     }
 

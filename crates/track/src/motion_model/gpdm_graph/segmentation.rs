@@ -1,4 +1,4 @@
-//! Table 1 of `[GPDM graph]`: where one model ends and the next begins.
+//! Table 1 of `[GPDM graph]`: division of motions into models.
 
 use faer::{Mat, MatRef};
 use nalgebra::UnitQuaternion;
@@ -14,11 +14,11 @@ pub(super) struct TrainingMotion {
     pub(super) rotations: Vec<Vec<UnitQuaternion<f64>>>,
 }
 
-/// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within `threshold`
-/// of the recording in *all* frames. The first clip is accepted as it is; what would be left over behind the last whole
-/// clip belongs to that clip.
+/// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within
+/// `threshold` of the recording in *all* frames. The first clip is always accepted; a remainder after the last whole
+/// clip is added to that clip.
 ///
-/// Errors do not grow steadily with length, so the last passing model is kept; nothing is bisected.
+/// Errors do not grow steadily with length, so the last passing model is kept instead of bisecting.
 pub(super) fn grow_segment(
     motion: &TrainingMotion,
     chart: &PoseChart,
@@ -29,7 +29,7 @@ pub(super) fn grow_segment(
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let frames = motion.observations.nrows();
-    // a remainder shorter than a clip could not stand alone
+    // a remainder shorter than a clip is too short for a separate model
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
     let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, keep_on)?;
     while best.range.end < frames {
@@ -60,7 +60,7 @@ pub(super) fn learn(
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
-/// One model of all frames of all motions, of which none leads into the next.
+/// One model of all frames of all motions, without transitions between motions.
 pub(super) fn learn_jointly(
     motions: &[TrainingMotion],
     chart: &PoseChart,
@@ -85,7 +85,7 @@ pub(super) fn learn_jointly(
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
-/// `[GPDM graph]` Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
+/// `[GPDM graph]` Eqs. 9 and 10: distance between the recording and the poses of latents, frame by frame.
 fn reconstruction_errors(
     gpdm: &Gpdm,
     chart: &PoseChart,
