@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3};
 
 /// One of HumanEva's fifteen virtual markers (`[Sigal 2010]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "self-explanatory names")]
 pub enum Landmark {
     Thorax,
     Pelvis,

@@ -150,7 +150,7 @@ mod tests {
             let solid_links = body.links.iter().filter(|link| !link.solids.is_empty()).count();
             assert_eq!(collision.pairs().len() + collision.left_out().len(), solid_links * (solid_links - 1) / 2);
             let adjacent = collision.left_out().iter().filter(|(_, why)| *why == LeftOut::Adjacent).count();
-            assert_eq!(adjacent, solid_links - 1, "{name}: every part but the root hangs from one");
+            assert_eq!(adjacent, solid_links - 1, "{name}: every part except the root has one parent");
             let thigh_and_shank = ["left_thigh", "left_shank"].map(|n| body.find_link(n).unwrap());
             assert!(collision.left_out().contains(&(thigh_and_shank, LeftOut::Adjacent)));
         }

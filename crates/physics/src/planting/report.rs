@@ -6,7 +6,7 @@ use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactError, GroundContacts, GroundQuality, link_frames};
 
 /// Smallest reported lift of the whole body, metres.
-const TOLD: f64 = 0.001;
+const LEAST_REPORTED: f64 = 0.001;
 
 /// The changes made by planting.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ pub(super) fn report(
         after_in_old_stances: GroundQuality::from_contacts(&in_old_stances),
         raised_mm: 1000.0 * raised_m,
         lifted_mm: 1000.0 * lifts.iter().copied().fold(0.0, f64::max),
-        lifted_frames: lifts.iter().filter(|lift| **lift > TOLD).count(),
+        lifted_frames: lifts.iter().filter(|lift| **lift > LEAST_REPORTED).count(),
         moved_mm: sum / count.max(1) as f64,
         moved_most: most,
         angle_changes,

@@ -17,7 +17,7 @@ const FREQUENCIES: [f64; 2] = [6.0, 12.0];
 const MARGINS: [f64; 2] = [0.03, 0.1];
 /// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves the root by another 44
 /// mm.
-const CATCHING: f64 = 15.0;
+const RECOVERY: f64 = 15.0;
 
 /// The forces that follow the motion.
 #[derive(Clone)]
@@ -27,7 +27,7 @@ pub(super) struct Balanced {
     /// The part that the ground cannot supply.
     pub(super) missing: Wrench,
     /// The wrench that returns the root from beyond its margins.
-    pub(super) catching: Wrench,
+    pub(super) recovery: Wrench,
 }
 
 /// Returns the root by ground forces: inverse dynamics of the current body with the accelerations of the motion and,
@@ -57,7 +57,7 @@ impl<'a> Balance<'a> {
         accelerations: Vec<f64>,
         touching: &[usize],
     ) -> Balanced {
-        let accelerations = returning(now, wanted, accelerations);
+        let accelerations = with_root_return(now, wanted, accelerations);
         let efforts = |accelerations: &[f64], ground: &[_]| {
             inverse_dynamics(self.body, &now.frames, &now.rates, accelerations, ground)
         };
@@ -73,20 +73,21 @@ impl<'a> Balance<'a> {
         let held =
             self.body.links[0].inertia.as_ref().map_or(root.translation.vector.into(), |i| root * i.centre_of_mass);
         let [force, moment] = share.missing;
-        let caught: Vec<f64> = accelerations.iter().zip(catching(now, wanted)).map(|(a, more)| a + more).collect();
-        let caught = efforts(&caught, &[]);
-        let more = caught.root_force - needed.root_force;
-        let turning = caught.root_moment - needed.root_moment;
+        let with_recovery: Vec<f64> =
+            accelerations.iter().zip(recovery(now, wanted)).map(|(a, more)| a + more).collect();
+        let with_recovery = efforts(&with_recovery, &[]);
+        let more = with_recovery.root_force - needed.root_force;
+        let turning = with_recovery.root_moment - needed.root_moment;
         Balanced {
             efforts: efforts(&accelerations, &share.forces).joints,
             missing: Wrench { force, moment: moment + (now.centre - held).cross(&force) },
-            catching: Wrench { force: more, moment: turning + (root.translation.vector - held.coords).cross(&more) },
+            recovery: Wrench { force: more, moment: turning + (root.translation.vector - held.coords).cross(&more) },
         }
     }
 }
 
 /// The motion's accelerations, plus those that return the root.
-fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -> Vec<f64> {
+fn with_root_return(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -> Vec<f64> {
     for (i, [away, faster]) in deviation(now, wanted).into_iter().enumerate() {
         let frequency = FREQUENCIES[i / 3];
         accelerations[i] += frequency * frequency * away + 2.0 * frequency * faster;
@@ -96,7 +97,7 @@ fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -
 
 /// Accelerations that bring the root back within its margins, in the order of [`Humanoid::difference`]; zero within
 /// the margins, and for all joints.
-fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
+fn recovery(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
     let deviation = deviation(now, wanted);
     let mut accelerations = vec![0.0; now.rates.len()];
     for (kind, margin) in MARGINS.into_iter().enumerate() {
@@ -105,7 +106,7 @@ fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
         let beyond = (1.0 - margin / libm::sqrt(away).max(margin)).max(0.0);
         for i in three {
             let [away, faster] = deviation[i];
-            accelerations[i] = beyond * (CATCHING * CATCHING * away + 2.0 * CATCHING * faster);
+            accelerations[i] = beyond * (RECOVERY * RECOVERY * away + 2.0 * RECOVERY * faster);
         }
     }
     accelerations

@@ -56,7 +56,7 @@ impl<'a> Control<'a> {
             balanced: Balanced {
                 efforts: vec![0.0; body.degrees_of_freedom.len()],
                 missing: Wrench::zero(),
-                catching: Wrench::zero(),
+                recovery: Wrench::zero(),
             },
             mass,
             lever: reference.height(0).max(0.1),
@@ -93,12 +93,12 @@ impl<'a> Control<'a> {
 
     /// Applies the missing wrench at the root, and uses the rest of the bound to return the root to its margins.
     fn help(&self, simulated: &mut SimulatedBody) -> f64 {
-        let Balanced { missing, catching, .. } = &self.balanced;
+        let Balanced { missing, recovery, .. } = &self.balanced;
         let size = missing.size(self.lever);
         let help = if size > self.bound {
             missing.scaled(self.bound / size)
         } else {
-            missing.and(&catching.scaled(missing.room(catching, self.lever, self.bound)))
+            missing.and(&recovery.scaled(missing.room(recovery, self.lever, self.bound)))
         };
         simulated.add_wrench(0, &help.force, &help.moment);
         help.size(self.lever) / (self.mass * GRAVITY)

@@ -80,7 +80,7 @@ impl SimulatedBody {
             }
             bodies.push(handle);
         }
-        let unjoined = |joint: &str| PhysicsError::Joint { joint: joint.to_owned(), kind: "jointed in a way" };
+        let unjoined = |joint: &str| PhysicsError::Joint { joint: joint.to_owned(), kind: "of an unsupported kind" };
         for (index, joint) in body.joints.iter().enumerate().filter(|(index, _)| !is_tag(body, index + 1)) {
             let built = rapier_joint(body, joint, &centre(joint.parent));
             let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);

@@ -31,7 +31,7 @@ const STOUTEST: f64 = 0.4;
 
 impl CapsuleBuilder<'_> {
     /// From heel to ball at the height of a person's sole, with toes if they have a joint.
-    pub(super) fn draw_feet(&mut self) {
+    pub(super) fn add_feet(&mut self) {
         for [_, landmark] in LIMB_ENDS[1] {
             let Some(ankle) = self.last_at(landmark) else { continue };
             let girth = self.thickness.girth;
@@ -43,14 +43,14 @@ impl CapsuleBuilder<'_> {
             };
             let ball = on_sole(to_ball.x, to_ball.y, BALL_RADIUS);
             let heel = on_sole(-self.share(HEEL), 0.0, HEEL_RADIUS);
-            self.draw(ankle.link, [heel, ball], [HEEL_RADIUS, BALL_RADIUS].map(|radius| radius * girth));
+            self.add(ankle.link, [heel, ball], [HEEL_RADIUS, BALL_RADIUS].map(|radius| radius * girth));
             let instep = on_sole(0.4 * to_ball.x, 0.4 * to_ball.y, BALL_RADIUS);
             let radii = [self.thickness.radius_at(&ankle.place), BALL_RADIUS * girth];
-            self.draw(ankle.link, [ankle.place, instep], radii);
+            self.add(ankle.link, [ankle.place, instep], radii);
             if let Some(toes) = toes {
                 let tip = on_sole(to_ball.x + self.share(TOES), to_ball.y, TOES_RADII[1]);
                 let joint = on_sole(to_ball.x, to_ball.y, TOES_RADII[0]);
-                self.draw(toes, [joint, tip], TOES_RADII.map(|radius| radius * girth));
+                self.add(toes, [joint, tip], TOES_RADII.map(|radius| radius * girth));
             }
         }
     }
@@ -64,7 +64,7 @@ impl CapsuleBuilder<'_> {
     }
 
     /// Towards the joints of the fingers, else along the forearm or towards the hand's centre of mass.
-    pub(super) fn draw_hands(&mut self) {
+    pub(super) fn add_hands(&mut self) {
         for [elbow, wrist] in LIMB_ENDS[0] {
             let (Some(elbow), Some(wrist)) = (self.landmark(elbow), self.last_at(wrist)) else { continue };
             let Some(forearm) = (wrist.place - elbow.place).try_normalize(1e-9) else { continue };
@@ -79,13 +79,13 @@ impl CapsuleBuilder<'_> {
                 tips.push(wrist.place + ahead * self.share(HAND));
             }
             let radii = PALM_RADII.map(|radius| radius * self.thickness.girth);
-            tips.into_iter().for_each(|tip| self.draw(wrist.link, [wrist.place, tip], radii));
+            tips.into_iter().for_each(|tip| self.add(wrist.link, [wrist.place, tip], radii));
         }
     }
 
     /// Links with mass and no capsule so far (fingers, ears, shields): to their next joint, else to twice the distance
     /// of their centre of mass, with a thickness by their share of the body's mass.
-    pub(super) fn draw_other_ends(&mut self) {
+    pub(super) fn add_other_ends(&mut self) {
         let standing = self.standing;
         let ankles = LIMB_ENDS[1].into_iter().filter_map(|[_, ankle]| self.last_at(ankle));
         let sole = ankles.map(|ankle| ankle.place.z - self.share(ANKLE)).fold(f64::INFINITY, f64::min);
@@ -105,7 +105,7 @@ impl CapsuleBuilder<'_> {
             // parts of a foot do not reach below its sole
             let above_sole = if sole.is_finite() { (lowest - sole).max(0.0) } else { f64::INFINITY };
             let radius = radius.min(above_sole.max(LEAST_RADIUS * self.thickness.girth));
-            self.draw(link, [origin, origin + along * (length - radius).max(0.0)], [radius; 2]);
+            self.add(link, [origin, origin + along * (length - radius).max(0.0)], [radius; 2]);
         }
     }
 

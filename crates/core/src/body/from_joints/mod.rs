@@ -35,7 +35,7 @@ impl Humanoid {
     /// and markers are kept, a skin is removed. For a robot without its meshes or with few solids.
     pub fn with_solids_from_joints(&self) -> Self {
         let standing = StandingBody::new(self);
-        let capsules = CapsuleBuilder::new(&standing).drawn();
+        let capsules = CapsuleBuilder::new(&standing).build();
         let mut body = Self { skin: None, ..self.clone() };
         for (link, own) in body.links.iter_mut().zip(capsules) {
             link.solids = own.into_iter().map(Solid::TaperedCapsule).collect();
@@ -76,12 +76,12 @@ impl<'a> CapsuleBuilder<'a> {
         limner
     }
 
-    fn drawn(mut self) -> Vec<Vec<TaperedCapsule>> {
-        self.draw_bones();
-        self.draw_head();
-        self.draw_feet();
-        self.draw_hands();
-        self.draw_other_ends();
+    fn build(mut self) -> Vec<Vec<TaperedCapsule>> {
+        self.add_bones();
+        self.add_head();
+        self.add_feet();
+        self.add_hands();
+        self.add_other_ends();
         self.capsules
     }
 
@@ -91,14 +91,14 @@ impl<'a> CapsuleBuilder<'a> {
     }
 
     /// Adds a capsule to a link.
-    fn draw(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
+    fn add(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
         let frame = &self.standing.frames[link];
         let [a, b] = [from, to].map(|point| frame.inverse_transform_point(&point));
         self.capsules[link].push(TaperedCapsule { a, b, radius_a, radius_b });
     }
 
     /// Capsules from every joint to those below it.
-    fn draw_bones(&mut self) {
+    fn add_bones(&mut self) {
         let standing = self.standing;
         for link in (0..standing.body.links.len()).filter(|&link| standing.is_bodily[link]) {
             if self.is_end[link] {
@@ -109,11 +109,11 @@ impl<'a> CapsuleBuilder<'a> {
             targets.extend(self.bone_ends_on(link, &targets));
             targets.retain(|target| (target - origin).norm() > self.share(SAME_PLACE));
             for target in &targets {
-                self.draw(link, [origin, *target], self.thickness.radii(&origin, target));
+                self.add(link, [origin, *target], self.thickness.radii(&origin, target));
             }
             let is_hinge = targets.is_empty() && standing.children(link).next().is_some();
             if is_hinge && standing.has_mass(link) {
-                self.draw(link, [origin, origin], [self.thickness.radius_at(&origin); 2]);
+                self.add(link, [origin, origin], [self.thickness.radius_at(&origin); 2]);
             }
         }
     }
@@ -126,7 +126,7 @@ impl<'a> CapsuleBuilder<'a> {
     }
 
     /// From the neck, or the head's own joint, to the crown.
-    fn draw_head(&mut self) {
+    fn add_head(&mut self) {
         let (Some(crown), Some(neck)) = (self.landmark(Landmark::HeadTop), self.landmark(Landmark::Thorax)) else {
             return;
         };
@@ -137,7 +137,7 @@ impl<'a> CapsuleBuilder<'a> {
         let radii = self.thickness.radii(&base, &crown.place);
         let up = (crown.place - base).try_normalize(1e-9).unwrap_or(Vector3::z());
         let middle = crown.place - up * radii[1].min(0.5 * (crown.place - base).norm());
-        self.draw(crown.link, [base, middle], radii);
+        self.add(crown.link, [base, middle], radii);
     }
 
     fn landmark(&self, landmark: Landmark) -> Option<CarriedPoint> {

@@ -155,12 +155,12 @@ impl<'a> Objective<'a> {
         let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.map_workspace)?;
         let inputs = self.layout.inputs(latents, &self.predicted);
         let targets = self.layout.targets(latents, &self.predicted);
-        let room = &mut self.dynamics_workspace;
-        if room.white.ncols() != targets.ncols() {
-            *room = Workspace::new(targets.nrows(), targets.ncols());
+        let workspace = &mut self.dynamics_workspace;
+        if workspace.white.ncols() != targets.ncols() {
+            *workspace = Workspace::new(targets.nrows(), targets.ncols());
         }
         let (dynamics, by_targets) =
-            dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, room)?;
+            dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, workspace)?;
         Some((map, dynamics, by_targets))
     }
 
@@ -190,11 +190,17 @@ impl<'a> Objective<'a> {
 }
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
-fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Workspace) -> Option<LossTerm<2>> {
-    radial_lower(1.0, kernel.inverse_width, z, &mut room.radial);
-    room.covariance.copy_from_triangular_lower(&room.radial);
-    let (value, by_precision) = room.gaussian(kernel.noise_precision, scaled, 1.0)?;
-    let RadialGradient { inputs, width, .. } = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, z);
+fn map_term(
+    z: &Mat<f64>,
+    kernel: &MapKernel,
+    scaled: MatRef<'_, f64>,
+    workspace: &mut Workspace,
+) -> Option<LossTerm<2>> {
+    radial_lower(1.0, kernel.inverse_width, z, &mut workspace.radial);
+    workspace.covariance.copy_from_triangular_lower(&workspace.radial);
+    let (value, by_precision) = workspace.gaussian(kernel.noise_precision, scaled, 1.0)?;
+    let RadialGradient { inputs, width, .. } =
+        radial_gradient(&workspace.by_kernel, &workspace.radial, kernel.inverse_width, z);
     Some(LossTerm { value, inputs, logarithms: [width, by_precision] })
 }
 
@@ -204,18 +210,18 @@ fn dynamics_term(
     kernel: &DynamicsKernel,
     targets: MatRef<'_, f64>,
     balance: f64,
-    room: &mut Workspace,
+    workspace: &mut Workspace,
 ) -> Option<(LossTerm<4>, Mat<f64>)> {
-    radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut room.radial);
-    room.covariance.copy_from_triangular_lower(&room.radial);
-    add_square(&mut room.covariance, kernel.linear, u.as_ref());
-    let (value, by_precision) = room.gaussian(kernel.noise_precision, targets, balance)?;
-    let hu = symmetric_times(&room.by_kernel, u);
+    radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut workspace.radial);
+    workspace.covariance.copy_from_triangular_lower(&workspace.radial);
+    add_square(&mut workspace.covariance, kernel.linear, u.as_ref());
+    let (value, by_precision) = workspace.gaussian(kernel.noise_precision, targets, balance)?;
+    let hu = symmetric_times(&workspace.by_kernel, u);
     let by_linear = kernel.linear * inner_product(u.as_ref(), hu.as_ref());
-    let mut by_radial = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, u);
+    let mut by_radial = radial_gradient(&workspace.by_kernel, &workspace.radial, kernel.inverse_width, u);
     by_radial.inputs += Scale(2.0 * kernel.linear) * &hu;
     let logarithms = [by_radial.amplitude, by_radial.width, by_linear, by_precision];
-    Some((LossTerm { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
+    Some((LossTerm { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &workspace.solution))
 }
 
 impl Workspace {
@@ -224,7 +230,7 @@ impl Workspace {
     /// derivative by the kernel in the workspace.
     fn gaussian(&mut self, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<(f64, f64)> {
         let dimensions = y.ncols() as f64;
-        if !self.factor.become_factor_of(self.covariance.as_ref(), 1.0 / noise_precision) {
+        if !self.factor.factor_in_place(self.covariance.as_ref(), 1.0 / noise_precision) {
             return None;
         }
         self.factor.whiten(y, &mut self.white);

@@ -53,11 +53,11 @@ impl PositiveDefinite {
     /// positive definite even with a jitter of 1e-4 of its mean diagonal.
     pub(super) fn factor(matrix: MatRef<'_, f64>, ridge: f64) -> Option<Self> {
         let mut factor = Self::identity(matrix.nrows());
-        factor.become_factor_of(matrix, ridge).then_some(factor)
+        factor.factor_in_place(matrix, ridge).then_some(factor)
     }
 
     /// As [`Self::factor`], reusing this object's memory for a matrix of the same size; returns whether it succeeded.
-    pub(super) fn become_factor_of(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
+    pub(super) fn factor_in_place(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
         let n = matrix.nrows();
         let mean_diagonal = ridge + (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
         mean_diagonal.is_finite()

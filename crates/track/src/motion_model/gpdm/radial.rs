@@ -62,7 +62,7 @@ pub(super) struct RadialGradient {
 pub(super) fn radial_gradient(g: &Mat<f64>, r: &Mat<f64>, inverse_width: f64, x: &Mat<f64>) -> RadialGradient {
     let (n, d) = (x.nrows(), x.ncols());
     let mut products = Products { sx: Mat::zeros(n, d), sums: vec![0.0; n] };
-    dispatch(Weighing { g, r, x, column: &mut vec![0.0; n], products: &mut products });
+    dispatch(WeightedProducts { g, r, x, column: &mut vec![0.0; n], products: &mut products });
     let Products { sx: mut inputs, sums } = products;
     for c in 0..d {
         let column = inputs.col_as_slice_mut(c).iter_mut().zip(x.col_as_slice(c)).zip(&sums);
@@ -79,7 +79,7 @@ struct Products {
     sums: Vec<f64>,
 }
 
-struct Weighing<'a> {
+struct WeightedProducts<'a> {
     g: &'a Mat<f64>,
     r: &'a Mat<f64>,
     x: &'a Mat<f64>,
@@ -88,7 +88,7 @@ struct Weighing<'a> {
     products: &'a mut Products,
 }
 
-impl Dispatched for Weighing<'_> {
+impl Dispatched for WeightedProducts<'_> {
     type Output = ();
 
     #[inline(always)]

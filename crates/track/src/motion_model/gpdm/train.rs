@@ -121,7 +121,7 @@ pub fn train(observations: MatRef<'_, f64>, lengths: &[usize], options: &Trainin
     train_watched(observations, lengths, options, &mut |_| true)
 }
 
-/// As [`train`]; `keep_on` is called after every round and ends the work by returning `false`.
+/// As [`train`]; `should_continue` is called after every round and ends the work by returning `false`.
 ///
 /// # Errors
 /// As [`train`], and [`GpdmError::Interrupted`].
@@ -129,7 +129,7 @@ pub fn train_watched(
     observations: MatRef<'_, f64>,
     lengths: &[usize],
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(Round) -> bool,
+    should_continue: &mut dyn FnMut(Round) -> bool,
 ) -> Result<Gpdm, GpdmError> {
     let layout = SequenceLayout { order: options.order, delta: options.delta, lengths: lengths.to_vec() };
     let mean = checked_mean(observations, &layout, options.latent_dimensions)?;
@@ -144,7 +144,7 @@ pub fn train_watched(
             noise_precision: std::f64::consts::E,
         },
     };
-    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options, keep_on)?;
+    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options, should_continue)?;
     Gpdm::assemble(mean, centred, scales, parameters, layout).ok_or(GpdmError::Singular)
 }
 
@@ -153,7 +153,7 @@ fn descend(
     layout: &SequenceLayout,
     start: Parameters,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(Round) -> bool,
+    should_continue: &mut dyn FnMut(Round) -> bool,
 ) -> Result<(Parameters, Vec<f64>), GpdmError> {
     let d = options.latent_dimensions;
     let balance = options.balance.unwrap_or(centred.ncols() as f64 / d as f64);
@@ -176,7 +176,7 @@ fn descend(
             &lbfgs,
         );
         parameters = Parameters::unpack(&theta, d);
-        if !keep_on(Round { number, loss: value }) {
+        if !should_continue(Round { number, loss: value }) {
             return Err(GpdmError::Interrupted);
         }
         if (previous - value).abs() < 1e-4 * value.abs() {

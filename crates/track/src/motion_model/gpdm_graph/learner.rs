@@ -76,24 +76,24 @@ impl<'a> GraphLearner<'a> {
         self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
-    /// Learns the next segment; `None` when all frames belong to a model. `keep_on` is called after every round of
+    /// Learns the next segment; `None` when all frames belong to a model. `should_continue` is called after every round of
     /// every model that is tried, and ends the work by returning `false`.
     ///
     /// # Errors
     /// [`GraphError::Model`] if the segment cannot be learned or the work was interrupted.
     pub fn grow(
         &mut self,
-        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+        should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&GraphSegment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
         let (training, chart, options) = (&self.training[index], &self.graph.chart, &self.settings.training);
         let end = self.motions[index].poses.len();
         let learned = if self.settings.joint {
-            learn_jointly(&self.training, chart, options, keep_on)
+            learn_jointly(&self.training, chart, options, should_continue)
         } else if self.settings.single {
-            learn(training, chart, first, end, options, keep_on)
+            learn(training, chart, first, end, options, should_continue)
         } else {
-            grow_segment(training, chart, first, self.clip, self.threshold, options, keep_on)
+            grow_segment(training, chart, first, self.clip, self.threshold, options, should_continue)
         };
         let range = SegmentRange { motion: index, first, end };
         self.graph.segments.push(learned.map_err(|source| GraphError::Model { range, source })?);

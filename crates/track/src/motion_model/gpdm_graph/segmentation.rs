@@ -26,14 +26,15 @@ pub(super) fn grow_segment(
     clip: usize,
     threshold: f64,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let frames = motion.observations.nrows();
     // a remainder shorter than a clip is too short for a separate model
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
-    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, keep_on)?;
+    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, should_continue)?;
     while best.range.end < frames {
-        let longer = learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options, keep_on)?;
+        let longer =
+            learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options, should_continue)?;
         if longer.errors.iter().any(|error| *error >= threshold || error.is_nan()) {
             break;
         }
@@ -49,11 +50,11 @@ pub(super) fn learn(
     first: usize,
     end: usize,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
-    let gpdm = train_watched(rows, &[end - first], options, &mut |round| keep_on(range, round))?;
+    let gpdm = train_watched(rows, &[end - first], options, &mut |round| should_continue(range, round))?;
     let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
     let rotations = motion.rotations[first..end].to_vec();
     let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &rotations);
@@ -65,7 +66,7 @@ pub(super) fn learn_jointly(
     motions: &[TrainingMotion],
     chart: &PoseChart,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let lengths: Vec<usize> = motions.iter().map(|motion| motion.observations.nrows()).collect();
     let range = SegmentRange { motion: 0, first: 0, end: lengths.first().copied().unwrap_or(0) };
@@ -75,7 +76,7 @@ pub(super) fn learn_jointly(
     for (motion, start) in motions.iter().zip(&starts) {
         rows.subrows_mut(*start, motion.observations.nrows()).copy_from(&motion.observations);
     }
-    let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| keep_on(range, round))?;
+    let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| should_continue(range, round))?;
     let errors_of = |(index, motion): (usize, &TrainingMotion)| {
         let simulated = gpdm.simulate(index).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
         reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)

@@ -213,15 +213,15 @@ fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
     let sums = |of: &dyn Fn(&FootStep) -> f64| -> Vec<(f64, f64)> {
         groups.iter().map(|group| (group.iter().map(of).sum(), group.len() as f64)).collect()
     };
-    let slides = risen(&sums(&|s| 0.5 * (s.after - s.before).xy().norm_squared()));
-    let turns = risen(&sums(&|s| s.turned * s.turned));
+    let slides = isotonic(&sums(&|s| 0.5 * (s.after - s.before).xy().norm_squared()));
+    let turns = isotonic(&sums(&|s| s.turned * s.turned));
     let heights = sums(&FootStep::height).into_iter().map(|(sum, count)| sum / count);
     let looseness = slides.into_iter().zip(turns).map(|(slide, turn)| Looseness { slide, turn });
     heights.zip(looseness).map(|(height, loose)| Knot { height, loose }).collect()
 }
 
 /// The non-decreasing sequence nearest to the means of groups `(sum, count)` in the least-squares sense.
-fn risen(groups: &[(f64, f64)]) -> Vec<f64> {
+fn isotonic(groups: &[(f64, f64)]) -> Vec<f64> {
     let mut pools: Vec<(f64, f64, usize)> = Vec::new();
     for &(sum, count) in groups {
         let mut pool = (sum, count, 1);
@@ -249,8 +249,8 @@ mod tests {
     fn isotonic_regression_pools_decreasing_means() {
         // by hand: 3 and three of 1 pool to 1.5; 5 and 4 to 4.5; 6 and 2 to 4, which is less, so all four to 4.25
         let groups = [(3.0, 1.0), (3.0, 3.0), (5.0, 1.0), (4.0, 1.0), (6.0, 1.0), (2.0, 1.0)];
-        assert_eq!(risen(&groups), [1.5, 1.5, 4.25, 4.25, 4.25, 4.25]);
-        assert_eq!(risen(&[(1.0, 1.0), (4.0, 2.0), (9.0, 3.0)]), [1.0, 2.0, 3.0]);
+        assert_eq!(isotonic(&groups), [1.5, 1.5, 4.25, 4.25, 4.25, 4.25]);
+        assert_eq!(isotonic(&[(1.0, 1.0), (4.0, 2.0), (9.0, 3.0)]), [1.0, 2.0, 3.0]);
     }
 
     #[test]

@@ -396,7 +396,7 @@ impl MotionModel for LatentModel {
         let step = PlanarStep { forward: root[0], left: root[1], turn: root[2] };
         let mean = self.observation(state.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let (root, pose) = self.roots.nudged(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
+        let (root, pose) = self.roots.stepped(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
         let pose = self.with_given_root(pose, state.frame);
         let moving = PoseRate { rotations, velocities: state.moving.velocities.clone() };
         let place = RootPlace { root, ..state.place.clone() };
@@ -413,7 +413,7 @@ impl MotionModel for LatentModel {
             *s = if same { b - a } else { 0.0 };
         }
         let still = PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 };
-        let (carried, _) = self.roots.nudged(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
+        let (carried, _) = self.roots.stepped(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
         let apart = carried.step_to(&to.place.root);
         root.copy_from_slice(&[apart.forward, apart.left, apart.turn]);
     }

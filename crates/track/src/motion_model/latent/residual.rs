@@ -48,7 +48,7 @@ impl PoseResidual {
 
     /// Standard deviations of the noise added in one frame.
     pub(super) fn increments(&self) -> impl Iterator<Item = f64> + '_ {
-        self.factor.iter().map(|row| self.fresh() * row.iter().map(|l| l * l).sum::<f64>().sqrt())
+        self.factor.iter().map(|row| self.innovation() * row.iter().map(|l| l * l).sum::<f64>().sqrt())
     }
 
     /// The offset from a mean to an observation vector.
@@ -69,7 +69,7 @@ impl PoseResidual {
 
     /// A mean plus noise of these standard normal numbers.
     pub(super) fn moved(&self, mean: &[f64], numbers: &[f64]) -> Vec<f64> {
-        let scaled: Vec<f64> = numbers.iter().map(|e| self.fresh() * e).collect();
+        let scaled: Vec<f64> = numbers.iter().map(|e| self.innovation() * e).collect();
         let added = |row: &Vec<f64>| row.iter().zip(&scaled).map(|(l, e)| l * e).sum::<f64>();
         mean.iter().zip(&self.factor).map(|(r, row)| r + added(row)).collect()
     }
@@ -79,13 +79,13 @@ impl PoseResidual {
         let mut numbers: Vec<f64> = Vec::with_capacity(offset.len());
         for ((row, r), mean) in self.factor.iter().zip(offset).zip(mean) {
             let (diagonal, before) = row.split_last()?;
-            let known: f64 = before.iter().zip(&numbers).map(|(l, e)| l * self.fresh() * e).sum();
-            numbers.push((r - mean - known) / (self.fresh() * diagonal));
+            let known: f64 = before.iter().zip(&numbers).map(|(l, e)| l * self.innovation() * e).sum();
+            numbers.push((r - mean - known) / (self.innovation() * diagonal));
         }
         Some(numbers)
     }
 
-    fn fresh(&self) -> f64 {
+    fn innovation(&self) -> f64 {
         (1.0 - self.keep * self.keep).sqrt()
     }
 }

@@ -45,12 +45,12 @@ pub(super) struct RootPlace {
 }
 
 /// Estimates of a change, weighted by their inverse variances; the first estimate is no change.
-struct Fused<T> {
+struct FusedEstimate<T> {
     sum: T,
     precision: f64,
 }
 
-impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Fused<T> {
+impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> FusedEstimate<T> {
     fn new(nothing: T, variance: f64, others: impl Iterator<Item = (T, f64)>) -> Self {
         let first = Self { sum: nothing, precision: 1.0 / variance };
         others.fold(first, |fused, (estimate, variance)| {
@@ -95,9 +95,10 @@ impl RootDynamics {
         let deviations = match self.footing.as_ref().map(Footing::firmest) {
             None => [forward, left, turn],
             Some(firm) => {
-                let slide = Fused::new(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
+                let slide = FusedEstimate::new(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
                 let slide = slide.deviation(LEAST_NOISE.forward);
-                let turn = Fused::new(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
+                let turn =
+                    FusedEstimate::new(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
                 [slide, slide, turn]
             }
         };
@@ -160,7 +161,7 @@ impl RootDynamics {
 
     /// Root and pose after a change of the pose within a frame: feet keep the body where they were before the change
     /// (if they are loose it stays where it is), then it moves by `step`. Footholds do not change within a frame.
-    pub(super) fn nudged(
+    pub(super) fn stepped(
         &self,
         before: &Pose,
         root: &PlanarRoot,
@@ -189,12 +190,12 @@ impl RootDynamics {
         let steps = footholds.steps_to(&footing.feet(body, &pose));
         let feet = steps.map(|step| (step, footing.looseness(&step)));
         let turns = feet.iter().map(|(step, loose)| (-step.turned, loose.turn));
-        let turn = Fused::new(0.0, self.noise.turn * self.noise.turn, turns);
+        let turn = FusedEstimate::new(0.0, self.noise.turn * self.noise.turn, turns);
         let turned = turn.mean() + turn.deviation(LEAST_NOISE.turn) * drawn[2];
         let pivot = pose.world_from_root.translation.vector;
         let back = |step: &FootStep| step.before.coords.xy() - turned_about(&pivot, turned, &step.after);
         let slides = feet.iter().map(|(step, loose)| (back(step), loose.slide));
-        let slide = Fused::new(Vector2::zeros(), self.slide_variance(), slides);
+        let slide = FusedEstimate::new(Vector2::zeros(), self.slide_variance(), slides);
         let shift = slide.mean() + Vector2::new(drawn[0], drawn[1]) * slide.deviation(LEAST_NOISE.forward);
         let pose = moved(pose, turned, &shift);
         let root = root.after(&PlanarStep { forward: 0.0, left: 0.0, turn: turned });

@@ -132,7 +132,7 @@ pub(super) fn jump(
 ) -> Option<Candidate> {
     if settings.natural_edges
         && is_end(graph, segment, row)
-        && let Some(at) = onwards(graph, jumps, segment, moving, &settings.transition)
+        && let Some(at) = continuation(graph, jumps, segment, moving, &settings.transition)
     {
         return Some(at);
     }
@@ -167,7 +167,7 @@ fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
 /// Destination of a particle at the end of its segment: the next segment of the recording or, at the end of the
 /// recording, the training frame with the most similar motion, if any is similar enough. Without transitions between
 /// models, only the particle's own model is searched.
-fn onwards(
+fn continuation(
     graph: &GpdmGraph,
     jumps: &Jumps,
     segment: usize,
@@ -195,8 +195,8 @@ fn choose(near: &[(JumpTarget, f64)], rule: JumpRule, width: f64, rng: &mut ChaC
     let drawn: f64 = rng.random();
     let shares = match rule {
         JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),
-        JumpRule::StayWeighted => beside_staying(near.iter().map(|n| libm::exp(-n.1 / width)).collect()),
-        JumpRule::StayShared => beside_staying(near.iter().map(|n| n.0.share * libm::exp(-n.1 / width)).collect()),
+        JumpRule::StayWeighted => jump_probabilities(near.iter().map(|n| libm::exp(-n.1 / width)).collect()),
+        JumpRule::StayShared => jump_probabilities(near.iter().map(|n| n.0.share * libm::exp(-n.1 / width)).collect()),
     };
     let mut passed = 0.0;
     near.iter().zip(shares).find_map(|((destination, _), share)| {
@@ -206,7 +206,7 @@ fn choose(near: &[(JumpTarget, f64)], rule: JumpRule, width: f64, rng: &mut ChaC
 }
 
 /// Probabilities of jumps with these weights, where staying has weight 1.
-fn beside_staying(weights: Vec<f64>) -> Vec<f64> {
+fn jump_probabilities(weights: Vec<f64>) -> Vec<f64> {
     let total = 1.0 + weights.iter().sum::<f64>();
     weights.into_iter().map(|weight| weight / total).collect()
 }

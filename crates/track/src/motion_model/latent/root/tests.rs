@@ -132,7 +132,7 @@ fn training_on_a_standing_foot_makes_low_feet_firm() {
 #[test]
 fn estimates_are_weighted_by_their_inverse_variances() {
     // by hand: 0, 3 and 6 with variances 1, 1/2 and 1/3 have precisions 1, 2, 3: mean 24/6, deviation 1/sqrt(6)
-    let fused = Fused::new(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
+    let fused = FusedEstimate::new(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
     assert!((fused.mean() - 4.0).abs() < 1e-12);
     assert!((fused.deviation(0.0) - 1.0 / 6.0_f64.sqrt()).abs() < 1e-12);
     assert_eq!(fused.deviation(0.5), 0.5);
@@ -154,10 +154,10 @@ fn a_change_within_a_frame_leaves_a_firm_foot_in_place_except_for_its_own_step()
         *offset.last_mut().unwrap() = 0.0;
         let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &offset };
         let foot = |pose: &Pose| footing.feet(&body, pose).places()[0];
-        let (still, pose) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
+        let (still, pose) = roots.stepped(before, &root, &at, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
         assert!((foot(&pose).translation.vector - foot(before).translation.vector).norm() < 1e-9, "frame {t}");
         // the same step from the same position; computed independently from the pose with the offset at that position
-        let (gone, moved) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.1, left: -0.05, turn: 0.2 });
+        let (gone, moved) = roots.stepped(before, &root, &at, &PlanarStep { forward: 0.1, left: -0.05, turn: 0.2 });
         let step = still.step_to(&gone);
         assert!((step.forward - 0.1).abs() + (step.left + 0.05).abs() + (step.turn - 0.2).abs() < 1e-12);
         let stands = roots.stand(&at, &gone).world_from_root;
