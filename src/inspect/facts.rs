@@ -43,13 +43,13 @@ impl RobotSummary {
         let ([solid_links, links], [moving, joints]) = (self.links, self.joints);
         let mut facts = vec![
             ("links", format!("{links}, {solid_links} of them with geometry")),
-            ("drawn", self.drawn.in_words()),
+            ("drawn", self.drawn.describe()),
             ("joints", format!("{joints}, {moving} of them movable")),
             ("freedom", format!("{} joint angles and 6 of the root", self.degrees_of_freedom.len())),
             ("mass", format!("{:.2} kg", self.mass_kg)),
             ("height", format!("{:.2} m from the lowest to the highest joint", self.height_m)),
         ];
-        facts.extend(self.drawn.missing_in_words().map(|missing| ("undrawn", missing)));
+        facts.extend(self.drawn.describe_missing().map(|missing| ("undrawn", missing)));
         if !self.missing_markers.is_empty() {
             facts.push(("markers", format!("none for {}", self.missing_markers.join(", "))));
         }

@@ -131,7 +131,7 @@ fn describe_model(model: &LearnedModel) -> Vec<FactGroup> {
     if settings.kind() == ModelKind::GpdmGraph {
         learning.push(fact("clip", format!("{:.3} s", settings.clip_s)));
         learning.push(fact("TH", format!("{:.4} rad\u{b2} per joint", settings.threshold_per_joint)));
-        learning.push(fact("candidates found by", settings.detector.in_words().to_owned()));
+        learning.push(fact("candidates found by", settings.detector.describe().to_owned()));
     }
     learning.push(fact("program", facts.program.clone()));
     let recording = |from: &LearnedFrom| {

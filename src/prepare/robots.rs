@@ -70,14 +70,14 @@ pub(crate) fn robot(file: &ScenarioFile, choice: &RobotChoice<'_>) -> Result<Hum
     if shares.is_too_little() {
         return Err(refuse(too_little(choice, &shares, &body)));
     }
-    if let Some(missing) = shares.missing_in_words() {
-        body.notes.push(format!("drawn: {}; without solids: {missing}", shares.in_words()));
+    if let Some(missing) = shares.describe_missing() {
+        body.notes.push(format!("drawn: {}; without solids: {missing}", shares.describe()));
     }
     Ok(body)
 }
 
 fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -> String {
-    let missing = shares.missing_in_words().map_or(String::new(), |missing| format!("; without solids: {missing}"));
+    let missing = shares.describe_missing().map_or(String::new(), |missing| format!("; without solids: {missing}"));
     let meshes = body.notes.iter().find(|note| note.contains("meshes cannot be read"));
     let meshes = meshes.map_or(String::new(), |note| format!("; {note}"));
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
@@ -99,7 +99,7 @@ fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -
     format!(
         "{lead}: {}{missing}{meshes} (expected at least {links} of the links that have mass or carry others, {height} of \
          the height from ankles to crown and {reach} of the reach from wrist to wrist); {remedy}",
-        shares.in_words()
+        shares.describe()
     )
 }
 

@@ -175,9 +175,9 @@ fn archives_with_shared_bytes_many_names_or_axes_without_end() {
     let names = (0..60_000).map(|i| (format!("a{i}.npy"), small.as_slice())).collect::<Vec<_>>();
     let empty = npy("1000000000000, 0", &[]);
     for (bytes, words) in [
-        (archive(&named(900), true), "two entries share bytes"),
+        (archive(&named(900), true), "two entries overlap"),
         (archive(&names, false), "60000 entries; expected at most 1000"),
-        (archive(&[("x".repeat(30_000), &one)], false), "an entry's name has 30000 bytes; expected at most 200"),
+        (archive(&[("x".repeat(30_000), &one)], false), "the name of an entry has 30000 bytes; expected at most 200"),
         (archive(&[("energy.npy".to_owned(), &empty)], false), "the shape is too large"),
     ] {
         fs::write(folder.path().join("run/poses.npz"), &bytes).unwrap();
@@ -212,7 +212,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
         (robot(&visual.repeat(3000)), "mesh `m.obj`: with it the meshes have more than 5000000 triangles"),
         (robot(&ball.repeat(5001)), "more than 5000 solids"),
         (format!("<robot name=\"r\">{links}</robot>"), "more than 1000 links"),
-        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element of 100000 attributes"),
+        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element has 100000 attributes"),
         (robot(&"<x/>".repeat(200_001)), "more than 200000 elements"),
         (robot(&"<x>".repeat(100_000)), "r.urdf:2: "),
         (

@@ -61,7 +61,7 @@ fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
         }
     }
     for (broken, words) in [
-        (files.replace("size_px = [80, 60]\n", ""), "does not say the image size"),
+        (files.replace("size_px = [80, 60]\n", ""), "lacks the image size"),
         (files.replace("cam00.yml", "cam07.yml"), "cannot be read"),
         (files.replace("cam01.cal", "cam00.cal"), "two cameras are named `cam00`"),
         (files.replace("cam00.yml\"", "cam00.yml\"\nup = \"x\""), "up"),

@@ -111,7 +111,7 @@ fn files_that_a_gltf_names_and_settings_of_skins_are_refused_with_the_skin_that_
     room.write("figure.gltf", figure);
     let answer = room.skiagraph(["inspect", "figure.gltf"]);
     assert_eq!(answer.code, 2);
-    let said = "figure.gltf: names the file `figure.bin`, which cannot be read";
+    let said = "figure.gltf: refers to the file `figure.bin`, which cannot be read";
     assert!(answer.stderr.contains(said), "{}", answer.stderr);
     let answer = room.skiagraph(["check", "tiny.toml", "actor.skin_blending=dual_quaternion"]);
     assert_eq!(answer.code, 2);

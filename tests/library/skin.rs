@@ -39,14 +39,14 @@ fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that
     fs::write(&skin, "schema = \"skiagraph.skin/1\"\nmesh = \"m.obj\"").unwrap();
     let message = || read_skin(&skin).unwrap_err().to_string();
     let found = message();
-    assert!(found.contains("s.toml: names the file `m.obj`, which cannot be read: "), "{found}");
+    assert!(found.contains("s.toml: refers to the file `m.obj`, which cannot be read: "), "{found}");
     #[cfg(unix)]
     {
         let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         fs::write(room.path().join("secret.obj"), obj).unwrap();
         std::os::unix::fs::symlink("../secret.obj", folder.join("m.obj")).unwrap();
         let found = message();
-        assert!(found.contains("names the file `m.obj`, which leads out of "), "{found}");
+        assert!(found.contains("refers to the file `m.obj`, which leads out of "), "{found}");
         fs::remove_file(folder.join("m.obj")).unwrap();
         fs::write(folder.join("own.obj"), obj).unwrap();
         std::os::unix::fs::symlink("own.obj", folder.join("m.obj")).unwrap();

@@ -5,7 +5,7 @@ use crate::dynamics::{GRAVITY, GROUND_FRICTION};
 
 /// The metric's protocol for a sequence: the contact rule is the one by which its contacts were labelled.
 pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
-    let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.in_words()).unwrap_or_default();
+    let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.describe()).unwrap_or_default();
     let numbers = [
         ("{contact_rule}", rule),
         ("{gravity}", format!("{GRAVITY} m/s^2")),

@@ -115,7 +115,7 @@ impl TrainingMotions {
         let sources = match npz.get("sources").map(|array| &array.values) {
             None => Vec::new(),
             Some(Values::Text(sources)) => sources.clone(),
-            Some(_) => return Err(SetError::malformed(PATH, "sources: expected texts")),
+            Some(_) => return Err(SetError::malformed(PATH, "sources: expected strings")),
         };
         Ok(Self { motions, sources })
     }

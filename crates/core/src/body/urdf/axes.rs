@@ -1,4 +1,4 @@
-//! From URDF joints to axes, degrees of freedom and what drives them.
+//! Converts URDF joints to axes, degrees of freedom and drives.
 
 use std::collections::HashMap;
 
@@ -18,13 +18,13 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// The motions of the file's joint of that index.
+    /// The motion of the file's joint with this index.
     pub(super) fn kind(&self, joint: usize) -> JointKind {
         self.kinds[joint].clone().unwrap_or(JointKind::Fixed)
     }
 }
 
-/// Reads all joints in the tree's order; assumptions go into `notes`.
+/// Reads all joints in the tree's order; assumptions are added to `notes`.
 pub(super) fn read(
     document: &Document<'_>,
     robot: &urdf_rs::Robot,
@@ -93,10 +93,10 @@ fn limited(node: Node<'_, '_>, joint: &urdf_rs::Joint, notes: &mut Vec<String>) 
         if has_limit {
             (lower, upper) = (joint.limit.lower, joint.limit.upper);
             if lower == upper {
-                notes.push(format!("joint `{name}`: limits {lower} to {upper}, so it is locked"));
+                notes.push(format!("joint `{name}`: limits are {lower} to {upper}, so it is locked"));
             }
         } else {
-            notes.push(format!("joint `{name}`: no <limit>, taken as unlimited"));
+            notes.push(format!("joint `{name}`: no <limit>, assumed unlimited"));
         }
     }
     let (max_velocity, max_effort) =
@@ -148,5 +148,5 @@ fn mimicked(
             document.refuse(place(index), format!("mimics joint `{}`, which does not exist", mimic.joint))
         })?;
     }
-    Err(document.refuse(place(start), "mimics itself through other joints; let one joint of the ring move freely"))
+    Err(document.refuse(place(start), "mimics itself through other joints; let one joint of the cycle move freely"))
 }
