@@ -235,7 +235,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
     let notes = clip.notes.join("\n");
     assert!(notes.contains("interpolated: LKNE 3 (at most 3 in a row)"), "{notes}");
     assert!(notes.contains("guess: RANK 26 (at most 26 in a row)"), "{notes}");
-    assert!(notes.contains(&format!("LTHI is not seen in {0} of {0} frames: left out", frames.len())), "{notes}");
+    assert!(notes.contains(&format!("LTHI is not seen in {0} of {0} frames: dropped", frames.len())), "{notes}");
     let whole = whole.unwrap();
     let knee = clip.skeleton.find("left_knee").unwrap();
     let moved = (clip.joint_positions(41)[knee] - whole.joint_positions(41)[knee]).norm();
@@ -251,7 +251,10 @@ fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
     labels[knee] = "Point 7".to_owned();
     let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let message = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("do not tell left_knee") && message.contains("not known: Point 7"), "{message}");
+    assert!(
+        message.contains("cannot locate left_knee") && message.contains("unrecognised points: Point 7"),
+        "{message}"
+    );
     assert!(message.contains("`marker_map` of `[motion]`, as left_knee = \"LABEL\""), "{message}");
     let markers = BTreeMap::from([("left_knee".to_owned(), "Point 7".to_owned())]);
     let options = ReadOptions { markers, ..ReadOptions::default() };
@@ -267,7 +270,7 @@ fn damaged_files_are_refused_with_what_was_expected() {
     assert!(message(b"").contains("second byte is 0x50"));
     assert!(message(&good[..600]).contains("a.c3d: "));
     let cut = message(&good[..good.len() / 2]);
-    assert!(cut.contains("it is cut off"), "{cut}");
+    assert!(cut.contains("the file is truncated"), "{cut}");
     let mut other = good.clone();
     other[512 + 3] = 7;
     assert!(message(&other).contains("processor type 84, 85 or 86, found 7"));

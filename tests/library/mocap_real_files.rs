@@ -277,12 +277,12 @@ fn a_header_that_disagrees_with_the_rows_by_more_than_two_is_refused() {
     for frames in [2750, 2751, 2753, 2754] {
         let clip = with_header(frames).unwrap();
         assert_eq!(clip.frames.len(), 2752);
-        let note = format!("the header announces {frames} frames, the file has 2752 rows: all rows are used");
+        let note = format!("the header declares {frames} frames, the file has 2752 rows: all rows are used");
         assert!(clip.notes.contains(&note), "{:?}", clip.notes);
     }
     assert_eq!(
         with_header(2755).unwrap_err().to_string(),
-        "01_01.bvh:2939: expected 2755 rows as the header announces (`Frames: 2755`), found the end of the file after 2752 rows"
+        "01_01.bvh:2939: expected 2755 rows, as declared by `Frames: 2755`, found the end of the file after 2752 rows"
     );
     assert!(with_header(2749).is_err());
     let half = &text[..text.len() / 2];
