@@ -99,5 +99,5 @@ fn a_path_that_turns_faster_than_feet_can_follow_and_takes_that_are_nowhere_alik
     let file = ScenarioFile::parse(&text, "a.toml", std::path::PathBuf::new(), &[]).unwrap();
     let message = PreparedScene::new(&file, None).unwrap_err().to_string();
     assert!(message.contains("motion.then") && message.contains("cannot follow"), "{message}");
-    assert!(message.contains("at most 5 mm are joined"), "{message}");
+    assert!(message.contains("expected at most 5 mm"), "{message}");
 }
