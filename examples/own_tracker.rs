@@ -4,8 +4,8 @@
 //! cargo run --release --example own_tracker
 //! ```
 //!
-//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers
-//! the energy of the silhouettes. Anything that implements [`Tracker`] can replace it.
+//! The tracker is a simple coordinate search: it changes one coordinate of the pose at a time, and keeps changes that
+//! reduce the energy of the silhouettes. Any implementation of [`Tracker`] can replace it.
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ use skiagraph::observation::Observation;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 
-/// Sizes of the steps, metres and radians, tried one after another.
+/// Step sizes, metres and radians, in order of use.
 const STEPS: [f64; 3] = [0.06, 0.02, 0.007];
 
 /// Searches along every coordinate of the pose.
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
     likelihood()?;
     let tracked = track_with(&set.blind, &[0], &NoProgress, |_seed| {
-        let likelihood = likelihood().expect("it was made above");
+        let likelihood = likelihood().expect("was constructed above");
         Box::new(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
     })?;
 

@@ -1,8 +1,8 @@
-//! Segmentation of the scene's images, compared with OpenCV on the same images: regenerates `results/background.md`.
+//! Background subtraction on simulated images, compared with OpenCV: regenerates `results/background.md`.
 //!
-//! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has
-//! opencv-python-headless. The images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are
-//! seeds 11 to 13.
+//! `cargo run --release --example studies -- background`; `SKIAGRAPH_TEST_PYTHON` must be a Python with
+//! opencv-python-headless. The images are written to `runs/background/`. Settings were tuned on seed 1; seeds 11 to 13
+//! are reported.
 
 use std::error::Error;
 use std::path::Path;
@@ -23,7 +23,7 @@ const STRIDE: usize = 15;
 /// Contrasts of clothing with the background, grey values.
 const CONTRASTS: [f64; 3] = [30.0, 60.0, 100.0];
 
-/// True positives, false positives and false negatives, in pixels; and seconds.
+/// True positives, false positives and false negatives in pixels, and seconds.
 #[derive(Clone, Copy, Default)]
 struct Count {
     both: u64,
@@ -57,7 +57,7 @@ const OURS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or("python3".to_owned());
-    let staged = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
+    let prepared = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
     let (mut tables, mut ours_f1, mut theirs_f1) = (String::new(), Vec::new(), Vec::new());
     for contrast in CONTRASTS {
         tables += &format!(
@@ -65,10 +65,10 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         );
         let folder = root.join(format!("runs/background/{contrast}"));
         if folder.exists() {
-            // the script reads all files there, including those left by another choice of frames
+            // the script reads all files in the folder, including old ones
             std::fs::remove_dir_all(&folder)?;
         }
-        let ours = ours(&staged, contrast, &folder)?;
+        let ours = ours(&prepared, contrast, &folder)?;
         for (name, count) in OURS.iter().zip(&ours) {
             tables += &format!("| {name} | {:.4} | {:.2} |\n", count.f1(), count.ms());
         }
@@ -102,16 +102,16 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 }
 
 /// Writes the images for OpenCV and segments them.
-fn ours(staged: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
+fn ours(prepared: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
     let mut counts = [Count::default(); 4];
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observer::new(&prepared.ground_truth, &prepared.rig);
     for seed in SEEDS {
         let settings = ImageSettings { clothing_contrast: contrast, ..ImageSettings::default() };
-        let scene = SceneCamera::new(&staged.ground_truth, staged.rig.rig(), &settings, seed);
-        let numbers: Vec<usize> = (0..staged.frames()).step_by(STRIDE).collect();
+        let scene = SceneCamera::new(&prepared.ground_truth, prepared.rig.rig(), &settings, seed);
+        let numbers: Vec<usize> = (0..prepared.frames()).step_by(STRIDE).collect();
         let frames: Vec<(Vec<Image>, Vec<Mask>)> =
             numbers.iter().map(|frame| (scene.images(*frame), observer.observe(*frame).silhouettes)).collect();
-        for camera in 0..staged.rig.cameras() {
+        for camera in 0..prepared.rig.cameras() {
             let place = folder.join(format!("cam{seed}{camera:02}"));
             let period = |period| (0..20).map(|number| scene.background(camera, period, number)).collect();
             let periods: Vec<Vec<Image>> = (0..scene.periods()).map(period).collect();

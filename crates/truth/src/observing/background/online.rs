@@ -268,13 +268,13 @@ mod tests {
     /// Weight, variance, means.
     type ReferenceComponent = (f64, f64, Vec<f64>);
 
-    /// Reference implementation in f64, with weights normalised in every frame.
-    struct Reference {
+    /// ReferenceMixture implementation in f64, with weights normalised in every frame.
+    struct ReferenceMixture {
         pixels: Vec<Vec<ReferenceComponent>>,
         frames: u64,
     }
 
-    impl Reference {
+    impl ReferenceMixture {
         fn new(first: &Image) -> Self {
             let of = |i: usize| first.planes().iter().map(|plane| f64::from(plane[i])).collect::<Vec<_>>();
             let pixels = (0..first.planes()[0].len()).map(|i| vec![(1.0, 225.0, of(i))]).collect();
@@ -327,7 +327,7 @@ mod tests {
                 noisy(width, channels, n, level, 3.0)
             };
             let mut model = OnlineBackground::new(&frame(0), OnlineSettings::default());
-            let mut reference = Reference::new(&frame(0));
+            let mut reference = ReferenceMixture::new(&frame(0));
             let mut differing = 0;
             for n in 1..400 {
                 let (found, expected) = (model.update(&frame(n)).unwrap(), reference.update(&frame(n)));
