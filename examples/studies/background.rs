@@ -52,13 +52,13 @@ impl Count {
     }
 }
 
-const OURS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "online, cleaned"];
+const METHODS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "online, cleaned"];
 
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or("python3".to_owned());
     let prepared = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
-    let (mut tables, mut ours_f1, mut theirs_f1) = (String::new(), Vec::new(), Vec::new());
+    let (mut tables, mut library_f1, mut opencv_f1) = (String::new(), Vec::new(), Vec::new());
     for contrast in CONTRASTS {
         tables += &format!(
             "## Clothing {contrast} grey values from the background\n\n| method | F1 | ms per image |\n|---|---|---|\n"
@@ -68,14 +68,14 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             // the script reads all files in the folder, including old ones
             std::fs::remove_dir_all(&folder)?;
         }
-        let ours = ours(&prepared, contrast, &folder)?;
-        for (name, count) in OURS.iter().zip(&ours) {
+        let counts = count_by_library(&prepared, contrast, &folder)?;
+        for (name, count) in METHODS.iter().zip(&counts) {
             tables += &format!("| {name} | {:.4} | {:.2} |\n", count.f1(), count.ms());
         }
         let (rows, best) = opencv(&python, root, &folder)?;
         tables += &format!("{rows}\n");
-        ours_f1.push(ours[1].f1());
-        theirs_f1.push(best);
+        library_f1.push(counts[1].f1());
+        opencv_f1.push(best);
     }
     let list = |f1: &[f64]| f1.iter().map(|f1| format!("{f1:.3}")).collect::<Vec<_>>().join(", ");
     let page = format!(
@@ -93,16 +93,16 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
          of one thread on a busy machine: compare them only with each other.\n\n\
          Made by `SKIAGRAPH_TEST_PYTHON=PYTHON cargo run --release --example studies -- background`, with opencv-python-headless in \
          PYTHON.\n",
-        list(&ours_f1),
+        list(&library_f1),
         CONTRASTS.map(|contrast| contrast.to_string()).join(", "),
-        list(&theirs_f1),
+        list(&opencv_f1),
     );
     std::fs::write(root.join("results/background.md"), page)?;
     Ok(())
 }
 
 /// Writes the images for OpenCV and segments them.
-fn ours(prepared: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
+fn count_by_library(prepared: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
     let mut counts = [Count::default(); 4];
     let observer = Observer::new(&prepared.ground_truth, &prepared.rig);
     for seed in SEEDS {

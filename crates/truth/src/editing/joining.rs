@@ -226,9 +226,9 @@ fn nearest(
             pairs.push(Closest { leaves, enters, distance_m: own.distance_m(leaves, other, enters) });
         }
     }
-    let least = pairs.iter().map(|pair| pair.distance_m).fold(f64::INFINITY, f64::min);
+    let smallest_m = pairs.iter().map(|pair| pair.distance_m).fold(f64::INFINITY, f64::min);
     let kept = |pair: &&Closest| pair.leaves.cast_signed() - pair.enters.cast_signed();
-    let good = pairs.iter().filter(|pair| pair.distance_m <= ACCEPTED_RATIO * least);
+    let good = pairs.iter().filter(|pair| pair.distance_m <= ACCEPTED_RATIO * smallest_m);
     let best = good.max_by_key(kept).copied();
     let mut best = best.unwrap_or(Closest { leaves: leaving.start, enters: entering.start, distance_m: f64::INFINITY });
     // refine between the compared frames

@@ -135,7 +135,7 @@ mod tests {
         let (body, motion) = (person(), walk(40));
         let clouds = PoseClouds::new(&body, &motion, 4);
         let (a, b) = (3, 17);
-        let least = clouds.distance_m(a, &clouds, b);
+        let smallest_m = clouds.distance_m(a, &clouds, b);
         let found = clouds.alignment(a, &clouds, b);
         let distance = |by: &Isometry3<f64>| {
             let markers = |frame: usize, by: &Isometry3<f64>| -> Vec<Vector3<f64>> {
@@ -153,11 +153,11 @@ mod tests {
                 .collect();
             (pairs.iter().sum::<f64>() / pairs.len() as f64).sqrt()
         };
-        assert!((distance(&found) - least).abs() < 1e-12);
+        assert!((distance(&found) - smallest_m).abs() < 1e-12);
         for nudge in [Vector3::<f64>::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
-            assert!(distance(&(Isometry3::translation(0.01 * nudge.x, 0.01 * nudge.y, 0.0) * found)) > least);
+            assert!(distance(&(Isometry3::translation(0.01 * nudge.x, 0.01 * nudge.y, 0.0) * found)) > smallest_m);
             let turn = Isometry3::rotation(Vector3::z() * 0.02 * nudge.x);
-            assert!(nudge.x == 0.0 || distance(&(found * turn)) > least);
+            assert!(nudge.x == 0.0 || distance(&(found * turn)) > smallest_m);
         }
     }
 }

@@ -41,11 +41,15 @@ impl Clip {
     pub fn resampled(&self, frames_per_second: f64) -> Result<Self, MocapError> {
         // a rounding error of the rate must not lose the last frame
         let last = self.duration() * frames_per_second + 1e-6;
-        let most = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
-        if !(frames_per_second > 0.0 && frames_per_second <= MAX_RATE && (1.0..most).contains(&last)) {
+        let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
+        if !(frames_per_second > 0.0 && frames_per_second <= MAX_RATE && (1.0..max_frames).contains(&last)) {
             return Err(MocapError::Setting {
                 setting: "frames_per_second",
-                expected: format!("a rate that gives clip `{}` ({} s) 2 to {most} frames", self.name, self.duration()),
+                expected: format!(
+                    "a rate that gives clip `{}` ({} s) 2 to {max_frames} frames",
+                    self.name,
+                    self.duration()
+                ),
                 found: frames_per_second.to_string(),
             });
         }

@@ -26,11 +26,11 @@ impl Clip {
     /// marked cyclic.
     pub fn looped(&self, duration: f64) -> Result<Self, MocapError> {
         let steps = (duration * self.frames_per_second - 1e-6).ceil();
-        let most = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
-        if !(1.0..most).contains(&steps) {
+        let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
+        if !(1.0..max_frames).contains(&steps) {
             return Err(MocapError::Setting {
                 setting: "duration",
-                expected: format!("a duration in seconds that gives clip `{}` 2 to {most} frames", self.name),
+                expected: format!("a duration in seconds that gives clip `{}` 2 to {max_frames} frames", self.name),
                 found: duration.to_string(),
             });
         }

@@ -66,9 +66,9 @@ pub(super) fn pose_all(
     merge(&mut solver, humanoid, &goals, forward, &backward)
 }
 
-/// Solves frames in order, each starting from the previous one and held near it. If a landmark stays far off, all
-/// starts are tried again, and a much better solution is used. A step that rotates a link too far is repeated with a
-/// higher weight.
+/// Solves frames in order, each starting from the previous one and held near it. If a landmark stays far from its goal,
+/// all starts are tried again, and a much better solution is used. A step that rotates a link too far is repeated with
+/// a higher weight.
 pub(super) fn solve_sequence<'a>(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,
@@ -104,9 +104,9 @@ pub(super) fn solve_sequence<'a>(
         }
         let distances = marker_distances(humanoid, markers, &solution.pose);
         if distances.iter().flatten().any(|distance| *distance > SUSPICIOUS_DISTANCE) {
-            let anew = solve_from_several_starts(solver, humanoid, goals, markers, start, options.max_iterations);
-            if anew.cost < 0.5 * solver.cost(goals, &solution.pose) {
-                solution = anew;
+            let restarted = solve_from_several_starts(solver, humanoid, goals, markers, start, options.max_iterations);
+            if restarted.cost < 0.5 * solver.cost(goals, &solution.pose) {
+                solution = restarted;
             }
         }
         solutions.push(solution);

@@ -33,9 +33,9 @@ impl Cleaning {
     /// The cleaned mask.
     pub fn clean(&self, mask: &Mask) -> Mask {
         let pixels = f64::from(mask.width()) * f64::from(mask.height());
-        let least = (f64::from(self.least_px) * pixels / (640.0 * 480.0)).round() as u64;
-        let whole = without_specks(mask, least);
-        without_specks(&closed(&opened(&whole, self.open_px), self.close_px), least)
+        let min_px = (f64::from(self.least_px) * pixels / (640.0 * 480.0)).round() as u64;
+        let whole = without_specks(mask, min_px);
+        without_specks(&closed(&opened(&whole, self.open_px), self.close_px), min_px)
     }
 }
 

@@ -256,19 +256,19 @@ fn log_density<const CHANNELS: usize>(block: &[PixelLane], pixels: &[PixelLane; 
 /// The foreground among eight pixels.
 #[inline(always)]
 fn decide<const CHANNELS: usize>(model: &BackgroundMixture, first: usize, pixels: &[PixelLane; CHANNELS]) -> u8 {
-    let mut most = [f32::NEG_INFINITY; LANES];
+    let mut largest = [f32::NEG_INFINITY; LANES];
     for blocks in &model.blocks {
         let score = log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels);
-        for (most, score) in most.iter_mut().zip(score) {
-            *most = if score > *most { score } else { *most };
+        for (largest, score) in largest.iter_mut().zip(score) {
+            *largest = if score > *largest { score } else { *largest };
         }
     }
     // the sum is between the largest density and K times that
     let certainly_below = model.threshold - (model.components as f32).ln();
     let mut bits = 0;
-    for (lane, &most) in most.iter().enumerate() {
+    for (lane, &largest) in largest.iter().enumerate() {
         let is_foreground =
-            most < certainly_below || (most < model.threshold && sum_is_below(model, first, pixels, lane));
+            largest < certainly_below || (largest < model.threshold && sum_is_below(model, first, pixels, lane));
         bits |= u8::from(is_foreground) << lane;
     }
     bits
