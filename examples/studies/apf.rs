@@ -130,7 +130,7 @@ fn plot(results: &Results) -> BarPlot {
     }
 }
 
-/// Range of the mean errors with these bodies, in words.
+/// Text with the range of the mean errors with these bodies.
 fn range(results: &Results, bodies: &str) -> String {
     let errors: Vec<f64> = results.values().filter_map(|of| of.get(bodies)).map(|a| a.humaneva_mm.mean).collect();
     let (low, high) = (errors.iter().copied().reduce(f64::min), errors.iter().copied().reduce(f64::max));

@@ -63,7 +63,7 @@ fn a_take_that_cannot_follow_or_is_too_short_is_named_by_its_own_key() {
     let short = format!("{walks}[[motion.then]]\nclip = \"embedded:walk\"\nfirst_frame = 1\nlast_frame = 8");
     let message = staged(&short, "off").unwrap_err();
     assert!(message.contains("motion.then[1].clip") && message.contains("too short to be joined"), "{message}");
-    assert!(message.contains(" s (38 frames at 60 Hz)") && message.contains("frames); use more"), "{message}");
+    assert!(message.contains(" s (38 frames at 60 Hz)") && message.contains("frames); use a longer part"), "{message}");
 }
 
 /// Only repetitions of the first take were listed, and a varied tempo moved all of them by the same share.

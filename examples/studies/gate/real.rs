@@ -1,4 +1,4 @@
-//! Real runs: the default tracker against itself with known defects, ten repetitions each.
+//! Real runs: the default tracker compared with itself with known defects, ten repetitions each.
 
 use std::error::Error;
 

@@ -1,4 +1,4 @@
-//! Conditions of stress: corrupted silhouettes, or a worse start, frame rate or set of cameras.
+//! Stress conditions: corrupted silhouettes, or a worse start, frame rate or set of cameras.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,16 +7,16 @@ use skiagraph::observation::Observation;
 use skiagraph::raster::{Mask, contour};
 use skiagraph::rng::{Purpose, stream};
 
-/// A condition; the best is four clean views at 60 Hz from the true start.
+/// A condition; the reference is four clean views at 60 Hz from the true start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Condition {
     Clean,
-    /// Two cameras that face each other.
+    /// Two opposite cameras.
     TwoViews,
     /// Two cameras at a right angle.
     TwoViewsAcross,
     At15Hz,
-    /// Every joint angle of the start pose off by a normal deviate times 0.3 rad.
+    /// Normal errors with a deviation of 0.3 rad in every joint angle of the start pose.
     BadStart,
     /// 10 % of the boundary pixels moved by up to 3 pixels, 2 % of the silhouette in holes.
     Segmented,
@@ -24,7 +24,7 @@ pub(crate) enum Condition {
     Dilated,
     /// The second camera's masks are empty.
     CameraMissing,
-    /// A box 0.7 m wide and 1 m high stands 1.2 m beside the start.
+    /// A box 0.7 m wide and 1 m high, 1.2 m beside the start.
     Occluded,
 }
 
@@ -60,7 +60,7 @@ impl Condition {
         if self == Self::At15Hz { 15.0 } else { 60.0 }
     }
 
-    /// Its overrides of the scenario.
+    /// Overrides of the scenario.
     pub(crate) fn overrides(self) -> Vec<String> {
         match self {
             Self::TwoViews => vec!["rig.ring.count=2".to_owned()],
@@ -72,7 +72,7 @@ impl Condition {
         }
     }
 
-    /// How many of the rig's cameras are kept.
+    /// Number of cameras kept of the rig.
     pub(crate) fn cameras(self) -> usize {
         if self == Self::TwoViewsAcross { 2 } else { usize::MAX }
     }
@@ -89,16 +89,16 @@ impl Condition {
         start
     }
 
-    pub(crate) fn spoil(self, seen: Observation) -> Observation {
+    pub(crate) fn corrupt(self, seen: Observation) -> Observation {
         let frame = seen.frame as u64;
-        let spoiled = |(camera, mask): (usize, Mask)| match self {
+        let corrupted = |(camera, mask): (usize, Mask)| match self {
             Self::Segmented => segmented(&mask, frame, camera as u64),
             Self::Eroded => grown(&mask, false),
             Self::Dilated => grown(&mask, true),
             Self::CameraMissing if camera == 1 => Mask::new(mask.width(), mask.height()),
             _ => mask,
         };
-        let silhouettes = seen.silhouettes.into_iter().enumerate().map(spoiled).collect();
+        let silhouettes = seen.silhouettes.into_iter().enumerate().map(corrupted).collect();
         Observation { silhouettes, ..seen }
     }
 }
@@ -119,11 +119,11 @@ fn grown(mask: &Mask, add: bool) -> Mask {
 
 fn segmented(mask: &Mask, frame: u64, camera: u64) -> Mask {
     let mut random = stream(1, Purpose::Corruption, frame, camera, 0);
-    let mut spoiled = mask.clone();
+    let mut corrupted = mask.clone();
     for (x, y) in contour(mask).pixels() {
         if random.random::<f64>() < 0.1 {
             let (radius, value) = (random.random_range(1.0..3.0), random.random());
-            stamp(&mut spoiled, x, y, radius, value);
+            stamp(&mut corrupted, x, y, radius, value);
         }
     }
     let inside: Vec<(u32, u32)> = mask.pixels().collect();
@@ -131,10 +131,10 @@ fn segmented(mask: &Mask, frame: u64, camera: u64) -> Mask {
     while holes > 0.0 && !inside.is_empty() {
         let (x, y) = inside[random.random_range(0..inside.len())];
         let radius: f64 = random.random_range(0.5..3.0);
-        stamp(&mut spoiled, x, y, radius, false);
+        stamp(&mut corrupted, x, y, radius, false);
         holes -= std::f64::consts::PI * radius * radius;
     }
-    spoiled
+    corrupted
 }
 
 fn stamp(mask: &mut Mask, x: u32, y: u32, radius: f64, value: bool) {

@@ -1,5 +1,4 @@
-//! Whatever bytes a file holds, its reader answers with a clip or an error: it never panics and never asks for much
-//! memory.
+//! Whatever bytes a file holds, its reader returns a clip or an error: it never panics and never allocates much memory.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -13,14 +12,14 @@ const MOTION: &str = "#!OML\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 9.3 17.8 -17.3 
     2\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n3\nroot 0 0 0 0 0 0\nfemur 0 0 0\ntibia 0\n\
     4\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n";
 
-/// The first rows of a recording that ships, its header told so.
+/// The first rows of a shipped recording, with the header changed to match.
 fn bvh() -> String {
     let text = include_str!("../../scenarios/motions/01_01.bvh");
     let head: Vec<&str> = text.lines().take(192).collect();
     head.join("\n").replace("Frames: 2752", "Frames: 5")
 }
 
-/// The first rows of a clip that ships.
+/// The first rows of a shipped clip.
 fn deepmimic() -> String {
     let text = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
     let rows: Vec<&str> = text.lines().take(9).collect();
@@ -32,7 +31,7 @@ fn parse_acclaim(skeleton: &str, motion: &str) -> Result<Clip, MocapError> {
     parse_amc(motion, "f.amc", &skeleton, &ReadOptions::default())
 }
 
-/// A clip that was accepted holds what its documentation promises.
+/// An accepted clip is valid.
 fn check(result: Result<Clip, MocapError>) {
     match result {
         Ok(clip) => {
@@ -46,17 +45,17 @@ fn check(result: Result<Clip, MocapError>) {
     }
 }
 
-/// What may befall a text.
+/// A way to damage a text.
 #[derive(Clone, Debug)]
-enum Accident {
-    CutAt(Index),
-    Word(Index, String),
-    LineTwice(Index),
-    LineLost(Index),
-    LinesSwapped(Index, Index),
+enum Damage {
+    Truncated(Index),
+    ReplacedWord(Index, String),
+    DuplicatedLine(Index),
+    RemovedLine(Index),
+    SwappedLines(Index, Index),
 }
 
-fn accidents() -> impl Strategy<Value = Accident> {
+fn damages() -> impl Strategy<Value = Damage> {
     let words = prop_oneof![
         Just("nan"),
         Just("-inf"),
@@ -82,17 +81,17 @@ fn accidents() -> impl Strategy<Value = Accident> {
         Just("é"),
     ];
     prop_oneof![
-        any::<Index>().prop_map(Accident::CutAt),
-        (any::<Index>(), words).prop_map(|(at, word)| Accident::Word(at, word.to_owned())),
-        (any::<Index>(), "\\PC{0,12}").prop_map(|(at, word)| Accident::Word(at, word)),
-        any::<Index>().prop_map(Accident::LineTwice),
-        any::<Index>().prop_map(Accident::LineLost),
-        (any::<Index>(), any::<Index>()).prop_map(|(a, b)| Accident::LinesSwapped(a, b)),
+        any::<Index>().prop_map(Damage::Truncated),
+        (any::<Index>(), words).prop_map(|(at, word)| Damage::ReplacedWord(at, word.to_owned())),
+        (any::<Index>(), "\\PC{0,12}").prop_map(|(at, word)| Damage::ReplacedWord(at, word)),
+        any::<Index>().prop_map(Damage::DuplicatedLine),
+        any::<Index>().prop_map(Damage::RemovedLine),
+        (any::<Index>(), any::<Index>()).prop_map(|(a, b)| Damage::SwappedLines(a, b)),
     ]
 }
 
-fn befall(mut text: String, accidents: &[Accident]) -> String {
-    for accident in accidents {
+fn damaged(mut text: String, damages: &[Damage]) -> String {
+    for damage in damages {
         let lines: Vec<&str> = text.lines().collect();
         if lines.is_empty() {
             break;
@@ -102,21 +101,21 @@ fn befall(mut text: String, accidents: &[Accident]) -> String {
             edit(&mut lines);
             lines.join("\n")
         };
-        text = match accident {
-            Accident::CutAt(at) => text.chars().take(at.index(text.chars().count() + 1)).collect(),
-            Accident::Word(at, word) => {
+        text = match damage {
+            Damage::Truncated(at) => text.chars().take(at.index(text.chars().count() + 1)).collect(),
+            Damage::ReplacedWord(at, word) => {
                 let mut words: Vec<&str> = text.split(' ').collect();
                 let index = at.index(words.len());
                 words[index] = word;
                 words.join(" ")
             }
-            Accident::LineTwice(at) => {
+            Damage::DuplicatedLine(at) => {
                 edited(&|lines| lines.insert(at.index(lines.len()), lines[at.index(lines.len())]))
             }
-            Accident::LineLost(at) => edited(&|lines| {
+            Damage::RemovedLine(at) => edited(&|lines| {
                 lines.remove(at.index(lines.len()));
             }),
-            Accident::LinesSwapped(a, b) => edited(&|lines| {
+            Damage::SwappedLines(a, b) => edited(&|lines| {
                 let (a, b) = (a.index(lines.len()), b.index(lines.len()));
                 lines.swap(a, b);
             }),
@@ -126,14 +125,14 @@ fn befall(mut text: String, accidents: &[Accident]) -> String {
 }
 
 #[test]
-fn the_untouched_texts_are_accepted() {
+fn the_undamaged_texts_are_accepted() {
     assert_eq!(parse_bvh(&bvh(), "f.bvh", &ReadOptions::default()).unwrap().frames.len(), 5);
     assert_eq!(parse_acclaim(SKELETON, MOTION).unwrap().frames.len(), 4);
     assert_eq!(parse_deepmimic(&deepmimic(), "f.txt", &ReadOptions::default()).unwrap().frames.len(), 5);
 }
 
 #[test]
-fn a_file_of_ever_deeper_or_ever_more_joints_is_refused() {
+fn a_file_of_too_deep_or_too_many_joints_is_rejected() {
     for joint in ["{\nOFFSET 0 0 0\nCHANNELS 0\nJOINT b\n", "JOINT b\n{\nOFFSET 0 0 0\n}\n"] {
         let open = if joint.starts_with('{') { "" } else { "{\nOFFSET 0 0 0\n" };
         let text = format!("HIERARCHY\nROOT a\n{open}{}", joint.repeat(50_000));
@@ -146,25 +145,25 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn a_bvh_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..4)) {
-        check(parse_bvh(&befall(bvh(), &accidents), "f.bvh", &ReadOptions::default()));
+    fn a_damaged_bvh_is_read_or_rejected(damages in prop::collection::vec(damages(), 1..4)) {
+        check(parse_bvh(&damaged(bvh(), &damages), "f.bvh", &ReadOptions::default()));
     }
 
     #[test]
-    fn an_acclaim_pair_that_met_with_accidents_does_no_harm(
-        skeleton in prop::collection::vec(accidents(), 0..3),
-        motion in prop::collection::vec(accidents(), 0..3),
+    fn a_damaged_acclaim_pair_is_read_or_rejected(
+        skeleton in prop::collection::vec(damages(), 0..3),
+        motion in prop::collection::vec(damages(), 0..3),
     ) {
-        check(parse_acclaim(&befall(SKELETON.to_owned(), &skeleton), &befall(MOTION.to_owned(), &motion)));
+        check(parse_acclaim(&damaged(SKELETON.to_owned(), &skeleton), &damaged(MOTION.to_owned(), &motion)));
     }
 
     #[test]
-    fn a_deepmimic_clip_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..3)) {
-        check(parse_deepmimic(&befall(deepmimic(), &accidents), "f.txt", &ReadOptions::default()));
+    fn a_damaged_deepmimic_clip_is_read_or_rejected(damages in prop::collection::vec(damages(), 1..3)) {
+        check(parse_deepmimic(&damaged(deepmimic(), &damages), "f.txt", &ReadOptions::default()));
     }
 
     #[test]
-    fn any_bytes_at_all_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn arbitrary_bytes_are_read_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let text = String::from_utf8_lossy(&bytes);
         check(parse_bvh(&text, "f", &ReadOptions::default()));
         check(parse_deepmimic(&text, "f", &ReadOptions::default()));
