@@ -349,6 +349,27 @@ fn a_file_that_nobody_listed_is_found() {
     set.found("hashes", "observations/notes.txt", &["does not list it"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_a_link_out_of_the_set_is_found() {
+    let (set, elsewhere) = (Copy::new(), tempfile::tempdir().unwrap());
+    let (body, moved) = (set.0.path().join("start/body.json"), elsewhere.path().join("body.json"));
+    fs::rename(&body, &moved).unwrap();
+    std::os::unix::fs::symlink(&moved, &body).unwrap();
+    set.found("hashes", "start/body.json", &["is a symbolic link that leads out of the set"]);
+}
+
+#[test]
+fn a_key_that_set_toml_does_not_have_is_found() {
+    for (from, to, key) in
+        [("name = ", "note = 1\nname = ", "\"note\""), ("frames = 5", "frames = 5\npose = [0.1]", "\"sequence.pose\"")]
+    {
+        let set = Copy::new();
+        set.text("set.toml", |text| text.replacen(from, to, 1));
+        set.found_in_spite_of_good_hashes("formats", "set.toml", &[key, "is not a key of this file"]);
+    }
+}
+
 #[test]
 fn a_frame_too_many_is_found() {
     let set = Copy::new();

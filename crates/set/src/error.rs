@@ -75,6 +75,15 @@ pub enum SetError {
         /// Path inside the set.
         file: String,
     },
+    /// A listed file is reached through a symbolic link that leads out of the set's directory.
+    #[error(
+        "{} is a symbolic link that leads out of the set; replace it with the file itself (cp -rL copies a set so)",
+        plain(file)
+    )]
+    LinkedOutside {
+        /// Path inside the set.
+        file: String,
+    },
     /// A shard is gone.
     #[error(
         "{}: this shard is missing, of {shards} that the set lists; get it again, or render the set again with --shards \
@@ -133,6 +142,7 @@ impl SetError {
             Self::Malformed { file, detail } => Self::Malformed { file: of_set(file), detail },
             Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
             Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
+            Self::LinkedOutside { file } => Self::LinkedOutside { file: of_set(file) },
             Self::MissingShard { file, shards } => Self::MissingShard { file: of_set(file), shards },
             Self::BrokenShard { file, detail } => Self::BrokenShard { file: of_set(file), detail },
             other => other,

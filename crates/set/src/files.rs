@@ -268,12 +268,14 @@ impl SetFiles {
         }
     }
 
-    /// Every listed file that is missing or changed, in alphabetical order, then every file that is not listed.
+    /// Every listed file that is missing or changed, in alphabetical order, then those that links lead to outside the
+    /// directory, then every file that is not listed.
     pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
         let faults = parallel::map(paths.len(), |path| self.check(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
         if let FileStore::Directory(directory) = &self.place {
+            faults.extend(self.linked_outside(directory)?);
             let unlisted =
                 |path: &String| !self.digests.contains_key(path) && path != LISTING && !path.starts_with(PYTHON_CACHE);
             let files = files_of(directory)?.into_iter().filter(unlisted);
@@ -281,9 +283,23 @@ impl SetFiles {
         }
         Ok(faults)
     }
+
+    /// Listed files, and the listing, that symbolic links lead to outside `directory`. Hashes do not show them, but a
+    /// copy of the directory would lack their content.
+    fn linked_outside(&self, directory: &Path) -> Result<Vec<SetError>, SetError> {
+        let root = fs::canonicalize(directory).map_err(SetError::io(directory, "read"))?;
+        let paths: Vec<&str> = self.digests.keys().map(String::as_str).chain([LISTING]).collect();
+        let is_outside = |index: usize| {
+            // a missing file is reported as such
+            fs::canonicalize(root.join(paths[index])).is_ok_and(|found| !found.starts_with(&root))
+        };
+        let outside = parallel::map(paths.len(), is_outside);
+        let found = paths.into_iter().zip(outside).filter(|(_, is_outside)| *is_outside);
+        Ok(found.map(|(path, _)| SetError::LinkedOutside { file: path.to_owned() }).collect())
+    }
 }
 
-/// Whether `directory` holds the files that its listing names and no others.
+/// Whether `directory` contains all files of its listing and no others.
 pub(super) fn holds_only_listed(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
     let listed = |path: &String| path == LISTING || files.is_loose(path);
@@ -359,6 +375,32 @@ mod tests {
         fs::remove_file(directory.path().join("a.txt")).unwrap();
         let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
         assert!(error.to_string().contains("a.txt: cannot read"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_out_of_the_set_are_found_and_links_inside_it_are_not() {
+        use std::os::unix::fs::symlink;
+        let (directory, elsewhere) = (written(), tempfile::tempdir().unwrap());
+        let at = |path: &str| directory.path().join(path);
+        let faults = || {
+            let faults = SetFiles::open(directory.path()).unwrap().faults().unwrap();
+            faults.iter().map(ToString::to_string).collect::<Vec<String>>()
+        };
+        let linked = |path: &str| {
+            format!(
+                "{path} is a symbolic link that leads out of the set; replace it with the file itself (cp -rL copies a \
+                 set so)"
+            )
+        };
+        fs::rename(at("a.txt"), elsewhere.path().join("moved")).unwrap();
+        symlink(elsewhere.path().join("moved"), at("a.txt")).unwrap();
+        assert_eq!(faults(), [linked("a.txt")]);
+        fs::remove_file(at("a.txt")).unwrap();
+        fs::rename(elsewhere.path().join("moved"), at("deep/a.txt")).unwrap();
+        symlink("deep/a.txt", at("a.txt")).unwrap();
+        assert_eq!(faults().len(), 1, "the link stays inside, but its target is not listed");
+        assert!(faults()[0].starts_with("deep/a.txt is not one of the set's files"), "{:?}", faults());
     }
 
     #[test]

@@ -51,6 +51,9 @@ pub(super) struct SequenceFacts {
     pub(super) forward: Option<[f64; 3]>,
 }
 
+/// The keys of [`SequenceFacts`].
+const SEQUENCE_KEYS: [&str; 4] = ["frames", "frames_per_second", "cameras", "forward"];
+
 impl SequenceFacts {
     /// Checks these numbers.
     fn check(&self) -> Result<(), String> {
@@ -231,6 +234,35 @@ fn another_format(bytes: &[u8]) -> Option<String> {
     })
 }
 
+/// Keys of `set.toml` and `truth/facts.toml` that the format does not define, each with its file. Files that cannot be
+/// parsed are reported elsewhere.
+pub(super) fn unknown_keys(files: &SetFiles) -> Vec<(&'static str, String)> {
+    let table =
+        |path: &str| -> Option<toml::Table> { toml::from_str(std::str::from_utf8(&files.read(path).ok()?).ok()?).ok() };
+    let manifest = table(PATH).unwrap_or_default();
+    let mut known = vec!["schema", "name", "version", "sequence", "observation", "convention"];
+    let has_facts = files.has(FACTS_PATH);
+    // sets of older versions have the facts in set.toml
+    if !has_facts {
+        known.push("truth");
+    }
+    let conventions = CONVENTIONS.map(|(key, _)| key);
+    let nested = [("sequence", &SEQUENCE_KEYS[..]), ("convention", &conventions)];
+    let mut unknown = keys_beyond(&manifest, "", &known);
+    for (name, known) in nested {
+        let inner = manifest.get(name).and_then(toml::Value::as_table);
+        unknown.extend(inner.into_iter().flat_map(|inner| keys_beyond(inner, &format!("{name}."), known)));
+    }
+    let facts = if has_facts { table(FACTS_PATH).unwrap_or_default() } else { toml::Table::new() };
+    let of_facts = keys_beyond(&facts, "", &["truth"]).into_iter().map(|key| (FACTS_PATH, key));
+    unknown.into_iter().map(|key| (PATH, key)).chain(of_facts).collect()
+}
+
+fn keys_beyond(table: &toml::Table, prefix: &str, known: &[&str]) -> Vec<String> {
+    let unknown = table.keys().filter(|key| !known.contains(&key.as_str()));
+    unknown.map(|key| format!("{prefix}{}", excerpt(key))).collect()
+}
+
 pub(super) fn to_toml(blind: &BlindManifest) -> Result<Vec<u8>, SetError> {
     let convention = CONVENTIONS.iter().map(|(key, meaning)| ((*key).to_string(), (*meaning).into())).collect();
     write(PATH, &Manifest { blind, convention })
@@ -327,6 +359,26 @@ mod tests {
         assert_eq!(truth_facts(&files(PATH, older)).unwrap(), without);
         let facts = TruthFacts { contact: Some(pushed_over()), ..without };
         assert_eq!(truth_facts(&files(FACTS_PATH, facts_to_toml(&facts).unwrap())).unwrap(), facts);
+    }
+
+    #[test]
+    fn keys_that_the_format_does_not_define_are_found() {
+        let found = |manifest: String, facts: Option<Vec<u8>>| {
+            let facts = facts.map(|bytes| (FACTS_PATH.to_owned(), bytes));
+            let files = [(PATH.to_owned(), manifest.into_bytes())].into_iter().chain(facts).collect();
+            unknown_keys(&SetFiles::in_memory(files, &|| false).unwrap())
+        };
+        let plain = String::from_utf8(to_toml(&walk(3)).unwrap()).unwrap();
+        let facts = facts_to_toml(&TruthFacts::default()).unwrap();
+        assert_eq!(found(plain.clone(), Some(facts.clone())), []);
+        let older = format!("{plain}\n{}", String::from_utf8(facts.clone()).unwrap());
+        assert_eq!(found(older.clone(), None), [], "an older set");
+        let own = |keys: &[&'static str]| keys.iter().map(|key| (PATH, (*key).to_owned())).collect::<Vec<_>>();
+        assert_eq!(found(older, Some(facts.clone())), own(&["truth"]));
+        let more = format!("pose = [0.1]\n{plain}").replace("cameras = 4", "cameras = 4\nlenses = 4");
+        assert_eq!(found(more, Some(facts.clone())), own(&["pose", "sequence.lenses"]));
+        let noted = [b"note = 1\n".to_vec(), facts].concat();
+        assert_eq!(found(plain, Some(noted)), [(FACTS_PATH, "note".to_owned())]);
     }
 
     #[test]

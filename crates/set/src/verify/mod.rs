@@ -251,6 +251,10 @@ impl From<SetError> for Fault {
             SetError::Unlisted { file } => {
                 Self { file, detail: "is not one of the set's files: files.sha256 does not list it".to_owned() }
             }
+            SetError::LinkedOutside { file } => Self {
+                file,
+                detail: "is a symbolic link that leads out of the set; expected the file itself".to_owned(),
+            },
             SetError::MissingShard { file, shards } => Self {
                 file,
                 detail: format!(

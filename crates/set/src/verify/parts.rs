@@ -77,6 +77,8 @@ impl ReadParts {
         });
         let refitted = refitted.flatten();
         let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts, key };
+        let unknown = manifest::unknown_keys(files).into_iter();
+        faults.extend(unknown.map(|(path, key)| Fault::new(path, format!("{key:?} is not a key of this file"))));
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
