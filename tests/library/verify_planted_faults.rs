@@ -505,7 +505,7 @@ fn a_transposed_rotation_is_found() {
             }
         }
     });
-    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t are not what camera_from_world says"]);
+    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t do not match camera_from_world"]);
 }
 
 // ---- the truth -------------------------------------------------------------------------------------------------

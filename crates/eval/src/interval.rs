@@ -82,9 +82,10 @@ pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval,
         return None;
     }
     let is_error = range == ValueRange::NonNegative && clips.iter().flatten().all(|value| *value > 0.0);
-    let (ends, rule) = match is_error {
-        true => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
-        false => (student(clips)?, IntervalRule::Student),
+    let (ends, rule) = if is_error {
+        (student_on_logs(clips)?, IntervalRule::StudentOnLogs)
+    } else {
+        (student(clips)?, IntervalRule::Student)
     };
     Some((range.hold(ends.into()), rule))
 }

@@ -144,7 +144,7 @@ impl SetFiles {
 
     /// Puts copies of the files that are `wanted` into a folder. No links: whoever writes into the copy must not change
     /// the set.
-    pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
+    pub(super) fn copy_to(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
         for path in self.paths().filter(|path| wanted(path)) {
             let target = folder.join(path);
             if let Some(parent) = target.parent() {
@@ -166,10 +166,7 @@ impl SetFiles {
         let FileStore::Directory(directory) = &self.place else { return Ok(()) };
         // sets of older versions list a truth that they do not hold
         let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
-        match is_gone || self.complete.is_some() {
-            true => Err(SetError::NoTruth { set: directory.clone() }),
-            false => Ok(()),
-        }
+        if is_gone || self.complete.is_some() { Err(SetError::NoTruth { set: directory.clone() }) } else { Ok(()) }
     }
 
     /// The same error with the file's path on disk.
@@ -262,9 +259,10 @@ impl SetFiles {
             found => found.map_err(SetError::io(&full, "read"))?,
         };
         let listed = &self.digests[path];
-        match found == *listed {
-            true => Ok(()),
-            false => Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found }),
+        if found == *listed {
+            Ok(())
+        } else {
+            Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found })
         }
     }
 

@@ -100,12 +100,11 @@ pub(super) fn complete_lines(
         counts(path) && !is_apart
     };
     let here = listed.iter().map(|(path, digest)| (*path, *digest)).filter(|(path, _)| shared(path));
-    match here.eq(complete.iter().filter(|(path, _)| shared(path))) {
-        true => Ok(Some(text)),
-        false => {
-            let detail = format!("{LISTING} and {COMPLETE} list different files; get the set again");
-            Err(SetError::NotASet { path: directory.to_owned(), detail })
-        }
+    if here.eq(complete.iter().filter(|(path, _)| shared(path))) {
+        Ok(Some(text))
+    } else {
+        let detail = format!("{LISTING} and {COMPLETE} list different files; get the set again");
+        Err(SetError::NotASet { path: directory.to_owned(), detail })
     }
 }
 

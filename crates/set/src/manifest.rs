@@ -74,9 +74,10 @@ impl SequenceFacts {
 
 /// Checks the frame rate of any file of a set.
 pub(super) fn check_rate(found: f64) -> Result<(), String> {
-    match (LEAST_RATE..=GREATEST_RATE).contains(&found) {
-        true => Ok(()),
-        false => Err(format!("expected {LEAST_RATE} to {GREATEST_RATE} frames a second, found {found}")),
+    if (LEAST_RATE..=GREATEST_RATE).contains(&found) {
+        Ok(())
+    } else {
+        Err(format!("expected {LEAST_RATE} to {GREATEST_RATE} frames a second, found {found}"))
     }
 }
 

@@ -68,10 +68,8 @@ impl RigMoments {
         let fewer = (images < self.frames.len()).then(|| format!("images of {images} of {} frames", self.frames.len()));
         let exposed = self.frames.iter().enumerate().find_map(|(f, m)| Some((f, m.exposed_s[camera]?)));
         let late_ms = exposed.map_or(0.0, |(frame, time_s)| 1e3 * (time_s - frame as f64 / frames_per_second));
-        let late = (late_ms.abs() > 1e-6).then(|| match late_ms > 0.0 {
-            true => format!("{late_ms:.3} ms late"),
-            false => format!("{:.3} ms early", -late_ms),
-        });
+        let late = (late_ms.abs() > 1e-6)
+            .then(|| if late_ms > 0.0 { format!("{late_ms:.3} ms late") } else { format!("{:.3} ms early", -late_ms) });
         let delay_us = 1e6 * self.line_delay_s[camera];
         let rolling = (delay_us > 0.0).then(|| format!("rolling shutter, {delay_us:.3} us from row to row"));
         let words: Vec<String> = [way, fewer, late, rolling].into_iter().flatten().collect();

@@ -84,9 +84,10 @@ impl PackedFiles {
             return Err(broken(format!("{}: {size} bytes, expected at most {limit}", place.name)));
         }
         let bytes = part_of(&full, at, size).map_err(SetError::io(&full, "read"))?;
-        match self.digests.get(path).is_some_and(|listed| *listed == hex_sha256(&bytes)) {
-            true => Ok(bytes),
-            false => Err(broken(format!("{} in it was changed", place.name))),
+        if self.digests.get(path).is_some_and(|listed| *listed == hex_sha256(&bytes)) {
+            Ok(bytes)
+        } else {
+            Err(broken(format!("{} in it was changed", place.name)))
         }
     }
 }

@@ -89,7 +89,7 @@ impl BlindSet {
         }
         let own = |path: &str| [README, READER, PACKED, COMPLETE].contains(&path);
         let goes_along = |path: &str| !path.starts_with("truth/") && files.is_loose(path) && !own(path);
-        files.hand_out(folder, goes_along)?;
+        files.copy_to(folder, goes_along)?;
         let mut listed = files.digests_where(goes_along);
         let mut put = |path: &str, text: &str| {
             listed.insert(path.to_owned(), hex_sha256(text.as_bytes()));
@@ -107,8 +107,9 @@ impl BlindSet {
 
 fn readme(is_filmed: bool) -> String {
     let text = include_str!("readme_public.txt");
-    match is_filmed {
-        true => [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING].concat(),
-        false => text.to_owned(),
+    if is_filmed {
+        [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING].concat()
+    } else {
+        text.to_owned()
     }
 }

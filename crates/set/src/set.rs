@@ -124,17 +124,19 @@ impl TruthSet {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
         }
-        let recordings = match files.has(recording_file::PATH) {
-            true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
-            false => Vec::new(),
+        let recordings = if files.has(recording_file::PATH) {
+            recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?
+        } else {
+            Vec::new()
         };
         // where trackers are told other cameras than the true ones, these have a file of their own
         let own = files.has(cameras_file::TRUTH_PATH);
         let path = if own { cameras_file::TRUTH_PATH } else { cameras_file::PATH };
         let cameras = cameras_file::from_file(path, &files.read(path)?)?;
-        let rig = match files.has(filming_file::PATH) {
-            true => filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?,
-            false => TimedRig::from(&cameras),
+        let rig = if files.has(filming_file::PATH) {
+            filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?
+        } else {
+            TimedRig::from(&cameras)
         };
         let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
         Ok(Self { ground_truth, refitted, facts, recordings, rig, key })
@@ -174,10 +176,8 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<Self, SetError> {
         parts.check()?;
-        let of_frame = |frame| match stop() {
-            true => Err(SetError::Stopped),
-            false => silhouette_files(parts, frame, &observe(frame)),
-        };
+        let of_frame =
+            |frame| if stop() { Err(SetError::Stopped) } else { silhouette_files(parts, frame, &observe(frame)) };
         let frames = parts.ground_truth.frames.len();
         let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut files = parts.files_beside_observations()?;
@@ -251,9 +251,12 @@ impl BenchmarkSet {
         layers: &[Layer],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), SetError> {
-        self.blind.files().write(folder, stop, |writer| match layers.is_empty() {
-            true => Ok(()),
-            false => self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {}),
+        self.blind.files().write(folder, stop, |writer| {
+            if layers.is_empty() {
+                Ok(())
+            } else {
+                self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {})
+            }
         })
     }
 

@@ -173,7 +173,7 @@ mod tests {
             let whole = fs::read(&shard).unwrap();
             fs::remove_file(&shard).unwrap();
             let missing = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
-            assert!(missing.contains("000001.tar: this shard is missing, of 3 that the set lists"), "{missing}");
+            assert!(missing.contains("000001.tar: this shard is missing; the set lists 3"), "{missing}");
             fs::write(&shard, &whole[..whole.len() / 2]).unwrap();
             let changed = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
             assert!(changed.contains(&format!("{kind}/shards/000001.tar was changed or truncated")), "{changed}");
@@ -202,8 +202,8 @@ mod tests {
         let listing = |folder: &Path| fs::read_to_string(folder.join("files.sha256")).unwrap();
         assert!(listing(&written) == listing(&plain));
         let (handed, of_own) = (root.path().join("handed"), root.path().join("of own"));
-        packed.blind.hand_out(&handed).unwrap();
-        own.blind.hand_out(&of_own).unwrap();
+        packed.blind.copy_to(&handed).unwrap();
+        own.blind.copy_to(&of_own).unwrap();
         assert_eq!(files_of(&handed).unwrap(), files_of(&of_own).unwrap());
         // without the truth the shards stay
         let public = root.path().join("public");
@@ -247,7 +247,7 @@ mod tests {
         fs::write(&shard, fs::read(root.path().join("set/observations/shards/000000.tar")).unwrap()).unwrap();
         assert!(read().contains("it has no observations/cam00/silhouette/000002.png"), "{}", read());
         fs::remove_file(&shard).unwrap();
-        assert!(read().contains("000001.tar: this shard is missing, of 3 that the set lists"), "{}", read());
+        assert!(read().contains("000001.tar: this shard is missing; the set lists 3"), "{}", read());
         fs::write(&shard, &whole).unwrap();
         let list = root.path().join("set/packed.sha256");
         let lines = fs::read_to_string(&list).unwrap();

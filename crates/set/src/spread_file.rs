@@ -39,9 +39,12 @@ impl StepSpread {
     /// # Errors
     /// [`TooFewFrames`] where the motion has too few frames.
     pub fn of_motion(body: &Humanoid, motion: &Motion) -> Result<Self, TooFewFrames> {
-        let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
-            true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
-            false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),
+        let of = |prediction: Prediction| {
+            if motion.poses.len() > LEAST_DIFFERENCES + 1 {
+                ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction)
+            } else {
+                Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order())
+            }
         };
         Ok(Self { change: of(Prediction::None)?, change_of_change: of(Prediction::ConstantVelocity)? })
     }
@@ -67,9 +70,10 @@ impl StepSpread {
 
     fn check(&self, length: usize) -> Result<(), String> {
         let sound = |values: &[f64]| values.len() == length && values.iter().all(|v| v.is_finite() && *v >= 0.0);
-        match sound(&self.change) && sound(&self.change_of_change) {
-            true => Ok(()),
-            false => Err(format!("the spread needs {length} root mean squares, each a number >= 0")),
+        if sound(&self.change) && sound(&self.change_of_change) {
+            Ok(())
+        } else {
+            Err(format!("the spread needs {length} root mean squares, each a number >= 0"))
         }
     }
 }

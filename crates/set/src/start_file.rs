@@ -73,9 +73,10 @@ impl Start {
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
         let (pose, calibrate) =
             (Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) }, record.calibrate);
-        let training = match files.has(training_file::PATH) {
-            true => Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?),
-            false => Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?),
+        let training = if files.has(training_file::PATH) {
+            Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?)
+        } else {
+            Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?)
         };
         Ok(Self { body, pose, training, calibrate })
     }

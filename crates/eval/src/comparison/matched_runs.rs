@@ -78,9 +78,12 @@ impl<'a> MatchedRuns<'a> {
             IntervalUnit::Draws => {
                 let of =
                     |clip: &str| -> Vec<&MatchedSet<'_>> { self.sets.iter().filter(|set| set.clip == clip).collect() };
-                let count = |sets: &[&MatchedSet<'_>]| match self.same_sets {
-                    true => sets.len(),
-                    false => sets.iter().map(|set| set.base.len().min(set.other.len())).sum(),
+                let count = |sets: &[&MatchedSet<'_>]| {
+                    if self.same_sets {
+                        sets.len()
+                    } else {
+                        sets.iter().map(|set| set.base.len().min(set.other.len())).sum()
+                    }
                 };
                 !self.sets.is_empty()
                     && self.clips().into_iter().map(of).all(|sets| count(&sets) >= fewest && !are_alike(&sets))

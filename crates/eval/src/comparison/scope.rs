@@ -63,9 +63,10 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
                     counted(seeds, "seed")
                 );
             }
-            let what = match matched.leaves_seeds_out() {
-                true => counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds"),
-                false => counted(seeds, "seed"),
+            let what = if matched.leaves_seeds_out() {
+                counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds")
+            } else {
+                counted(seeds, "seed")
             };
             of(&what, "other motions or other draws of the observation's noise")
         }
@@ -87,15 +88,14 @@ fn refused(matched: &MatchedRuns<'_>, asked: IntervalUnit) -> String {
         IntervalUnit::Draws => matched.clips().iter().map(|clip| draws(matched, clip)).min().unwrap_or(0),
         IntervalUnit::Seeds => FEWEST_RUNS,
     };
-    match found < FEWEST_RUNS {
-        true => {
-            let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
-            format!(
-                "{found} {}{plural} {is} too few for an interval over {asked} ({FEWEST_RUNS} or more); ",
-                asked.to_string().trim_end_matches('s')
-            )
-        }
-        false => "draws of the noise change nothing here; ".to_owned(),
+    if found < FEWEST_RUNS {
+        let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
+        format!(
+            "{found} {}{plural} {is} too few for an interval over {asked} ({FEWEST_RUNS} or more); ",
+            asked.to_string().trim_end_matches('s')
+        )
+    } else {
+        "draws of the noise change nothing here; ".to_owned()
     }
 }
 
@@ -149,9 +149,10 @@ fn clips_in_words(matched: &MatchedRuns<'_>) -> String {
 }
 
 fn length(set: &MeasuredClip) -> String {
-    match set.frames_per_second > 0.0 {
-        true => format!(", {:.1} s", set.frames as f64 / set.frames_per_second),
-        false => String::new(),
+    if set.frames_per_second > 0.0 {
+        format!(", {:.1} s", set.frames as f64 / set.frames_per_second)
+    } else {
+        String::new()
     }
 }
 

@@ -111,10 +111,7 @@ impl<'a> Sides<'a> {
         };
         let margin = budget.margin.resolve(name, metric.unit, found.base)?;
         let worse_by = sign * found.difference;
-        let ends = found.ci95.map(|ends| match sign > 0.0 {
-            true => ends,
-            false => Interval { low: -ends.high, high: -ends.low },
-        });
+        let ends = found.ci95.map(|ends| if sign > 0.0 { ends } else { Interval { low: -ends.high, high: -ends.low } });
         let verdict = match found.rule {
             DifferenceRule::TooFew => GateVerdict::Inconclusive,
             _ => verdict(worse_by, ends, margin),

@@ -38,12 +38,11 @@ pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, unit: IntervalUnit, d
         IntervalUnit::Seeds => more(&|[base, run], more| vec![*base, run.with(more)]),
         IntervalUnit::Draws | IntervalUnit::Clips => None,
     };
-    let of_both = match paired {
-        false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
-        true => {
-            let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
-            (1..=MOST).find(|more| decided(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
-        }
+    let of_both = if paired {
+        let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
+        (1..=MOST).find(|more| decided(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
+    } else {
+        more(&|[base, run], more| vec![base.with(more), run.with(more)])
     };
     Some(match (of_run, of_both) {
         (Some(run), both) if both.is_none_or(|both| run <= 3 * both) => MoreSeeds::OfRun(run),

@@ -112,8 +112,9 @@ impl<'a> Sides<'a> {
 
 /// How the trackers differ, in words.
 fn changed(base: &MeasuredClip, run: &MeasuredClip) -> String {
-    match base.tracker == run.tracker {
-        true => changed_settings(base.settings.as_ref(), run.settings.as_ref()),
-        false => format!("{} instead of {}", run.tracker, base.tracker),
+    if base.tracker == run.tracker {
+        changed_settings(base.settings.as_ref(), run.settings.as_ref())
+    } else {
+        format!("{} instead of {}", run.tracker, base.tracker)
     }
 }

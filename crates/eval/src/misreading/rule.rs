@@ -132,12 +132,10 @@ fn mends_path(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     }
     let off = |correction: &Correction| {
         let pairs = evidence.centroids(correction);
-        let middle = match correction.has(MisreadingKind::Offset) {
-            true => {
-                pairs.iter().map(|(truth, found)| truth - found).sum::<nalgebra::Vector3<f64>>()
-                    / pairs.len().max(1) as f64
-            }
-            false => nalgebra::Vector3::zeros(),
+        let middle = if correction.has(MisreadingKind::Offset) {
+            pairs.iter().map(|(truth, found)| truth - found).sum::<nalgebra::Vector3<f64>>() / pairs.len().max(1) as f64
+        } else {
+            nalgebra::Vector3::zeros()
         };
         let apart: Vec<f64> = pairs.iter().map(|(truth, found)| (truth - found - middle).norm()).collect();
         mean(&apart).unwrap_or(0.0)

@@ -309,12 +309,13 @@ fn an_error_of_depth_is_no_other_origin_but_an_offset_that_cameras_see_is() {
 fn most_repetitions_decide_whichever_they_are() {
     let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
     for lost in 0..5 {
-        let estimate = |seed: u64| match seed == lost {
-            // lost after 50 frames
-            true => {
+        let estimate = |seed: u64| {
+            if seed == lost {
+                // lost after 50 frames
                 noisy(0.05, seed).into_iter().enumerate().map(|(f, m)| if f < 50 { m } else { walker(0.8) }).collect()
+            } else {
+                noisy(0.05, seed)
             }
-            false => noisy(0.05, seed),
         };
         let all: Vec<Vec<Markers>> = (0..5).map(|seed| turn(estimate(seed))).collect();
         let found = told_of(&all).map(|found| found.correction.kinds());

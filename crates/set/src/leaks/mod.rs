@@ -76,9 +76,10 @@ fn leaks_in_shard(files: &SetFiles, file: &str, path: &Path) -> Result<Vec<Leak>
     let places = fs::File::open(path).and_then(|mut shard| tar_places(&mut shard)).map_err(broken)?;
     let mut leaks = Vec::new();
     for name in places.keys() {
-        match frame_of(name).is_some() && files.has(name) {
-            true => leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?),
-            false => leaks.push(leak(file, name, "a file that is not a silhouette of the set".to_owned(), None)),
+        if frame_of(name).is_some() && files.has(name) {
+            leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?);
+        } else {
+            leaks.push(leak(file, name, "a file that is not a silhouette of the set".to_owned(), None));
         }
     }
     Ok(leaks)
@@ -227,9 +228,8 @@ mod tests {
         let (set, _) = written();
         let names: Vec<&str> =
             set.truth.ground_truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
-        let other = |name: &str| match name.contains("left") {
-            true => name.replace("left", "right"),
-            false => name.replace("right", "left"),
+        let other = |name: &str| {
+            if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") }
         };
         let of = |i: usize| names.iter().position(|name| *name == other(names[i])).unwrap_or(i);
         let row = &angles(&poses(&set))[5];

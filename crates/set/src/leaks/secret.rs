@@ -151,10 +151,8 @@ fn of_poses(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<Secret> {
 /// For each degree of freedom the one on the body's other side, by their names.
 fn mirrored_order(body: &Humanoid) -> Vec<usize> {
     let names: Vec<&str> = body.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
-    let other_side = |name: &str| match name.contains("left") {
-        true => name.replace("left", "right"),
-        false => name.replace("right", "left"),
-    };
+    let other_side =
+        |name: &str| if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") };
     (0..names.len()).map(|i| names.iter().position(|n| *n == other_side(names[i])).unwrap_or(i)).collect()
 }
 

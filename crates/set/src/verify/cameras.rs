@@ -101,14 +101,15 @@ impl ListedCamera {
 }
 
 fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
-    let flat: Vec<f64> = match value.as_array()?.iter().all(Value::is_array) {
-        true => value
+    let flat: Vec<f64> = if value.as_array()?.iter().all(Value::is_array) {
+        value
             .as_array()?
             .iter()
             .flat_map(|row| row.as_array().into_iter().flatten())
             .filter_map(Value::as_f64)
-            .collect(),
-        false => value.as_array()?.iter().filter_map(Value::as_f64).collect(),
+            .collect()
+    } else {
+        value.as_array()?.iter().filter_map(Value::as_f64).collect()
     };
     flat.try_into().ok()
 }

@@ -49,10 +49,8 @@ pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> 
 
 /// For each name the place of its counterpart on the other side of the body.
 fn other_side(names: &[String]) -> Vec<usize> {
-    let other = |name: &str| match name.contains("left") {
-        true => name.replace("left", "right"),
-        false => name.replace("right", "left"),
-    };
+    let other =
+        |name: &str| if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") };
     (0..names.len()).map(|i| names.iter().position(|name| *name == other(&names[i])).unwrap_or(i)).collect()
 }
 

@@ -52,7 +52,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
                     let wrong = if own.is_empty() { surface::faults(&image, &expected, camera) } else { Vec::new() };
                     faults.extend(own.into_iter().chain(wrong).map(|detail| Fault::new(&path, detail)));
                 }
-                Err(error) if error.is_of_hashes() => skipped += 1,
+                Err(error) if error.is_hash_fault() => skipped += 1,
                 Err(error) => faults.push(error.into()),
             }
             match depth_png_fault(files, index, number, &expected.depth) {
@@ -101,7 +101,7 @@ fn depth_png_fault(
     let found = files.read(&path).and_then(|b| depth_png::decode(&path, &b, [expected.width, expected.height]));
     let found = match found {
         Ok(found) => found,
-        Err(error) if error.is_of_hashes() => return Err(UnreadImage),
+        Err(error) if error.is_hash_fault() => return Err(UnreadImage),
         Err(error) => return Ok(Some(error.into())),
     };
     let is_halfway = |depth: f32| ((f64::from(depth) * 1000.0).fract() - 0.5).abs() < ROUNDING;

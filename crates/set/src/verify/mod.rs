@@ -257,9 +257,7 @@ impl From<SetError> for Fault {
             },
             SetError::MissingShard { file, shards } => Self {
                 file,
-                detail: format!(
-                    "is missing, of {shards} shards that the set lists; get it again, or render the set again"
-                ),
+                detail: format!("is missing; the set lists {shards} shards; get it again, or render the set again"),
             },
             SetError::BrokenShard { file, detail } => Self { file, detail: format!("this shard is damaged: {detail}") },
             other => Self { file: String::new(), detail: other.to_string() },

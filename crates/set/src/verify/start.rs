@@ -44,9 +44,10 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
             "a spread of changes".to_owned()
         }
     };
-    let told = match facts.corruption.is_none() {
-        true => String::new(),
-        false => format!(" with the errors of {}", facts.corruption.in_words()),
+    let told = if facts.corruption.is_none() {
+        String::new()
+    } else {
+        format!(" with the errors of {}", facts.corruption.in_words())
     };
     let pose = match first_pose(parts) {
         Some(_) => "the start pose",
@@ -177,9 +178,10 @@ pub(super) fn refitted_faults(parts: &ReadParts) -> Vec<Fault> {
     else {
         return Vec::new();
     };
-    let expected = match start.body.is_same_body(&truth.actor) {
-        true => truth.motion(),
-        false => super::refit::nearest_motion(&start.body, truth),
+    let expected = if start.body.is_same_body(&truth.actor) {
+        truth.motion()
+    } else {
+        super::refit::nearest_motion(&start.body, truth)
     };
     let angles = start.body.degrees_of_freedom.len();
     let mut wrong = refitted.poses.iter().zip(&expected.poses).enumerate().filter_map(|(frame, (found, expected))| {

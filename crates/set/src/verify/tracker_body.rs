@@ -18,9 +18,10 @@ pub(super) fn fault(parts: &ReadParts, start: &Start) -> Option<Fault> {
         (false, true) => Some("facts.toml says that it is another body than the actor's; it is the same".to_owned()),
         (true, true) => None,
         (false, false) => {
-            let origin = match facts.is_of_one_robot() {
-                true => Some(truth.actor.clone()),
-                false => facts.trackers_robot().and_then(|name| shipped(name).ok()),
+            let origin = if facts.is_of_one_robot() {
+                Some(truth.actor.clone())
+            } else {
+                facts.trackers_robot().and_then(|name| shipped(name).ok())
             };
             origin.and_then(|origin| no_reshaping(&origin, &start.body))
         }
