@@ -90,7 +90,7 @@ fn draw_frames(
     let cameras = parts.rig.cameras();
     let of_frame = |index: usize| {
         let frame = frames.start + index;
-        writer.unless_stopped()?;
+        writer.stop_if_requested()?;
         let taken: Vec<usize> = (0..cameras).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
         let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
         let whole = !taken.is_empty() && taken.iter().all(has);

@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 use super::SetError;
-use super::listing::{LISTING, Stop, files_of, unless};
+use super::listing::{LISTING, Stop, files_of, stop_if_requested};
 use super::shard_plan::{PACKED, ShardPlan};
 use crate::input::{self, HashingWriter, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
 use crate::npz::Npz;
@@ -47,8 +47,8 @@ impl<'a> SetWriter<'a> {
     }
 
     /// Whether the caller wants to stop.
-    pub(super) fn unless_stopped(&self) -> Result<(), SetError> {
-        unless(self.stop)
+    pub(super) fn stop_if_requested(&self) -> Result<(), SetError> {
+        stop_if_requested(self.stop)
     }
 
     /// Whether this file is whole, be it in a shard.
@@ -76,7 +76,7 @@ impl<'a> SetWriter<'a> {
         path: &str,
         write: impl FnOnce(&mut File) -> std::io::Result<String>,
     ) -> Result<(), SetError> {
-        self.unless_stopped()?;
+        self.stop_if_requested()?;
         self.make_folder_of(path)?;
         let full = self.folder.join(path);
         let digest = File::create_new(&full).and_then(|mut file| write(&mut file));
@@ -120,11 +120,11 @@ impl<'a> SetWriter<'a> {
         }
         let digests = self.whole.into_inner().unwrap_or_else(PoisonError::into_inner).loose;
         // syncing after all writes lets one journal commit serve many files
-        unless(self.stop)?;
+        stop_if_requested(self.stop)?;
         if digests.len() < MANY || !sync_file_system(self.folder)? {
             let paths: Vec<&String> = digests.keys().collect();
             paths.par_iter().try_for_each(|path| {
-                unless(self.stop)?;
+                stop_if_requested(self.stop)?;
                 sync(&self.folder.join(path))
             })?;
         }
@@ -211,7 +211,7 @@ impl Journal {
             !stop() && found.is_ok_and(|found| found == *digest)
         };
         let are_whole = parallel::map(listed.len(), is_whole);
-        unless(stop)?;
+        stop_if_requested(stop)?;
         let (loose, others): (Vec<_>, Vec<_>) = listed.into_iter().zip(are_whole).partition(|(_, whole)| *whole);
         let loose: BTreeMap<String, String> = loose.into_iter().map(|(line, _)| line).collect();
         for file in files_of(folder)?.iter().filter(|file| !loose.contains_key(*file)) {

@@ -119,7 +119,7 @@ impl Packing<'_> {
         let written = self.writer.create(path, |file| {
             let mut to = ShardWriter::new(HashingWriter::new(BufWriter::new(file)));
             for place in self.images(shard) {
-                if self.writer.unless_stopped().is_err() {
+                if self.writer.stop_if_requested().is_err() {
                     stopped.set(true);
                     return Err(io::Error::other("stopped"));
                 }
