@@ -314,7 +314,7 @@ fn facts(
         format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
-    let filming = |camera: usize| blind.moments.as_ref()?.in_words(camera, blind.frames_per_second);
+    let filming = |camera: usize| blind.moments.as_ref()?.describe(camera, blind.frames_per_second);
     let camera_in_words = |index: usize| {
         let camera = in_words(&blind.rig.cameras[index]);
         filming(index).map_or(camera.clone(), |filming| format!("{camera}; {filming}"))
@@ -340,7 +340,7 @@ fn facts(
         group("Observations", observations(set, segmentation)),
     ];
     if let Some(contact) = &truth.facts.contact {
-        groups.insert(1, group("Contact of the truth with the ground", contact.in_words()));
+        groups.insert(1, group("Contact of the truth with the ground", contact.describe()));
     }
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();

@@ -368,7 +368,7 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
         ("belongs to none", &|e| e.insert(0, ("000000_cam00.pose.npy".into(), vec![7; 99]))),
         ("out of its place", &|e| e.swap(0, 1)),
         ("out of its place", &|e| e.reverse()),
-        ("have one name", &|e| e.push(e[0].clone())),
+        ("have the same name", &|e| e.push(e[0].clone())),
         ("it has no", &|e| e[0].0 = "999999_cam00.json".into()),
     ] {
         for file in [TRUE_SHARD, SEEN_SHARD] {
@@ -407,7 +407,7 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("it has no", SEEN_SHARD, &|set| set.write(SEEN_SHARD, &set.read("observations/shards/000001.tar")));
     // images that are listed so
     let depth = "truth/layers/cam01/000003-depth.png";
-    set.found("layers", depth, "other millimetres", |set| {
+    set.found("layers", depth, "differ from the depth of the body", |set| {
         repacked_and_listed(set, TRUE_SHARD, depth, |entries| {
             let [at, other] = ["000003_cam01.depth.png", "000004_cam01.depth.png"]
                 .map(|key| entries.iter().position(|(name, _)| name == key).unwrap());

@@ -859,15 +859,15 @@ fn depth_images_with_exchanged_bytes_of_another_frame_and_that_are_missing_are_f
     set.repaint_wide(&depth(1, 1), |mm| mm / 10);
     fs::remove_file(set.0.path().join(depth(1, 3))).unwrap();
     set.swap(&depth(0, 2), &depth(0, 3));
-    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are exchanged"]);
-    set.found("layers", &depth(1, 1), &["other millimetres"]);
-    set.found("layers", &depth(0, 2), &["other millimetres"]);
+    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are swapped"]);
+    set.found("layers", &depth(1, 1), &["differ from the depth of the body"]);
+    set.found("layers", &depth(0, 2), &["differ from the depth of the body"]);
     set.found("formats", &depth(1, 3), &["is missing"]);
 }
 
 #[test]
 fn sights_that_were_edited_are_found() {
-    for (array, name) in [("joint_sight", "it says"), ("marker_sight", "the ray says")] {
+    for (array, name) in [("joint_sight", "it says"), ("marker_sight", ", expected ")] {
         let set = Copy::of(&LAYERS);
         set.array("truth/views.npz", array, |values| {
             let Values::I64(mut sights) = values else { panic!() };
@@ -963,7 +963,7 @@ fn a_set_of_cameras_that_film_is_sound_and_has_no_image_where_none_was_taken() {
     assert!(!set.0.path().join("truth/layers/cam01/000001.exr").exists());
     let text = String::from_utf8(set.read("set.toml")).unwrap();
     assert!(text.contains("skiagraph.set/2"), "{text}");
-    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "cameras that stand still have no such file");
+    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "static cameras have no such file");
 }
 
 #[test]
@@ -992,7 +992,7 @@ fn time_stamps_that_were_shuffled_are_found() {
             other => other,
         }]
     });
-    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not rise", "camera 1"]);
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not increase", "camera 1"]);
     set.found("cameras", CAMERAS, &["lens", "first in frame 2"]);
 }
 
@@ -1017,14 +1017,14 @@ fn images_of_a_global_shutter_in_place_of_a_rolling_one_are_found() {
 fn an_image_of_a_frame_for_which_none_was_taken_is_found() {
     let set = Copy::of(&FILMED);
     set.write(&Copy::mask(1, 3), &set.read(&Copy::mask(1, 2)));
-    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image for frame 3"]);
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image of frame 3"]);
 }
 
 #[test]
 fn cameras_of_a_filmed_set_without_their_file_are_found() {
     let set = Copy::of(&FILMED);
     set.text("set.toml", |text| text.replace("skiagraph.set/2", "skiagraph.set/1"));
-    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["cameras stand still"]);
+    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["static cameras"]);
     let set = Copy::of(&FILMED);
     fs::remove_file(set.0.path().join(CAMERAS)).unwrap();
     set.sign();

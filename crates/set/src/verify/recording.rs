@@ -58,7 +58,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
 /// A fingerprint whose rows are not the frames of its recording.
 fn wrong_rows(recording: &SourceRecording) -> Option<String> {
     let SourceRecording { first_frame, last_frame, .. } = *recording;
-    let name = recording.in_words();
+    let name = recording.describe();
     let Some(fingerprint) = &recording.fingerprint else {
         return Some(format!("{name:?} has no fingerprint: its frames are not known by what they hold"));
     };

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, VerifyOptions, but_for};
+use super::{Fault, Outcome, VerifyOptions, with_skipped};
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
@@ -66,7 +66,7 @@ pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadPar
     let files: usize = found.iter().filter_map(|(files, _)| *files).sum();
     let skipped = found.iter().filter(|(files, _)| files.is_none()).count();
     let faults = found.into_iter().flat_map(|(_, faults)| faults).collect();
-    but_for(skipped, "shards", format!("{files} files in {} shards", shards.len()), faults)
+    with_skipped(skipped, "shards", format!("{files} files in {} shards", shards.len()), faults)
 }
 
 /// Name and content of every file of a shard, in its order.
