@@ -29,7 +29,7 @@ pub struct BreakdownSummary {
     pub share: f64,
 }
 
-/// All groups over all runs, in the order in which they are met.
+/// All groups over all runs, in order of first occurrence.
 pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
     let mut names: Vec<(&str, &str)> = Vec::new();
     for group in runs.iter().flat_map(|run| &run.evaluation.breakdown) {
@@ -59,7 +59,7 @@ pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
     names.into_iter().filter_map(summary).collect()
 }
 
-/// All cameras over all runs, in the order in which they are met.
+/// All cameras over all runs, in order of first occurrence.
 pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraError> {
     let mut names: Vec<&str> = Vec::new();
     for camera in runs.iter().flat_map(|run| &run.evaluation.per_camera) {

@@ -20,7 +20,6 @@ use super::manifest::check_rate;
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
-use crate::input::excerpt;
 use crate::npz::{Array, Npz, Values};
 use crate::scene::{GroundTruth, TruthFrame};
 
@@ -68,25 +67,14 @@ pub(super) fn names<'a>(npz: &'a Npz, name: &str) -> Option<&'a [String]> {
     }
 }
 
-/// Describes the first array of names that differs from the names of the actor and of the markers.
-pub(super) fn wrong_names(npz: &Npz, actor: &Humanoid) -> Option<String> {
-    let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<String>>();
-    let expected = [
-        ("angle_names", own(actor.degrees_of_freedom.iter().map(|d| d.name.as_str()).collect())),
-        ("link_names", own(actor.links.iter().map(|l| l.name.as_str()).collect())),
-        ("joint_names", own(actor.joints.iter().map(|j| j.name.as_str()).collect())),
-        ("marker_names", own(LANDMARKS.map(|l| l.name()).to_vec())),
-    ];
-    expected.into_iter().find_map(|(array, expected)| {
-        let Some(found) = names(npz, array) else {
-            return Some(format!("{array} is missing or not an array of texts"));
-        };
-        if found.len() != expected.len() {
-            return Some(format!("{array} has {} names, expected {}", found.len(), expected.len()));
-        }
-        let (at, (found, expected)) = found.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b)?;
-        Some(format!("{array}[{at}] is {:?}, expected {expected:?}", excerpt(found)))
-    })
+/// The arrays of names of the actor and of the markers.
+pub(super) fn name_arrays(actor: &Humanoid) -> Npz {
+    Npz::from_iter([
+        ("angle_names", Array::names(actor.degrees_of_freedom.iter().map(|d| d.name.as_str()))),
+        ("link_names", Array::names(actor.links.iter().map(|l| l.name.as_str()))),
+        ("joint_names", Array::names(actor.joints.iter().map(|j| j.name.as_str()))),
+        ("marker_names", Array::names(LANDMARKS.map(|l| l.name()))),
+    ])
 }
 
 /// Reads the truth from its arrays, and the refitted motion if the file has one.

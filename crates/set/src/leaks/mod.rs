@@ -17,6 +17,7 @@ use std::{fs, io};
 
 use self::likeness::NoisySecret;
 use self::numbers::{NumberSequence, sequences};
+pub(crate) use self::secret::mirrored_indices;
 use self::secret::{Secret, noisy_secrets, secrets};
 use super::files::SetFiles;
 use super::listing::{COMPLETE, LISTING, files_of};
@@ -228,13 +229,10 @@ mod tests {
         let (set, _) = written();
         let names: Vec<&str> =
             set.truth.ground_truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
-        let other = |name: &str| {
-            if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") }
-        };
-        let of = |i: usize| names.iter().position(|name| *name == other(names[i])).unwrap_or(i);
+        let other = mirrored_indices(&names);
         let row = &angles(&poses(&set))[5];
         // rounded, so that it is not found as numbers in any order
-        let mirrored: Vec<f64> = (0..row.len()).map(|i| -(row[of(i)] * 1e4).round() / 1e4).collect();
+        let mirrored: Vec<f64> = (0..row.len()).map(|i| -(row[other[i]] * 1e4).round() / 1e4).collect();
         assert!(mirrored.iter().zip(row).any(|(a, b)| (a.abs() - b.abs()).abs() > 0.01), "the fixture has two sides");
         let found = planted("start/m.npz", &npz(&[("mirror", Array::new(&[1, row.len()], mirrored))]));
         assert!(found.iter().any(|leak| leak.what.contains("mirrored")), "{found:?}");

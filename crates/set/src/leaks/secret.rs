@@ -157,9 +157,18 @@ fn of_poses(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<Secret> {
 /// For every degree of freedom its counterpart on the other side of the body, by name.
 fn mirrored_order(body: &Humanoid) -> Vec<usize> {
     let names: Vec<&str> = body.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
+    mirrored_indices(&names)
+}
+
+/// For every name the index of its counterpart on the other side of the body; its own index if there is none.
+pub(crate) fn mirrored_indices<S: AsRef<str>>(names: &[S]) -> Vec<usize> {
     let other_side =
         |name: &str| if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") };
-    (0..names.len()).map(|i| names.iter().position(|n| *n == other_side(names[i])).unwrap_or(i)).collect()
+    let index = |(own, name): (usize, &S)| {
+        let other = other_side(name.as_ref());
+        names.iter().position(|name| name.as_ref() == other).unwrap_or(own)
+    };
+    names.iter().enumerate().map(index).collect()
 }
 
 impl Secret {

@@ -2,6 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::leaks::mirrored_indices;
+
 /// Tolerance of an explanation, relative to the greatest coordinate.
 const TOLERANCE: f64 = 1e-6;
 
@@ -32,7 +34,7 @@ pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> 
             return Some(explanation.to_owned());
         }
     }
-    let other = other_side(names);
+    let other = mirrored_indices(names);
     if all(&|frame| Some(other.iter().map(|index| expected[frame][*index]).collect())) {
         return Some("left and right are exchanged".to_owned());
     }
@@ -45,13 +47,6 @@ pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> 
         }
     }
     None
-}
-
-/// For every name the index of its counterpart on the other side of the body.
-fn other_side(names: &[String]) -> Vec<usize> {
-    let other =
-        |name: &str| if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") };
-    (0..names.len()).map(|i| names.iter().position(|name| *name == other(&names[i])).unwrap_or(i)).collect()
 }
 
 fn same(expected: &Frame, found: &Frame) -> bool {

@@ -217,13 +217,10 @@ impl ReadParts {
             let detail = format!("camera_names are {truth:?}, cameras.json has {names:?}");
             faults.push(Fault::new(truth_file::PATH, detail));
         }
-        let actor = npz.as_ref().zip(self.truth.as_ref());
-        faults.extend(
-            actor
-                .and_then(|(npz, truth)| truth_file::wrong_names(npz, &truth.actor))
-                .map(|detail| Fault::new(truth_file::PATH, detail)),
-        );
-        faults.extend(npz.iter().flat_map(|npz| self.other_names(npz)).map(|d| Fault::new(truth_file::PATH, d)));
+        let of_actor = npz.as_ref().zip(self.truth.as_ref()).into_iter();
+        let of_actor = of_actor.flat_map(|(npz, truth)| wrong_names(npz, &truth_file::name_arrays(&truth.actor)));
+        let others = npz.iter().flat_map(|npz| self.other_names(npz));
+        faults.extend(of_actor.chain(others).map(|detail| Fault::new(truth_file::PATH, detail)));
         faults
     }
 
