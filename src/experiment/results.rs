@@ -415,7 +415,7 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
         (Some(facts), true) => facts.in_words(),
         (Some(facts), false) => format!("{}; {hidden}", facts.in_words()),
     };
-    let quality = segmentation.map(SegmentationQuality::in_words).unwrap_or_default();
+    let quality = segmentation.map(SegmentationQuality::describe).unwrap_or_default();
     [vec![("silhouettes", words)], quality].concat()
 }
 

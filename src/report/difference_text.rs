@@ -179,10 +179,7 @@ pub(super) mod tests {
             assert!(line.contains(part), "{part}: {line}");
         }
         assert!(text.contains("paired by clip x seed") && !text.contains("by clip, mm"), "{text}");
-        assert!(
-            text.contains("intervals run over 5 seeds of one clip (walk, 0.1 s): they say nothing about"),
-            "{text}"
-        );
+        assert!(text.contains("intervals are over 5 seeds of one clip (walk, 0.1 s): they do not cover"), "{text}");
         assert!(comparison_text(&compared(&["walk", "jump"]), true).contains("by clip, mm"));
         assert!(comparison_text(&compared(&["walk"]), true).contains("left knee"));
     }

@@ -271,12 +271,9 @@ mod tests {
         let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
         let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
         let varied = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap().interval;
-        assert!(
-            varied.ends_with("of one clip of 0.1 s and say nothing about other motions or other noise"),
-            "{varied}"
-        );
+        assert!(varied.ends_with("of one clip of 0.1 s and do not cover other motions or other noise"), "{varied}");
         let copies = summarise(&[run(0, &a), run(1, &a), run(2, &a)]).unwrap();
-        assert!(copies.interval.starts_with("3 seeds with the same estimates to the bit"), "{}", copies.interval);
+        assert!(copies.interval.starts_with("3 seeds with bit-identical estimates"), "{}", copies.interval);
         assert!(copies.interval.contains("observation.seed=2") && copies.metrics["humaneva_mm"].ci95.is_none());
     }
 
