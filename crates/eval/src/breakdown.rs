@@ -180,7 +180,7 @@ mod tests {
                 frame[landmark as usize] = truth[0][landmark as usize].map(|p| p + Vector3::new(0.03, 0.0, 0.0));
             }
         }
-        // the left foot stands throughout, the right one in frame 1 of the three scored frames
+        // the left foot is in stance throughout, the right one in frame 1 of the three scored frames
         let stands = (true, 0.0, 0.0);
         let swings = (false, 50.0, 0.0);
         let ground = contacts(&[stands; 4], &[stands, stands, swings, swings]);

@@ -57,10 +57,28 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
     let image = &images.depth;
     let window = DataWindow::new(images, layers);
+    let mut chosen = layers.to_vec();
+    chosen.dedup();
+    let encoding =
+        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let attributes =
+        LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
+    let channels = AnyChannels::sort(chosen.iter().flat_map(|layer| channels(*layer, images, &window)).collect());
+    let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
+    let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = Image { attributes: ImageAttributes::new(whole), layer_data: layer };
+    let written = picture.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
+    Ok(bytes.into_inner())
+}
+
+/// The channels of a layer, cropped to the data window.
+fn channels(layer: Layer, images: &LayerImages, window: &DataWindow) -> Vec<AnyChannel<FlatSamples>> {
     let floats = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
-    let channels_of = |layer: &Layer| match layer {
-        Layer::Depth => vec![floats("depth.Z", window.crop(&image.depth, |v| v))],
-        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part, |v| v)))],
+    match layer {
+        Layer::Depth => vec![floats("depth.Z", window.crop(&images.depth.depth, |v| v))],
+        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&images.depth.part, |v| v)))],
         Layer::Normals => {
             let names = ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate();
             names.map(|(axis, name)| floats(name, window.crop(&images.normals, |v| v[axis]))).collect()
@@ -75,21 +93,7 @@ pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Resu
             let halves = |plane: &Vec<f32>| FlatSamples::F16(window.crop(plane, f16::from_f32));
             names.iter().zip(&images.colour).map(|(name, plane)| AnyChannel::new(*name, halves(plane))).collect()
         }
-    };
-    let mut chosen = layers.to_vec();
-    chosen.dedup();
-    let encoding =
-        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let attributes =
-        LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
-    let channels = AnyChannels::sort(chosen.iter().flat_map(channels_of).collect());
-    let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
-    let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
-    let mut bytes = Cursor::new(Vec::new());
-    let picture = Image { attributes: ImageAttributes::new(whole), layer_data: layer };
-    let written = picture.write().non_parallel().to_buffered(&mut bytes);
-    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
-    Ok(bytes.into_inner())
+    }
 }
 
 /// Whether this is the path of a truth image.

@@ -87,24 +87,12 @@ fn draw_frames(
     observe: &(impl Fn(usize) -> Observation + Sync),
     frames: Range<usize>,
 ) -> Result<usize, SetError> {
-    let cameras = parts.rig.cameras();
-    let of_frame = |index: usize| {
-        let frame = frames.start + index;
-        writer.stop_if_requested()?;
-        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
-        let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
-        let whole = !taken.is_empty() && taken.iter().all(has);
-        if !whole {
-            for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
-                if !writer.has(&path) {
-                    writer.put(&path, &bytes)?;
-                }
-            }
-        }
+    let draw = |index: usize| {
+        let existed = draw_frame(writer, parts, observe, frames.start + index)?;
         (drawing.tick)();
-        Ok(usize::from(whole))
+        Ok(usize::from(existed))
     };
-    let existing: Vec<usize> = parallel::map(frames.len(), of_frame).into_iter().collect::<Result<_, SetError>>()?;
+    let existing: Vec<usize> = parallel::map(frames.len(), draw).into_iter().collect::<Result<_, SetError>>()?;
     if !drawing.layers.is_empty() {
         let layers = LayerDrawing {
             truth: parts.ground_truth,
@@ -115,6 +103,27 @@ fn draw_frames(
         layers.write(writer, frames, drawing.tick)?;
     }
     Ok(existing.iter().sum())
+}
+
+/// Renders the silhouettes of a frame that do not exist. Returns whether all existed.
+fn draw_frame(
+    writer: &SetWriter<'_>,
+    parts: &SetParts<'_>,
+    observe: &impl Fn(usize) -> Observation,
+    frame: usize,
+) -> Result<bool, SetError> {
+    writer.stop_if_requested()?;
+    let taken: Vec<usize> = (0..parts.rig.cameras()).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
+    let exists = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
+    if !taken.is_empty() && taken.iter().all(exists) {
+        return Ok(true);
+    }
+    for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
+        if !writer.has(&path) {
+            writer.put(&path, &bytes)?;
+        }
+    }
+    Ok(false)
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::evidence::{PairedFrames, Sample};
 use super::lateness::is_shifted;
 use super::{Correction, Misreading, MisreadingKind};
@@ -130,17 +132,18 @@ fn corrects_path(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     if !correction.has(MisreadingKind::Axes) || !correction.axes.keeps_vertical() {
         return true;
     }
-    let off = |correction: &Correction| {
-        let pairs = evidence.centroids(correction);
-        let middle = if correction.has(MisreadingKind::Offset) {
-            pairs.iter().map(|(truth, found)| truth - found).sum::<nalgebra::Vector3<f64>>() / pairs.len().max(1) as f64
-        } else {
-            nalgebra::Vector3::zeros()
-        };
-        let apart: Vec<f64> = pairs.iter().map(|(truth, found)| (truth - found - middle).norm()).collect();
-        mean(&apart).unwrap_or(0.0)
+    let before = path_error(evidence, &correction.without(MisreadingKind::Axes));
+    before >= PATH_M && path_error(evidence, correction) <= PATH_LEFT * before
+}
+
+/// Mean error of the body's centroid, metres; after removal of the mean difference if the origin differs.
+fn path_error(evidence: &PairedFrames<'_>, correction: &Correction) -> f64 {
+    let pairs = evidence.centroids(correction);
+    let offset = if correction.has(MisreadingKind::Offset) {
+        pairs.iter().map(|(truth, found)| truth - found).sum::<Vector3<f64>>() / pairs.len().max(1) as f64
+    } else {
+        Vector3::zeros()
     };
-    let other = correction.without(MisreadingKind::Axes);
-    let (before, after) = (off(&other), off(correction));
-    before >= PATH_M && after <= PATH_LEFT * before
+    let errors: Vec<f64> = pairs.iter().map(|(truth, found)| (truth - found - offset).norm()).collect();
+    mean(&errors).unwrap_or(0.0)
 }

@@ -80,19 +80,8 @@ pub(super) fn noisy_secrets(truth: &TruthSet, views: Option<&Npz>, body: &Humano
     let frames = &truth.ground_truth.frames;
     let own: Vec<&Pose> = frames.iter().map(|frame| &frame.pose).collect();
     let refitted: Vec<&Pose> = truth.refitted.iter().flat_map(|motion| &motion.poses).collect();
-    let angles = |whose: &str, body: &Humanoid, poses: &[&Pose]| {
-        let order = mirrored_order(body);
-        let rows: Vec<Vec<f64>> = poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect();
-        let mirrored = rows.iter().map(|row| order.iter().filter_map(|i| row.get(*i).copied()).collect()).collect();
-        let named = [(rows, "joint angles"), (mirrored, "mirrored joint angles")];
-        let of = |(rows, what): (Vec<Vec<f64>>, &str)| {
-            let features = (0..rows.first().map_or(0, Vec::len)).map(Feature::Number).collect();
-            NoisySecret::new(format!("{what} of the {whose}, with noise"), &rows, features, NOISE, &ANGLES)
-        };
-        named.into_iter().filter_map(of).collect::<Vec<NoisySecret>>()
-    };
-    let mut all = angles("actor", &truth.ground_truth.actor, &own);
-    all.extend(angles("tracker's body", body, &refitted));
+    let mut all = noisy_angles("actor", &truth.ground_truth.actor, &own);
+    all.extend(noisy_angles("tracker's body", body, &refitted));
     let markers = frames.iter().map(|f| f.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     let joints = frames.iter().map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     for (what, rows) in [("markers", markers), ("joints", joints)] {
@@ -102,6 +91,18 @@ pub(super) fn noisy_secrets(truth: &TruthSet, views: Option<&Npz>, body: &Humano
         all.extend(views.into_iter().flat_map(|views| in_images(views, array, what)));
     }
     all
+}
+
+/// Joint angles and mirrored joint angles of a body.
+fn noisy_angles(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<NoisySecret> {
+    let order = mirrored_order(body);
+    let rows: Vec<Vec<f64>> = poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect();
+    let mirrored = rows.iter().map(|row| order.iter().filter_map(|i| row.get(*i).copied()).collect()).collect();
+    let secret = |(rows, what): (Vec<Vec<f64>>, &str)| {
+        let features = (0..rows.first().map_or(0, Vec::len)).map(Feature::Number).collect();
+        NoisySecret::new(format!("{what} of the {whose}, with noise"), &rows, features, NOISE, &ANGLES)
+    };
+    [(rows, "joint angles"), (mirrored, "mirrored joint angles")].into_iter().filter_map(secret).collect()
 }
 
 /// Points of the actor, recognised by the distances between them.

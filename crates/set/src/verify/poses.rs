@@ -160,7 +160,6 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
 
 /// Wrong sights of joints and markers, except those on the border of the image.
 fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &TimedRig) -> Vec<Fault> {
-    let rig = filming.rig();
     if !files.has(views_file::PATH) {
         return Vec::new();
     }
@@ -169,42 +168,63 @@ fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &TimedRig) -> Ve
     let Some(found) = read else { return Vec::new() };
     let expected = views_file::to_npz(known, filming);
     let names = wrong_names(&found, &expected);
-    let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
-        let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
+    let check = SightCheck { found: &found, expected: &expected, known, filming };
+    let joints: Vec<String> = known.actor.joints.iter().map(|joint| joint.name.clone()).collect();
+    let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
+    let of_joints = check.fault("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
+    let of_markers = check.fault("marker_sight", &|frame, marker| frame.markers[marker], &markers);
+    names.into_iter().chain(of_joints).chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
+}
+
+/// The sights in a file and those computed from the truth.
+struct SightCheck<'a> {
+    found: &'a Npz,
+    expected: &'a Npz,
+    known: &'a GroundTruth,
+    filming: &'a TimedRig,
+}
+
+impl SightCheck<'_> {
+    /// Describes the wrong sights of an array; `points` returns the position of a point in a frame.
+    fn fault(
+        &self,
+        array: &str,
+        points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>,
+        names: &[String],
+    ) -> Option<String> {
+        let (found, expected) = (sights_of(self.found, array)?, sights_of(self.expected, array)?);
         if found.len() != expected.len() {
             return Some(format!("{array}: has {} sights, expected {}", found.len(), expected.len()));
         }
+        let cameras = &self.filming.rig().cameras;
         let place = |index: usize| {
             let (point, view) = (index % names.len(), index / names.len());
-            (view / rig.cameras.len(), view % rig.cameras.len(), point)
+            (view / cameras.len(), view % cameras.len(), point)
         };
-        let differs = |index: &usize| {
+        let is_wrong = |index: &usize| {
             let (frame, camera, point) = place(*index);
-            let on_border = || {
-                points(&known.frames[frame], point)
-                    .is_some_and(|p| is_on_border(filming, camera, &known.frames[frame], &p))
-            };
+            let frame = &self.known.frames[frame];
+            let on_border =
+                || points(frame, point).is_some_and(|point| is_on_border(self.filming, camera, frame, &point));
             found[*index] != expected[*index] && !on_border()
         };
-        let all: Vec<usize> = (0..found.len()).filter(differs).collect();
-        let (frame, camera, point) = place(*all.first()?);
-        let word =
-            |sight: i64| usize::try_from(sight).ok().and_then(|s| views_file::NAMES.get(s)).unwrap_or(&"unknown");
+        let wrong: Vec<usize> = (0..found.len()).filter(is_wrong).collect();
+        let first = *wrong.first()?;
+        let (frame, camera, point) = place(first);
         Some(format!(
             "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: {}, expected {}",
-            all.len(),
+            wrong.len(),
             found.len(),
             names[point],
-            rig.cameras[camera].name,
-            word(found[all[0]]),
-            word(expected[all[0]])
+            cameras[camera].name,
+            sight_name(found[first]),
+            sight_name(expected[first])
         ))
-    };
-    let joints: Vec<String> = known.actor.joints.iter().map(|joint| joint.name.clone()).collect();
-    let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
-    let of_joints = wrong("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
-    let of_markers = wrong("marker_sight", &|frame, marker| frame.markers[marker], &markers);
-    names.into_iter().chain(of_joints).chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
+    }
+}
+
+fn sight_name(sight: i64) -> &'static str {
+    usize::try_from(sight).ok().and_then(|sight| views_file::NAMES.get(sight)).unwrap_or(&"unknown")
 }
 
 /// The sights of an array; `None` if it is missing or has another type.
