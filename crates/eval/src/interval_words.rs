@@ -45,7 +45,7 @@ pub(super) fn of_summary(runs: &[SeedRun<'_>]) -> String {
     }
 }
 
-/// Whether every clip has two or more runs and all have equal evaluations, hence (presumably) equal estimates.
+/// Whether every clip has two or more runs and all have equal evaluations, which imply equal estimates in practice.
 fn are_copies(runs: &[SeedRun<'_>]) -> bool {
     let first = |run: &SeedRun<'_>| runs.iter().find(|other| other.clip == run.clip).map(|first| first.evaluation);
     let lone = |run: &SeedRun<'_>| runs.iter().filter(|other| other.clip == run.clip).count() < 2;

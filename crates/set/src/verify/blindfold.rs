@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::SetError;
 use crate::files::SetFiles;
 use crate::leaks::find_leaks_of;
 
-pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> Outcome {
+pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> CheckOutcome {
     let outside = files.paths().filter(|path| !path.starts_with("truth/")).count();
     let faults = match find_leaks_of(directory, complete) {
         Ok(leaks) => leaks

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, Markers};
 use crate::truth_file::ACTOR_PATH;
 
@@ -20,7 +20,7 @@ const SIDES: [(Landmark, Landmark); 6] = [
     (Landmark::LeftAnkle, Landmark::RightAnkle),
 ];
 
-pub(super) fn check(parts: &ReadParts) -> Outcome {
+pub(super) fn check(parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let actor = &truth.actor;
     let frames = actor.link_frames(&actor.zero_pose());

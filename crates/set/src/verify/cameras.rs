@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, filming};
+use super::{CheckOutcome, Fault, filming};
 use crate::cameras_file::{self, AXES, PIXEL_CENTRES};
 use crate::files::SetFiles;
 use crate::input::excerpt;
@@ -128,7 +128,7 @@ fn read(files: &SetFiles, path: &str) -> Result<(Value, Vec<Option<ListedCamera>
     Ok((value, cameras))
 }
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (value, cameras) = read(files, cameras_file::PATH)?;
     let mut faults = Vec::new();
     for (key, expected) in [("axes", AXES), ("pixel_centres", PIXEL_CENTRES)] {

@@ -1,7 +1,7 @@
 //! Compares `contact.npz` with the contact computed from the poses.
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::contact_file;
 use crate::files::SetFiles;
 use crate::listing::FORMATS;
@@ -10,7 +10,7 @@ use crate::npz::{Array, Npz, Values};
 /// Tolerance, relative to the greatest number of the array or 1.
 const TOLERANCE: f64 = 1e-9;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let path = contact_file::PATH;
     let Some(expected) = contact_file::to_npz(truth) else {

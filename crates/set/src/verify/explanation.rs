@@ -8,7 +8,7 @@ use crate::leaks::mirrored_indices;
 const TOLERANCE: f64 = 1e-6;
 
 /// The points of one frame; `None` for missing ones.
-pub(super) type Frame = Vec<Option<Point3<f64>>>;
+pub(super) type FramePoints = Vec<Option<Point3<f64>>>;
 
 type CoordinateMistake = (&'static str, fn(&Vector3<f64>) -> Vector3<f64>);
 
@@ -25,8 +25,8 @@ const OF_COORDINATES: [CoordinateMistake; 9] = [
 ];
 
 /// Explains how `found` arose from `expected`; both have one entry per frame, and `names` one per point.
-pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> Option<String> {
-    let all = |of: &dyn Fn(usize) -> Option<Frame>| {
+pub(super) fn explain(expected: &[FramePoints], found: &[FramePoints], names: &[String]) -> Option<String> {
+    let all = |of: &dyn Fn(usize) -> Option<FramePoints>| {
         (0..found.len()).all(|frame| of(frame).is_none_or(|e| same(&e, &found[frame])))
     };
     for (explanation, mistake) in OF_COORDINATES {
@@ -49,7 +49,7 @@ pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> 
     None
 }
 
-fn same(expected: &Frame, found: &Frame) -> bool {
+fn same(expected: &FramePoints, found: &FramePoints) -> bool {
     let scale = expected.iter().flatten().map(|p| p.coords.amax()).fold(1.0, f64::max);
     let pairs = expected.iter().zip(found);
     expected.len() == found.len()
@@ -67,10 +67,10 @@ mod tests {
     #[test]
     fn each_mistake_is_named_and_other_differences_are_not() {
         let point = |f: usize, i: f64| Some(Point3::new(0.3 + i, 0.7 * i + 0.1 * f as f64, 1.1 - 0.2 * i));
-        let frames: Vec<Frame> = (0..4).map(|f| vec![point(f, 0.1), point(f, 0.5), None]).collect();
+        let frames: Vec<FramePoints> = (0..4).map(|f| vec![point(f, 0.1), point(f, 0.5), None]).collect();
         let names = ["left_hip", "right_hip", "head"].map(str::to_owned);
-        let with = |change: &dyn Fn(usize) -> Frame| {
-            let found: Vec<Frame> = (0..4).map(change).collect();
+        let with = |change: &dyn Fn(usize) -> FramePoints| {
+            let found: Vec<FramePoints> = (0..4).map(change).collect();
             explain(&frames, &found, &names)
         };
         for (words, mistake) in OF_COORDINATES {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, VerifyOptions, surface, with_skipped};
+use super::{CheckOutcome, Fault, VerifyOptions, surface, with_skipped};
 use crate::body::{DepthImage, Humanoid};
 use crate::camera::Camera;
 use crate::depth_png;
@@ -25,7 +25,7 @@ const TOLERANCE_PX: usize = 2;
 /// Joints are inside the body, so the visible surface is at most this far behind them: the thickness of a body, metres.
 const THICKEST_M: f64 = 0.6;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
     if !files.paths().any(exr_layers::is_layer) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }

@@ -2,7 +2,7 @@
 
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
-use super::{Fault, Outcome, VerifyOptions, with_skipped};
+use super::{CheckOutcome, Fault, VerifyOptions, with_skipped};
 use crate::KEY_FILE;
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
@@ -17,7 +17,7 @@ use crate::silhouette_png;
 const EXPLAINED_PX: u64 = 2;
 const EXPLAINED_SHARE: f64 = 0.005;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
     let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;

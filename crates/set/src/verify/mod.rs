@@ -61,7 +61,7 @@ pub const CHECKS: [(&str, &str); 14] = [
         and the spread of the set's own changes",
     ),
     ("recording", "the fingerprints, which detect training on the test, are of this motion"),
-    ("projection", "markers projected by OpenCV's formula are where in_view says, and lie in the silhouettes"),
+    ("projection", "markers projected by OpenCV's formula agree with in_view and lie in the silhouettes"),
     ("visibility", "in_view, visible and the sights of views.npz follow from body, props and cameras"),
     (
         "silhouettes",
@@ -140,11 +140,11 @@ impl Verification {
 }
 
 /// The result of a check: what was checked, and the faults; or why the check was not made.
-type Outcome = Result<(String, Vec<Fault>), String>;
+type CheckOutcome = Result<(String, Vec<Fault>), String>;
 
 /// The result of a check of images that `skipped` some, because they are missing or changed, which another check
 /// reports. Without faults in the others, the check counts as not made.
-fn with_skipped(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> Outcome {
+fn with_skipped(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> CheckOutcome {
     match skipped {
         0 => Ok((looked_at, faults)),
         _ if !faults.is_empty() => Ok((format!("{looked_at}, except {skipped} that cannot be read"), faults)),
@@ -173,7 +173,7 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     manifest::refuse_other_formats(directory)?;
     let complete = set.complete(&own)?;
     let mut checks = Vec::with_capacity(CHECKS.len());
-    let mut add = |outcome: Outcome| -> Result<(), SetError> {
+    let mut add = |outcome: CheckOutcome| -> Result<(), SetError> {
         let (name, proves) = CHECKS[checks.len()];
         let (made, looked_at, faults) = match outcome {
             Ok((looked_at, faults)) => (true, looked_at, faults),

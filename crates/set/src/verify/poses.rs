@@ -3,9 +3,9 @@
 use nalgebra::Point3;
 
 use super::arrays::wrong_names;
-use super::explanation::{Frame, explain};
+use super::explanation::{FramePoints, explain};
 use super::parts::ReadParts;
-use super::{Fault, Outcome, start};
+use super::{CheckOutcome, Fault, start};
 use crate::body::{LANDMARKS, LinkFrames, Markers};
 use crate::camera::{CameraRig, TimedRig};
 use crate::files::SetFiles;
@@ -24,7 +24,7 @@ const FASTEST_M_PER_S: f64 = 60.0;
 /// Distance from the image border within which rounding may decide whether a marker is in view, pixels.
 const BORDER_PX: f64 = 1e-6;
 
-pub(super) fn check(parts: &ReadParts) -> Outcome {
+pub(super) fn check(parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let actor = &truth.actor;
     let known: Vec<(LinkFrames, Markers)> = parallel::map(truth.frames.len(), |frame| {
@@ -32,21 +32,22 @@ pub(super) fn check(parts: &ReadParts) -> Outcome {
         let markers = actor.markers(&frames);
         (frames, markers)
     });
-    let origins = |frames: &LinkFrames| -> Frame {
+    let origins = |frames: &LinkFrames| -> FramePoints {
         frames.0.iter().map(|frame| Some(Point3::from(frame.translation.vector))).collect()
     };
     let links: Vec<String> = actor.links.iter().map(|link| link.name.clone()).collect();
     let joints: Vec<String> = actor.joints.iter().map(|joint| joint.name.clone()).collect();
     let landmarks = LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
-    let of = |array, names: &[String], expected: &dyn Fn(usize) -> Frame, found: &dyn Fn(usize) -> Frame| {
-        Points {
-            array,
-            names,
-            expected: (0..known.len()).map(expected).collect(),
-            found: (0..known.len()).map(found).collect(),
-        }
-        .fault()
-    };
+    let of =
+        |array, names: &[String], expected: &dyn Fn(usize) -> FramePoints, found: &dyn Fn(usize) -> FramePoints| {
+            Points {
+                array,
+                names,
+                expected: (0..known.len()).map(expected).collect(),
+                found: (0..known.len()).map(found).collect(),
+            }
+            .fault()
+        };
     let mut faults = Vec::new();
     faults.extend(of("link_frames", &links, &|f| origins(&known[f].0), &|f| origins(&truth.frames[f].link_frames)));
     faults.extend(turned_links(truth, &known, &links));
@@ -66,8 +67,8 @@ pub(super) fn check(parts: &ReadParts) -> Outcome {
 struct Points<'a> {
     array: &'a str,
     names: &'a [String],
-    expected: Vec<Frame>,
-    found: Vec<Frame>,
+    expected: Vec<FramePoints>,
+    found: Vec<FramePoints>,
 }
 
 impl Points<'_> {
@@ -128,7 +129,7 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
 }
 
 /// Compares `in_view`, `visible` and the sights of `views.npz` with those of body, props and cameras.
-pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (truth, rig) = parts.scene()?;
     let (props, others) = (truth.props.clone(), truth.distractors.clone());
     let filming = parts.filming()?;

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use super::cameras::{ListedCamera, plain};
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::blind::silhouette_path;
 use crate::body::LANDMARKS;
 use crate::camera::TimedRig;
@@ -61,7 +61,7 @@ struct ProjectedScene<'a> {
     views: Option<&'a Npz>,
 }
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (truth, _) = parts.scene()?;
     let (path, is_filmed) = (parts.true_cameras(), parts.is_filmed());
     let (cameras, rig) = (plain(files, path)?, parts.filming()?);

@@ -5,7 +5,7 @@
 //! or sped up.
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::files::SetFiles;
 use crate::parallel;
 use crate::recording_file::{self, PATH};
@@ -19,7 +19,7 @@ const TOLERANCE: f32 = 0.1;
 /// Greatest number of true frames that are compared.
 const SAMPLED_FRAMES: usize = 100;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let facts = parts.facts.as_ref();
     if !files.has(PATH) {

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, VerifyOptions, with_skipped};
+use super::{CheckOutcome, Fault, VerifyOptions, with_skipped};
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
@@ -35,7 +35,12 @@ enum Content {
     Facts { camera: usize, frame: usize },
 }
 
-pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(
+    own: &SetFiles,
+    complete: Option<&SetFiles>,
+    parts: &ReadParts,
+    how: VerifyOptions<'_>,
+) -> CheckOutcome {
     let sides =
         [Some((own, &[OBSERVED, WITH_TRUTH][..])), complete.map(|complete| (complete, &[OBSERVED, WITH_TRUTH][..]))];
     let shards: Vec<(&SetFiles, &str, usize, usize)> = sides

@@ -3,7 +3,7 @@
 
 use super::arrays::wrong_names;
 use super::parts::ReadParts;
-use super::{Fault, Outcome, tracker_body};
+use super::{CheckOutcome, Fault, tracker_body};
 use crate::body::{Motion, Pose};
 use crate::camera::{Camera, CameraRig};
 use crate::files::SetFiles;
@@ -29,7 +29,7 @@ const OTHER_ROBOTS_FACTOR: f64 = 1.25;
 /// Root mean squares below this are not used for the factor, metres and radians.
 const LEAST_SPREAD: f64 = 1e-4;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let start = parts.start.as_ref().ok_or("not checked: start/ cannot be read")?;
     let (facts, seed) = parts.observed();
     let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;
