@@ -117,8 +117,8 @@ pub(crate) fn prepare(
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
     let kind = settings.kind();
     match kind.model_file() {
-        Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect(),
+        Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.describe())).collect(),
         None if kind.training == TrainingUse::Unused => Vec::new(),
-        None => set.start.training.in_words(),
+        None => set.start.training.describe(),
     }
 }

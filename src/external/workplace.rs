@@ -74,7 +74,7 @@ impl Workplace {
         let root = Unfinished::begin(fresh_folder()?);
         let folder = root.path().join("blind");
         let mut this = Self { root, folder, provided: BTreeSet::new() };
-        set.hand_out(&this.folder)?;
+        set.copy_to(&this.folder)?;
         this.provided = files_below(this.root.path()).into_iter().map(|(path, _)| path).collect();
         Ok(this)
     }

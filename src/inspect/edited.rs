@@ -136,7 +136,7 @@ pub fn inspect_scenario(
         frames_per_second: motion.frames_per_second,
         duration_s: motion.duration_s(),
         path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
-        takes: scene.sources.iter().map(|source| source.in_words()).collect(),
+        takes: scene.sources.iter().map(|source| source.describe()).collect(),
         seams: scene.seams.iter().map(|seam| seam_summary(seam, contacts.as_ref())).collect(),
         contact: contacts.as_ref().map(contact_summary),
         fastest: FastestAngle::new(body, &motion),

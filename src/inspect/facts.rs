@@ -125,8 +125,8 @@ impl SetSummary {
                 self.fault.as_ref().map_or("all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}")),
             ),
         ];
-        facts.extend(self.retargeting.as_ref().map(|fit| ("fit", fit.in_words())));
-        let contact = self.contact.iter().flat_map(|contact| contact.in_words());
+        facts.extend(self.retargeting.as_ref().map(|fit| ("fit", fit.describe())));
+        let contact = self.contact.iter().flat_map(|contact| contact.describe());
         facts.extend(contact.map(|(name, value)| ("contact", format!("{name}: {value}"))));
         if !self.props.is_empty() {
             facts.push(("props", self.props.join(", ")));

@@ -116,7 +116,7 @@ impl SetSummary {
             name: camera.name.clone(),
             size_px: [camera.pinhole.width, camera.pinhole.height],
             distorts: camera.distortion.coefficients() != [0.0; 5],
-            filming: blind.moments.as_ref().and_then(|moments| moments.in_words(index, rate)),
+            filming: blind.moments.as_ref().and_then(|moments| moments.describe(index, rate)),
         };
         Ok(Self {
             schema: INSPECT_SCHEMA,
@@ -136,7 +136,7 @@ impl SetSummary {
             retargeting: facts.and_then(|facts| facts.retargeting.clone()),
             contact: facts.and_then(|facts| facts.contact.clone()).map(Box::new),
             training_frames: blind.start.training.frames(),
-            learned_from: blind.start.training.in_words(),
+            learned_from: blind.start.training.describe(),
             forward: blind.forward,
             set_hash: blind.set_hash.clone(),
             full_hash: blind.full_hash.clone(),

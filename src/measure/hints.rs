@@ -271,7 +271,7 @@ impl FileAdvice<'_> {
         match kind {
             MisreadingKind::Axes => {
                 let order = read_as.order.then(correction.axes);
-                let up = order.up_in_words();
+                let up = order.up_axis();
                 let handed = if order.is_mirrored() { ", left-handed" } else { "" };
                 if order.is_mirrored() && self.poses {
                     return (format!("its axes are {order}, left-handed: convert the file to right-handed axes"), None);
@@ -334,7 +334,7 @@ fn advice_for_program(correction: &Correction) -> String {
                 let handed = if order.is_mirrored() { ", left-handed" } else { "" };
                 format!(
                     "the program answers in the axes {order} ({}{handed}); the set has Z up, x,y,z",
-                    order.up_in_words()
+                    order.up_axis()
                 )
             }
             MisreadingKind::Units => format!("it answers in units of {} m, expected metres", correction.scale),

@@ -314,7 +314,7 @@ fn facts(
         format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
-    let motion_of = |camera: usize| blind.moments.as_ref()?.in_words(camera, blind.frames_per_second);
+    let motion_of = |camera: usize| blind.moments.as_ref()?.describe(camera, blind.frames_per_second);
     let describe = |index: usize| {
         let camera = describe_camera(&blind.rig.cameras[index]);
         motion_of(index).map_or(camera.clone(), |motion| format!("{camera}; {motion}"))
@@ -340,7 +340,7 @@ fn facts(
         group("Observations", observations(set, segmentation)),
     ];
     if let Some(contact) = &truth.facts.contact {
-        groups.insert(1, group("Contact of the truth with the ground", contact.in_words()));
+        groups.insert(1, group("Contact of the truth with the ground", contact.describe()));
     }
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
@@ -415,7 +415,7 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
         (Some(facts), true) => facts.in_words(),
         (Some(facts), false) => format!("{}; {hidden}", facts.in_words()),
     };
-    let quality = segmentation.map(SegmentationQuality::in_words).unwrap_or_default();
+    let quality = segmentation.map(SegmentationQuality::describe).unwrap_or_default();
     [vec![("silhouettes", words)], quality].concat()
 }
 

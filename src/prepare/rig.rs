@@ -167,7 +167,7 @@ fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRi
 /// Notes about how the cameras move and take images.
 pub(crate) fn rig_notes(moments: &RigMoments, rig: &CameraRig, frames_per_second: f64) -> Vec<String> {
     let cameras = rig.cameras.iter().enumerate();
-    let words = cameras.filter_map(|(index, camera)| Some((camera, moments.in_words(index, frames_per_second)?)));
+    let words = cameras.filter_map(|(index, camera)| Some((camera, moments.describe(index, frames_per_second)?)));
     words.map(|(camera, words)| format!("camera `{}`: {words}", camera.name)).collect()
 }
 

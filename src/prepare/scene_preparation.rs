@@ -118,7 +118,7 @@ impl PreparedScene {
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
-        let given_moments = RigMoments::told(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
+        let given_moments = RigMoments::for_tracker(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
         let mut notes = retargeted.report.notes.clone();
         notes.extend(lens_note(corruption, rig.rig()));
         let rate = ground_truth.frames_per_second;

@@ -52,7 +52,7 @@ pub(crate) fn load(
                 "frames {first} to {last} (of the file, from 1) of `{}` are also frames of [motion] (`{}`); learn from \
                 frames that are not in the test",
                 source.clip,
-                test.in_words()
+                test.describe()
             );
             return Err(scenario_error_at("clip", message));
         }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
+    DifferenceRow, clip_rows, constant_rows, how, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::difference_sentence::in_sentences;
 use super::difference_text::misread;
@@ -22,7 +22,7 @@ struct DifferencePage<'a> {
     title: String,
     base: &'a str,
     seeds: String,
-    how: &'static str,
+    how: String,
     /// Sides whose estimates may have been misread.
     misread: Vec<String>,
     sides: Vec<PageSide<'a>>,
@@ -94,7 +94,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         title: format!("{names} against {}", comparison.base.name),
         base: &comparison.base.name,
         seeds: seeds_of(comparison),
-        how: HOW,
+        how: how(comparison),
         misread: misread(comparison),
         sides,
         of_sides: (count > SIDES).then_some(count),

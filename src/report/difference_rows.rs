@@ -159,8 +159,29 @@ pub(super) fn pairing(side: &AgainstBase) -> &'static str {
     }
 }
 
-pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean, with its 95 % interval. p: \
-    two-sided t test, adjusted by Holm for the number of metrics; a finding is given from p <= 0.05 on";
+/// Tests that p values come from: rule of the difference, whether the sides are paired, and the name.
+const TESTS: [(DifferenceRule, bool, &str); 4] = [
+    (DifferenceRule::PairedT, true, "Student's t test on pairs"),
+    (DifferenceRule::Welch, false, "Welch's t test"),
+    (DifferenceRule::Exact, true, "the sign test on pairs where all differ by the same"),
+    (DifferenceRule::Exact, false, "the rank test where no run varies"),
+];
+
+/// How differences, intervals and p values are made; names the tests that the p values of this comparison come from.
+pub(super) fn how(comparison: &RunComparison) -> String {
+    let is_used = |(rule, paired, _): &(DifferenceRule, bool, &str)| {
+        let sides = comparison.others.iter().filter(|side| side.paired == *paired);
+        sides.flat_map(|side| &side.metrics).any(|m| m.p_holm.is_some() && m.difference.rule == *rule)
+    };
+    let tests: Vec<&str> = TESTS.iter().filter(|test| is_used(test)).map(|(.., name)| *name).collect();
+    let p = if tests.is_empty() {
+        "p: none, because there are too few runs".to_owned()
+    } else {
+        let tests = tests.join(", or ");
+        format!("p: two-sided, {tests}; adjusted by Holm for the number of metrics; a finding needs p <= 0.05")
+    };
+    format!("Difference: other minus base, mean over clips of each clip's mean, with its 95 % interval. {p}")
+}
 
 /// What the intervals run over, as a sentence.
 pub(super) fn scope(side: &AgainstBase) -> String {

@@ -1,7 +1,7 @@
 //! Differences of runs as text: for a terminal, and as Markdown for a pull request.
 
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constants_in_words, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
+    DifferenceRow, clip_rows, constants_in_words, how, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
 };
 use super::difference_sentence::in_sentences;
 use crate::evaluation::{AgainstBase, RunComparison};
@@ -31,7 +31,7 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
         lines.extend(left_out(side).into_iter().map(|line| format!("  left out: {line}")));
         lines.push(format!("  {}", side.scope));
     }
-    lines.push(format!("\n  {HOW}"));
+    lines.push(format!("\n  {}", how(comparison)));
     lines.join("\n")
 }
 
@@ -74,6 +74,7 @@ fn left_out(side: &AgainstBase) -> Vec<String> {
 pub fn comparison_markdown(comparison: &RunComparison) -> String {
     let base = &comparison.base;
     let mut text: String = misread(comparison).iter().map(|line| format!("**{}**\n\n", cell(line))).collect();
+    let how = how(comparison);
     for side in &comparison.others {
         text.push_str(&format!("### {} against {}\n\n", cell(&side.side.name), cell(&base.name)));
         text.push_str(&format!("**{}**\n\n", cell(&in_sentences(side, &base.name))));
@@ -91,7 +92,7 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
         let constants = constants_in_words(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
         let more = [markdown_table("metric", &all), markdown_table("error by marker, mm", &joints), constants].concat();
         text.push_str(&format!(
-            "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{HOW}.\n\n</details>\n\n"
+            "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{how}.\n\n</details>\n\n"
         ));
     }
     text
@@ -129,7 +130,7 @@ pub(super) fn cell(text: &str) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::evaluation::{MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
+    use crate::evaluation::{DifferenceRule, MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
     use std::collections::BTreeMap;
 
     /// Five seeds of a metric.
@@ -178,12 +179,34 @@ pub(super) mod tests {
             assert!(line.contains(part), "{part}: {line}");
         }
         assert!(text.contains("paired by clip x seed") && !text.contains("by clip, mm"), "{text}");
-        assert!(
-            text.contains("intervals run over 5 seeds of one clip (walk, 0.1 s): they say nothing about"),
-            "{text}"
-        );
+        assert!(text.contains("intervals are over 5 seeds of one clip (walk, 0.1 s): they do not cover"), "{text}");
         assert!(comparison_text(&compared(&["walk", "jump"]), true).contains("by clip, mm"));
         assert!(comparison_text(&compared(&["walk"]), true).contains("left knee"));
+    }
+
+    #[test]
+    fn the_footnote_names_the_tests_that_the_p_values_come_from() {
+        let with = |rule: DifferenceRule, paired: bool| {
+            let mut comparison = compared(&["walk"]);
+            comparison.others[0].paired = paired;
+            comparison.others[0].metrics.iter_mut().for_each(|metric| metric.difference.rule = rule);
+            comparison_text(&comparison, false).lines().last().unwrap().to_owned()
+        };
+        for (rule, paired, name) in [
+            (DifferenceRule::PairedT, true, "p: two-sided, Student's t test on pairs; adjusted by Holm"),
+            (DifferenceRule::Welch, false, "p: two-sided, Welch's t test; adjusted by Holm"),
+            (
+                DifferenceRule::Exact,
+                true,
+                "p: two-sided, the sign test on pairs where all differ by the same; adjusted",
+            ),
+            (DifferenceRule::Exact, false, "p: two-sided, the rank test where no run varies; adjusted"),
+        ] {
+            assert!(with(rule, paired).contains(name), "{rule:?}: {}", with(rule, paired));
+        }
+        let mut without = compared(&["walk"]);
+        without.others[0].metrics.iter_mut().for_each(|metric| metric.p_holm = None);
+        assert!(comparison_text(&without, false).contains("p: none, because there are too few runs"));
     }
 
     #[test]

@@ -68,7 +68,7 @@ fn lacks_markers(input: &ReportInput<'_>) -> bool {
 /// The longest stretch with a lost limb, as a sentence with a space before it; nothing where none is long.
 fn longest_lost(input: &ReportInput<'_>) -> String {
     let Some(longest) = &input.summary.longest_lost else { return String::new() };
-    let words = longest.stretch.in_words(lacks_markers(input));
+    let words = longest.stretch.describe(lacks_markers(input));
     let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
     let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
     format!(" The longest: {}{rest}{seed}.", first.to_lowercase())

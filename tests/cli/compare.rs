@@ -74,7 +74,7 @@ fn what_cannot_be_compared_is_refused_with_the_difference() {
     assert_eq!(room.read("thesis.html"), b"years of work");
 }
 
-/// It said "intervals run over 5 to 8 seeds", and not which were left out; the gate the same.
+/// The scope counted "5 to 8 seeds" and did not name those left out, in `compare` and `gate`.
 #[test]
 fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
     let room = Sandbox::new();
@@ -84,7 +84,7 @@ fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
     let out = "seeds 5 to 7 of `tiny` are in `mine` only and have no pair";
     let text = room.succeed("compare main mine --html page.html").stdout;
     assert!(text.contains(&format!("  left out: {out}\n")), "{text}");
-    assert!(text.contains("intervals run over 5 pairs of seeds of one clip (tiny, "), "{text}");
+    assert!(text.contains("intervals are over 5 pairs of seeds of one clip (tiny, "), "{text}");
     let markdown = room.succeed("compare main mine --markdown").stdout;
     assert!(
         markdown.contains("- left out: seeds 5 to 7 of ") && markdown.contains("over 5 pairs of seeds"),

@@ -330,7 +330,7 @@ fn a_file_that_lacks_the_axis_of_seeds_is_told_what_shape_is_expected() {
     let [(shape, root), angles] = poses(&room);
     room.write("flat.npz", of_poses([(shape[1..].to_vec(), root), angles]));
     let refused = room.skiagraph(["evaluate", "set", "flat.npz"]);
-    let words = "estimate_angles has an axis of seeds in front and estimate_root has none";
+    let words = "estimate_angles has a leading axis of seeds and estimate_root has none";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
 }
 

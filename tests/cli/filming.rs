@@ -165,7 +165,11 @@ fn exports_hold_cameras_that_film_or_are_refused() {
     }
     for scenario in ["film.toml", "moving.toml"] {
         let answer = room.skiagraph(["render", scenario, "--shards", "2", "--out", "sharded"]);
-        assert!(answer.code == 2 && answer.stderr.contains("--shards: expected cameras"), "{}", answer.stderr);
+        assert!(
+            answer.code == 2 && answer.stderr.contains("--shards: only valid with static cameras"),
+            "{}",
+            answer.stderr
+        );
         assert!(!room.path("sharded").exists());
     }
 }

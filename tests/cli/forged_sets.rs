@@ -343,7 +343,7 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("json: ", TRUE_SHARD, &|_| keys(&|said| drop(said.remove("markers"))));
     shard("json: ", TRUE_SHARD, &|_| keys(&|said| drop(said.insert("pose".into(), 3.into()))));
     shard("joints", TRUE_SHARD, &|_| keys(&|said| said["joints"].as_array_mut().unwrap().reverse()));
-    shard("is no JSON", TRUE_SHARD, &|_| edited("json", &|bytes| bytes[..bytes.len() / 2].to_vec()));
+    shard("is not valid JSON", TRUE_SHARD, &|_| edited("json", &|bytes| bytes[..bytes.len() / 2].to_vec()));
     // images of a sample
     let exchanged = |extension: &'static str, shard: &'static str| {
         move |set: &ForgedSet| {
@@ -366,9 +366,9 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
         ("it has no", &|e| drop(e.remove(0))),
         ("belongs to none", &|e| e.push(("notes.txt".into(), b"pose".to_vec()))),
         ("belongs to none", &|e| e.insert(0, ("000000_cam00.pose.npy".into(), vec![7; 99]))),
-        ("out of its place", &|e| e.swap(0, 1)),
-        ("out of its place", &|e| e.reverse()),
-        ("have one name", &|e| e.push(e[0].clone())),
+        ("out of order", &|e| e.swap(0, 1)),
+        ("out of order", &|e| e.reverse()),
+        ("have the same name", &|e| e.push(e[0].clone())),
         ("it has no", &|e| e[0].0 = "999999_cam00.json".into()),
     ] {
         for file in [TRUE_SHARD, SEEN_SHARD] {
@@ -377,9 +377,9 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     }
     // bytes between and behind the files
     for (words, forge) in [
-        ("other bytes around it", (&|h: &mut tar::Header| h.set_mtime(1234)) as &dyn Fn(&mut tar::Header)),
-        ("other bytes around it", &|h| h.set_mode(0o600)),
-        ("other bytes around it", &|h| h.set_username("0.12 0.34").unwrap()),
+        ("header or padding", (&|h: &mut tar::Header| h.set_mtime(1234)) as &dyn Fn(&mut tar::Header)),
+        ("header or padding", &|h| h.set_mode(0o600)),
+        ("header or padding", &|h| h.set_username("0.12 0.34").unwrap()),
     ] {
         for file in [TRUE_SHARD, SEEN_SHARD] {
             shard(words, file, &|set| {
@@ -391,14 +391,14 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     for file in [TRUE_SHARD, SEEN_SHARD] {
         shard("after its last file", file, &|set| set.write(file, &[set.read(file), b"pose".to_vec()].concat()));
         shard("after its last file", file, &|set| set.write(file, &[set.read(file), vec![0; 512]].concat()));
-        shard("around it", file, &|set| {
+        shard("padding", file, &|set| {
             let mut bytes = set.read(file);
             let size = entries(&bytes)[0].1.len();
             assert!(!size.is_multiple_of(512));
             bytes[512 + size] = b'p';
             set.write(file, &bytes);
         });
-        shard("cannot be looked through", file, &|set| {
+        shard("cannot be read", file, &|set| {
             let bytes = set.read(file);
             set.write(file, &bytes[..bytes.len() / 2]);
         });
@@ -407,7 +407,7 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("it has no", SEEN_SHARD, &|set| set.write(SEEN_SHARD, &set.read("observations/shards/000001.tar")));
     // images that are listed so
     let depth = "truth/layers/cam01/000003-depth.png";
-    set.found("layers", depth, "other millimetres", |set| {
+    set.found("layers", depth, "differ from the depth of the body", |set| {
         repacked_and_listed(set, TRUE_SHARD, depth, |entries| {
             let [at, other] = ["000003_cam01.depth.png", "000004_cam01.depth.png"]
                 .map(|key| entries.iter().position(|(name, _)| name == key).unwrap());

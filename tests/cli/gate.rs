@@ -34,7 +34,7 @@ fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_miss
         other => panic!("exit code {other}: {}", verdict.stderr),
     };
     assert!(verdict.stdout.starts_with(expected), "{}", verdict.stdout);
-    assert!(verdict.stdout.contains("the tracker's settings are not the baseline's: "), "{}", verdict.stdout);
+    assert!(verdict.stdout.contains("the tracker's settings differ from the baseline's: "), "{}", verdict.stdout);
     assert!(verdict.stdout.contains("particles 12 → 2"), "{}", verdict.stdout);
     let json: Value =
         serde_json::from_str(&room.skiagraph("gate worse --baseline tiny --margin 0.001mm --json".split(' ')).stdout)

@@ -190,7 +190,7 @@ fn options_that_make_no_sense_are_refused_with_an_example() {
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     for (arguments, words) in [
         (vec!["--axes", "x,y"], "y,z,x"),
-        (vec!["--axes", "x,y,y"], "each of x, y and z once"),
+        (vec!["--axes", "x,y,y"], "x, y and z once each"),
         (vec!["--offset", "1,2"], "three numbers"),
         (vec!["--offset", "1,2,1e300"], "three numbers"),
         (vec!["--shift", "many"], "--shift"),

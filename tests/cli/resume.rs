@@ -123,7 +123,7 @@ fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
     };
     let text = verified();
     assert_eq!(text.matches("000001.tar").count(), 1, "{text}");
-    assert!(text.contains("is missing, of 2 shards that the set lists"), "{text}");
+    assert!(text.contains("is missing; the set lists 2 shards"), "{text}");
     fs::write(&shard, &whole[..whole.len() / 3]).unwrap();
     let text = verified();
     assert!(text.matches("000001.tar").count() == 1 && text.contains("was changed or truncated"), "{text}");
@@ -154,7 +154,7 @@ fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost
     room.succeed("export packed --to coco --out exported");
     let shard = room.path("packed/observations/shards/000001.tar");
     let whole = fs::read(&shard).unwrap();
-    for (bytes, words) in [(None, "this shard is missing, of 2"), (Some(&whole[..700]), "it was cut off")] {
+    for (bytes, words) in [(None, "this shard is missing; the set lists 2"), (Some(&whole[..700]), "it is truncated")] {
         fs::remove_file(&shard).unwrap();
         if let Some(bytes) = bytes {
             fs::write(&shard, bytes).unwrap();

@@ -288,10 +288,10 @@ fn a_set_stores_where_its_cameras_are_and_which_took_an_image() {
         assert!(stored.cameras.iter().zip(&known.cameras).all(|(a, b)| near(a, b)));
         assert!(stored.cameras.iter().zip(&observation.rig(&blind.rig).cameras).all(|(a, b)| a == b));
     }
-    let words = blind.moments.as_ref().unwrap().in_words(1, RATE).unwrap();
+    let words = blind.moments.as_ref().unwrap().describe(1, RATE).unwrap();
     assert!(words.contains("images of 3 of 8 frames") && words.contains("4.000 ms late"), "{words}");
     assert!(words.contains("50.000 us from row to row") && !words.contains("moves"), "{words}");
-    assert!(blind.moments.as_ref().unwrap().in_words(0, RATE).unwrap().starts_with("moves"));
+    assert!(blind.moments.as_ref().unwrap().describe(0, RATE).unwrap().starts_with("moves"));
 }
 
 #[test]
@@ -326,7 +326,7 @@ fn an_invalid_file_of_cameras_is_an_error_that_names_it() {
     let before = std::fs::read_to_string(&listing).unwrap();
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     for (from, to, words) in [
-        ("\"every\": 3", "\"every\": 0", "every of 1 to"),
+        ("\"every\": 3", "\"every\": 0", "`every` from 1 to"),
         ("\"line_delay_s\": 0.00005", "\"line_delay_s\": -1.0", "line_delay_s"),
         ("\"lens\"", "\"length\"", "the cameras of cameras.json"),
         ("skiagraph.filming/1", "skiagraph.filming/7", "skiagraph.filming/7"),

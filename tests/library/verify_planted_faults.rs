@@ -349,6 +349,27 @@ fn a_file_that_is_not_listed_is_found() {
     set.found("hashes", "observations/notes.txt", &["does not list it"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_a_link_out_of_the_set_is_found() {
+    let (set, elsewhere) = (Copy::new(), tempfile::tempdir().unwrap());
+    let (body, moved) = (set.0.path().join("start/body.json"), elsewhere.path().join("body.json"));
+    fs::rename(&body, &moved).unwrap();
+    std::os::unix::fs::symlink(&moved, &body).unwrap();
+    set.found("hashes", "start/body.json", &["is a symbolic link that leads out of the set"]);
+}
+
+#[test]
+fn a_key_that_set_toml_does_not_have_is_found() {
+    for (from, to, key) in
+        [("name = ", "note = 1\nname = ", "\"note\""), ("frames = 5", "frames = 5\npose = [0.1]", "\"sequence.pose\"")]
+    {
+        let set = Copy::new();
+        set.text("set.toml", |text| text.replacen(from, to, 1));
+        set.found_in_spite_of_good_hashes("formats", "set.toml", &[key, "is not a key of this file"]);
+    }
+}
+
 #[test]
 fn a_frame_too_many_is_found() {
     let set = Copy::new();
@@ -484,7 +505,7 @@ fn a_transposed_rotation_is_found() {
             }
         }
     });
-    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t are not what camera_from_world says"]);
+    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t do not match camera_from_world"]);
 }
 
 // ---- the truth -------------------------------------------------------------------------------------------------
@@ -817,7 +838,7 @@ fn brightness_with_red_and_blue_swapped_and_up_to_255_is_found() {
             values.iter_mut().for_each(|value| *value = f16::from_f32(value.to_f32() * 255.0));
         }
     });
-    set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are exchanged"]);
+    set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are swapped"]);
     set.found("layers", &wide, &["255"]);
 }
 
@@ -827,7 +848,7 @@ fn a_layer_that_one_image_lacks_is_found() {
     let lacking = set.layers(0, 2, |channels| {
         channels.iter_mut().filter(|c| c.name.to_string() == "A").for_each(|c| c.name = "B2".into());
     });
-    set.found_in_spite_of_good_hashes("layers", &lacking, &["A: has no such channel"]);
+    set.found_in_spite_of_good_hashes("layers", &lacking, &["A: the channel is missing"]);
 }
 
 #[test]
@@ -838,15 +859,15 @@ fn depth_images_that_are_missing_of_another_frame_or_with_swapped_bytes_are_foun
     set.repaint_wide(&depth(1, 1), |mm| mm / 10);
     fs::remove_file(set.0.path().join(depth(1, 3))).unwrap();
     set.swap(&depth(0, 2), &depth(0, 3));
-    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are exchanged"]);
-    set.found("layers", &depth(1, 1), &["other millimetres"]);
-    set.found("layers", &depth(0, 2), &["other millimetres"]);
+    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are swapped"]);
+    set.found("layers", &depth(1, 1), &["differ from the depth of the body"]);
+    set.found("layers", &depth(0, 2), &["differ from the depth of the body"]);
     set.found("formats", &depth(1, 3), &["is missing"]);
 }
 
 #[test]
 fn sights_that_were_edited_are_found() {
-    for (array, name) in [("joint_sight", "it says"), ("marker_sight", "the ray says")] {
+    for array in ["joint_sight", "marker_sight"] {
         let set = Copy::of(&LAYERS);
         set.array("truth/views.npz", array, |values| {
             let Values::I64(mut sights) = values else { panic!() };
@@ -854,7 +875,11 @@ fn sights_that_were_edited_are_found() {
             sights[seen] = 1;
             Values::I64(sights)
         });
-        set.found_in_spite_of_good_hashes("visibility", "truth/views.npz", &[array, "self_occluded", name]);
+        set.found_in_spite_of_good_hashes(
+            "visibility",
+            "truth/views.npz",
+            &[array, "sights are wrong", "self_occluded"],
+        );
     }
 }
 
@@ -943,7 +968,7 @@ fn a_set_of_moving_cameras_is_sound_and_lacks_the_images_that_were_not_taken() {
     assert!(!set.0.path().join("truth/layers/cam01/000001.exr").exists());
     let text = String::from_utf8(set.read("set.toml")).unwrap();
     assert!(text.contains("skiagraph.set/2"), "{text}");
-    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "cameras that stand still have no such file");
+    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "static cameras have no such file");
 }
 
 #[test]
@@ -972,7 +997,7 @@ fn shuffled_time_stamps_are_found() {
             other => other,
         }]
     });
-    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not rise", "camera 1"]);
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not increase", "camera 1"]);
     set.found("cameras", CAMERAS, &["lens", "first in frame 2"]);
 }
 
@@ -997,14 +1022,14 @@ fn images_of_a_global_shutter_in_place_of_a_rolling_one_are_found() {
 fn an_image_of_a_frame_without_exposure_is_found() {
     let set = Copy::of(&FILMED);
     set.write(&Copy::mask(1, 3), &set.read(&Copy::mask(1, 2)));
-    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image for frame 3"]);
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image of frame 3"]);
 }
 
 #[test]
 fn a_set_of_moving_cameras_without_their_file_is_found() {
     let set = Copy::of(&FILMED);
     set.text("set.toml", |text| text.replace("skiagraph.set/2", "skiagraph.set/1"));
-    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["cameras stand still"]);
+    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["static cameras"]);
     let set = Copy::of(&FILMED);
     fs::remove_file(set.0.path().join(CAMERAS)).unwrap();
     set.sign();

@@ -111,7 +111,7 @@ impl ReadAs {
         });
         let mut parts = vec![
             format!("{} ({})", unit.unwrap_or_else(|| "units".to_owned()), self.units_from),
-            format!("{}, axes {} ({})", self.order.up_in_words(), self.axes, self.axes_from),
+            format!("{}, axes {} ({})", self.order.up_axis(), self.axes, self.axes_from),
         ];
         parts.extend(self.layout.as_ref().map(|layout| format!("{layout} names")));
         parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
