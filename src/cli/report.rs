@@ -71,6 +71,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     expect_run(&arguments.sweep)?;
+    expect_directory(&arguments.sweep)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
@@ -125,6 +126,15 @@ fn check_png(path: &Path) -> Result<(), ExperimentError> {
     let found = if extension.is_empty() { "none".to_owned() } else { format!(".{extension}") };
     let detail = format!("{}: expected a file that ends in .png, found {found}", path.display());
     Err(ExperimentError::Argument { argument: "--png", detail })
+}
+
+/// Refuses a missing directory, which may have been meant as a sweep or as a run.
+fn expect_directory(source: &Path) -> Result<(), ExperimentError> {
+    if source.exists() {
+        return Ok(());
+    }
+    let detail = format!("no such directory: {}; expected the directory of a sweep or of a run", source.display());
+    Err(ExperimentError::Argument { argument: "SWEEP|RUN", detail })
 }
 
 /// The picture of a sweep if there is a plan, else of a run.

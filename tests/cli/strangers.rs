@@ -235,7 +235,7 @@ fn a_plan_of_a_stranger_shows_nothing_of_the_files_that_it_names() {
     room.succeed("sweep plan mine/tiny.toml particles=6,12 --out s");
     room.write("mine/tiny.toml", format!("{SECRET}\n"));
     let said = refused(&room, &["sweep", "run", "s"], "base");
-    assert!(said.contains("is no scenario any more"), "{said}");
+    assert!(said.contains("is no longer a scenario"), "{said}");
 }
 
 #[test]

@@ -236,7 +236,7 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
         ["check sweep.toml", "sweep check sweep.toml -j 4", "sweep check tiny.toml particles=6,12 rig.ring.count=1,2"]
     {
         let told = room.succeed(command).stdout;
-        assert!(told.contains("8 cells (4 settings x 2 seeds) on 2 sets") && told.contains("of one core"), "{told}");
+        assert!(told.contains("8 cells (4 settings x 2 seeds) on 2 sets") && told.contains("on one core"), "{told}");
     }
     // more seeds: the plan grows and what is done counts
     assert_refused(
@@ -335,7 +335,7 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         ("tiny.toml particles=6,6", &["expected different values, found 6 twice"]),
         ("tiny.toml layers=deep,flat", &["layers=\"deep\"", "did you mean tracker.annealed_particle_filter.layers"]),
         ("tiny.toml particles=6,12 --keep particles>99", &["keep", "the grid is empty"]),
-        ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is no axis"]),
+        ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is not an axis"]),
         ("tiny.toml particles=6,12 --objective humaneva_m", &["objective", "did you mean `humaneva_mm`?"]),
         ("tiny.toml seed=0,1", &["`seed=0` and `seed=1` make the same scenario"]),
         ("bad.toml", &["bad.toml:4: axes.particles", "the grid is empty"]),
@@ -346,8 +346,8 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         assert_refused(&room, &format!("sweep {arguments} --out s"), 2, words);
         assert_eq!(room.entries(), before, "{arguments}");
     }
-    assert_refused(&room, "sweep run nowhere", 2, &["no sweep is planned here", "skiagraph sweep plan"]);
-    assert_refused(&room, "sweep cell tiny.toml --index 0", 2, &["no sweep is planned here"]);
+    assert_refused(&room, "sweep run nowhere", 2, &["expected the directory of a sweep", "skiagraph sweep plan"]);
+    assert_refused(&room, "sweep cell tiny.toml --index 0", 2, &["expected the directory of a sweep"]);
     fs::create_dir(room.path("thesis")).unwrap();
     room.write("thesis/thesis.tex", "years of work");
     assert_refused(

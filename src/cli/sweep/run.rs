@@ -168,22 +168,27 @@ fn ranking(summary: &SweepSummary) -> String {
     let title = summary.metric().map_or(summary.objective.as_str(), |metric| metric.name);
     let mut lines = vec![format!(
         "  {:<width$}  {title:>14}   {:^20}  {:>11}  {:>12}  {:>4}",
-        "setting", "95 % interval", "evaluations", "processor ms", "lost"
+        "setting",
+        if summary.has_intervals() { "95 % interval" } else { "range over seeds" },
+        "evaluations",
+        "processor ms",
+        "lost"
     )];
-    lines.extend(ranked.iter().take(SHOWN).map(|setting| row(setting, width)));
+    lines.extend(ranked.iter().take(SHOWN).map(|setting| row(setting, width, summary.has_intervals())));
     if ranked.len() > SHOWN {
         lines.push(format!("  and {} more", output::counted(ranked.len() - SHOWN, "setting")));
     }
     lines.push(format!(
         "\n  means over {}{}; evaluations and processor time are per frame; lost: seeds that lost the body",
         output::counted(summary.seeds.len(), "seed"),
-        if summary.seeds.len() < FEWEST_RUNS { " (an interval needs 3)" } else { "" }
+        if summary.has_intervals() { String::new() } else { format!(" (an interval needs {FEWEST_RUNS})") }
     ));
     lines.join("\n")
 }
 
-fn row(setting: &SettingSummary, width: usize) -> String {
-    let interval = setting.ci95.map_or("-".to_owned(), |i| format!("{} to {}", number(i.low), number(i.high)));
+fn row(setting: &SettingSummary, width: usize, has_intervals: bool) -> String {
+    let ends = setting.interval_or_range(has_intervals);
+    let interval = ends.map_or("-".to_owned(), |[low, high]| format!("{} to {}", number(low), number(high)));
     let value = |value: Option<f64>| value.map_or("-".to_owned(), number);
     format!(
         "  {:<width$}  {:>14}   {:^20}  {:>11}  {:>12}  {:>4}",
