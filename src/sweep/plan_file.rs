@@ -150,7 +150,7 @@ pub(super) fn difference(existing: &PlanRecord, new: &PlanRecord) -> String {
     };
     let differs = facts(existing).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
     match differs {
-        Some(((what, old), (_, new))) => format!("{what}: planned `{}`, now `{}`", excerpt(&old), excerpt(&new)),
+        Some(((what, old), (_, new))) => format!("{what}: was `{}`, now `{}`", excerpt(&old), excerpt(&new)),
         None => "the values of the axes".to_owned(),
     }
 }

@@ -40,16 +40,16 @@ fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference:
 fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
     let room = room();
     let run = "run tiny.toml -q --out run";
-    assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: there 12, here 13");
+    assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: was 12, now 13");
     let track = "track set --tracker frozen --seeds 2 -q --out track";
-    assert_rule(&room, "track", track, &track.replace("--seeds 2", "--seeds 3"), "seeds: there [0,1], here [0,1,2]");
+    assert_rule(&room, "track", track, &track.replace("--seeds 2", "--seeds 3"), "seeds: was [0,1], now [0,1,2]");
     let apf = "track set --tracker annealed_particle_filter particles=9 layers=1 -q --out apf";
-    assert_rule(&room, "apf", apf, &apf.replace("=9", "=8"), "particles: there 9, here 8");
+    assert_rule(&room, "apf", apf, &apf.replace("=9", "=8"), "particles: was 9, now 8");
     let other_command = ask(&room, "track set --tracker frozen --out run");
-    let said = "command: there skiagraph run, here skiagraph track";
+    let said = "command: was skiagraph run, now skiagraph track";
     assert!(other_command.code == 2 && other_command.stderr.contains(said), "{}", other_command.stderr);
     let exec = "track set --exec true --out track";
-    assert!(ask(&room, exec).stderr.contains("here skiagraph track --exec"), "refused before it is started");
+    assert!(ask(&room, exec).stderr.contains("now skiagraph track --exec"), "refused before it is started");
     // without --out there is a place for each
     for (overrides, place) in [("", "tiny"), ("particles=13", "tiny-2"), ("", "tiny"), ("particles=13", "tiny-2")] {
         room.succeed(&format!("run tiny.toml {overrides}"));
@@ -84,7 +84,7 @@ fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
     let other = "evaluate set yours.npz -q --out results";
     assert_rule(&room, "results", evaluate, other, "mine.npz, here ");
     let tracked = ask(&room, "evaluate set mine.npz --out run");
-    let said = "command: there skiagraph track, here skiagraph evaluate";
+    let said = "command: was skiagraph track, now skiagraph evaluate";
     assert!(tracked.code == 2 && tracked.stderr.contains(said), "{}", tracked.stderr);
 }
 
@@ -103,9 +103,9 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
     let mut aside = "set~".to_owned();
     for (number, (other, difference)) in [
         ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations are not the same"),
-        ("rig.ring.count=1", "cameras: there 2, here 1"),
+        ("rig.ring.count=1", "cameras: was 2, now 1"),
         ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files are not the same"),
-        ("rig.ring.count=1 motion.last_frame=2", "frames: there 5, here 3"),
+        ("rig.ring.count=1 motion.last_frame=2", "frames: was 5, now 3"),
     ]
     .into_iter()
     .enumerate()

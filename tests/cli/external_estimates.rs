@@ -285,7 +285,7 @@ fn a_run_of_ours_is_completed_in_its_place_and_what_else_lies_there_stays() {
     fs::remove_file(room.path("run/report.html")).unwrap();
     room.succeed("evaluate set run");
     let refused = room.skiagraph(["run", "tiny.toml", "--out", "run"]);
-    let words = "command: there skiagraph track, here skiagraph run";
+    let words = "command: was skiagraph track, now skiagraph run";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     room.succeed("run tiny.toml --quiet --force --out run");
     assert_eq!(room.entries(), ["run", "run~", "set", "tiny.toml"]);

@@ -60,7 +60,7 @@ fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
     assert_eq!(runs(), ["tiny", "tiny-2"]);
     assert_eq!([particles(&room, "runs/tiny"), particles(&room, "runs/tiny-2")], [Some(12), Some(13)]);
     let refused = room.skiagraph(["run", "tiny.toml", "particles=14", "--out", "runs/tiny"]);
-    assert!(refused.code == 2 && refused.stderr.contains("particles: there 12, here 14"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("particles: was 12, now 14"), "{}", refused.stderr);
     assert_eq!((particles(&room, "runs/tiny"), runs().len()), (Some(12), 2));
 }
 

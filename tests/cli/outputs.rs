@@ -87,7 +87,7 @@ fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_o
     {
         if !force.is_empty() {
             let refused = room.skiagraph(["run", scenario, "--out", "run"]);
-            assert!(refused.code == 2 && refused.stderr.contains("made otherwise"), "{}", refused.stderr);
+            assert!(refused.code == 2 && refused.stderr.contains("made with other settings"), "{}", refused.stderr);
         }
         room.succeed(&format!("run {scenario} --out run -q{force}"));
         assert_eq!(room.path("run/comparison.json").exists(), scenario == "methods.toml");

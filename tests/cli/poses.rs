@@ -101,8 +101,7 @@ fn an_estimate_replaces_the_run_of_a_tracker_only_when_told_to() {
     room.succeed("track set --tracker frozen --out run");
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     let refused = room.skiagraph(["evaluate", "set", "mine.csv", "--out", "run"]);
-    let words =
-        "run: a result exists here that was made otherwise (command: there skiagraph track, here skiagraph evaluate)";
+    let words = "run: this is a result made with other settings (command: was skiagraph track, now skiagraph evaluate)";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     assert!(room.path("run/track.json").exists());
     room.succeed("evaluate set mine.csv --out run --force");

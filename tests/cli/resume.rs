@@ -76,9 +76,9 @@ fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
     assert!(not_yet.code == 2 && not_yet.stderr.contains("is not a complete benchmark set"), "{}", not_yet.stderr);
     let other = room.skiagraph(format!("{long} rig.ring.count=3").split(' '));
     assert_eq!(other.code, 2, "{}", other.stderr);
-    assert!(other.stderr.contains("rig.ring.count: there 2, here 3"), "{}", other.stderr);
+    assert!(other.stderr.contains("rig.ring.count: was 2, now 3"), "{}", other.stderr);
     let sharded = room.skiagraph(format!("{long} --shards 2").split(' '));
-    assert!(sharded.stderr.contains("--shards: there nothing, here 2"), "{}", sharded.stderr);
+    assert!(sharded.stderr.contains("--shards: was nothing, now 2"), "{}", sharded.stderr);
     let resumed = room.succeed(long);
     assert!(resumed.stderr.contains("note: resumed: "), "{}", resumed.stderr);
     room.succeed(&format!("{} whole -q", long.strip_suffix(" set").unwrap()));

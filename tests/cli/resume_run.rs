@@ -144,8 +144,8 @@ fn ctrl_c_keeps_finished_seeds_and_another_program_or_setting_is_refused_by_name
         let answer = room.skiagraph([&["track", "set", "--seeds", "4", "--out", "run"], arguments].concat());
         assert!(answer.code == 2 && answer.stderr.contains(part), "{}", answer.stderr);
     };
-    refused(&["--exec", "./t", "--restarts", "1"], "restarts: there nothing, here 1");
-    refused(&["--tracker", "frozen"], "command: there skiagraph track --exec, here skiagraph track");
+    refused(&["--exec", "./t", "--restarts", "1"], "restarts: was nothing, now 1");
+    refused(&["--tracker", "frozen"], "command: was skiagraph track --exec, now skiagraph track");
     let whole = room.read("t");
     room.write("t", "#!/bin/sh\n# another version\nexec sh t.sh\n");
     refused(&["--exec", "./t"], "SHA-256 of ./t");

@@ -148,7 +148,8 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     assert_eq!(room.read("walk.model"), room.read("at_once.model"));
     let other = GraphSettings { threshold_per_joint: 1e-5, ..settings };
     let refused = learn("other.model", &other, usize::MAX).0.unwrap_err();
-    let words = "other.model.partial: another result was begun here and interrupted, which differs (settings.threshold";
+    let words =
+        "other.model.partial: an interrupted command with other settings saved its progress here (settings.threshold";
     assert!(refused.to_string().contains(words) && refused.exit_code() == 2, "{refused}");
     let forced = train(&input, &other, Destination { path: &room.path("other.model"), force: true }, &NoProgress);
     forced.unwrap();
