@@ -85,7 +85,7 @@ fn cameras_that_move_are_drawn_where_they_are_in_every_frame_with_and_without_tr
         let map = data_of(&html, "map-data");
         let fields = map["fields"].as_array().unwrap();
         assert!(fields.len() > 3 && fields[0][0] != fields[3][0], "one camera moves: {map}");
-        assert!(html.contains("Cameras that move are drawn where they are"));
+        assert!(html.contains("Moving cameras are drawn at their position"));
         // the camera of every second frame has no layers in between
         if set == "kept" {
             let pictures = data_of(&html, "layers-data")["pictures"].clone();
@@ -102,7 +102,7 @@ fn a_public_set_has_a_page_without_skeleton_path_and_layers() {
     room.succeed("inspect public --out public.html");
     let html = page(&room, "public.html");
     assert!(
-        html.contains("This set has no truth")
+        html.contains("This set has no ground truth")
             && !html.contains("id=\"layers-data\"")
             && !html.contains("class=\"walked\"")
     );

@@ -109,7 +109,7 @@ fn among_methods_an_oracle_is_a_reference_and_not_the_best_tracker() {
     let html = String::from_utf8(room.read("methods/comparison.html")).unwrap();
     let said = html.split("class=\"verdict\">").nth(1).unwrap().split("</p>").next().unwrap();
     assert!(said.contains("of the trackers") && !said.contains("truth_refitted"), "{said}");
-    assert!(html.contains("a reference that knows the truth"));
+    assert!(html.contains("a reference that uses the ground truth"));
     room.succeed("report methods --png methods.png");
 }
 
