@@ -74,7 +74,7 @@ fn refuse_misspelt(argument: &'static str, path: &Path) -> Result<(), Experiment
     }
 }
 
-fn is_run(folder: &Path) -> bool {
+pub(super) fn is_run(folder: &Path) -> bool {
     RUN_FILES.iter().any(|file| folder.join(file).is_file())
 }
 

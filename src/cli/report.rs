@@ -6,11 +6,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::folders::expect_run;
+use super::folders::{expect_run, is_run};
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
-use crate::experiment::{ExperimentError, REPORT_FILE, run_picture, stored_figures, write_figures};
+use crate::experiment::{COMPARISON_FILE, ExperimentError, REPORT_FILE, run_picture, stored_figures, write_figures};
 use crate::report::FigureFile;
 use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 use crate::sweep::{PLAN_FILE, PlannedSweep};
@@ -71,13 +71,13 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     expect_run(&arguments.sweep)?;
-    expect_directory(&arguments.sweep)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     if let Some(path) = &arguments.png {
         check_png(path)?;
+        expect_sweep_or_run(&arguments.sweep)?;
         put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
@@ -128,12 +128,14 @@ fn check_png(path: &Path) -> Result<(), ExperimentError> {
     Err(ExperimentError::Argument { argument: "--png", detail })
 }
 
-/// Refuses a missing directory, which may have been meant as a sweep or as a run.
-fn expect_directory(source: &Path) -> Result<(), ExperimentError> {
-    if source.exists() {
+/// Refuses a missing path, and a directory that is neither a sweep nor a run.
+fn expect_sweep_or_run(source: &Path) -> Result<(), ExperimentError> {
+    let is_methods = || source.join(COMPARISON_FILE).is_file();
+    if is_run(source) || is_methods() || source.join(PLAN_FILE).is_file() {
         return Ok(());
     }
-    let detail = format!("no such directory: {}; expected the directory of a sweep or of a run", source.display());
+    let found = if source.exists() { "found neither in" } else { "found nothing at" };
+    let detail = format!("expected the directory of a sweep or of a run, {found} {}", source.display());
     Err(ExperimentError::Argument { argument: "SWEEP|RUN", detail })
 }
 

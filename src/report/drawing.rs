@@ -194,8 +194,7 @@ mod tests {
 
     #[test]
     fn long_text_is_wrapped_between_words_and_a_long_line_is_made_smaller() {
-        let lines =
-            wrapped("Good: the mean marker error is 12 mm. Limited by: nothing in particular", 17.0, 400.0);
+        let lines = wrapped("Good: the mean marker error is 12 mm. Limited by: nothing in particular", 17.0, 400.0);
         assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, 17.0) <= 400.0), "{lines:?}");
         assert_eq!(wrapped("", 17.0, 400.0), Vec::<String>::new());
         let head = "seed 12, set frame 123456, 2057.60 s, 1234 mm";

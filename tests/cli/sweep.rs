@@ -146,6 +146,12 @@ fn processes_share_a_motion_model_that_is_learned_once() {
 fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
     let room = room();
     room.succeed(&format!("sweep tiny.toml {GRID} --keep particles>2 --out s"));
+    assert_refused(
+        &room,
+        "report nowhere --png s.png",
+        2,
+        &["expected the directory of a sweep or of a run", "nowhere"],
+    );
     let refused = room.skiagraph(["report", "s", "--png", "s.jpg"]);
     assert!(refused.code == 2 && refused.stderr.contains("ends in .png, found .jpg"), "{}", refused.stderr);
     room.succeed("report s --png s.png");
@@ -154,6 +160,7 @@ fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
     let text = String::from_utf8(room.read("s.md")).unwrap();
     let command = "skiagraph sweep tiny.toml particles=6,12 rig.ring.count=1,2 --keep 'particles>2' --out sweeps/";
     assert!(text.contains(command), "{text}");
+    assert!(text.contains("range over seeds") && !text.contains("95 % interval"), "2 seeds: {text}");
 }
 
 #[test]

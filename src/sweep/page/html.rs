@@ -178,7 +178,7 @@ fn describe_setting(input: &SweepPageInput, cost: CostMeasure, point: &SettingSu
     let mean = point.mean.map_or("?".to_owned(), |mean| number(mean, unit));
     let ends = match (point.ci95, point.range_over_seeds()) {
         (Some(i), _) => format!(", 95 % interval {}", between(i.low, i.high, unit)),
-        (None, Some([low, high])) if !input.summary.has_intervals() => {
+        (None, Some([low, high])) if point.present().len() < FEWEST_RUNS => {
             format!(", {} over {} seeds", between(low, high, unit), point.present().len())
         }
         _ => String::new(),
