@@ -52,8 +52,8 @@ pub(super) struct Arguments {
     shards: Option<usize>,
 
     /// Secret key of the observations' random numbers: 32 hexadecimal digits, or "default" for the public key. Defaults
-    /// to the scenario's observation.key. If there is none, and the observations have random errors or --truth is
-    /// given, a fresh key is drawn and stored in SET/truth/key.txt
+    /// to the scenario's observation.key. If there is none, and the set has random errors that trackers must not
+    /// know or --truth is given, a fresh key is drawn and stored in SET/truth/key.txt
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 

@@ -80,7 +80,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     access: FileAccess,
 
-    /// Move an existing file with other content aside, to NAME~
+    /// Move an existing file aside, to NAME~, if it is not from the same training
     #[arg(long)]
     force: bool,
 

@@ -73,7 +73,7 @@ fn small(start: &str, training: &str) -> String {
 }
 
 #[test]
-fn what_a_tracker_is_given_holds_no_pose_of_the_test() {
+fn a_trackers_input_contains_no_test_pose() {
     let room = Sandbox::new();
     room.succeed("render rig.ring.size_px=[80,60] --out default");
     room.write("jumps.bvh", fs::read(shipped("01_01.bvh")).unwrap());
@@ -109,7 +109,7 @@ fn part_of_jumps(first: usize, last: usize, step: usize) -> String {
 }
 
 #[test]
-fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
+fn a_copy_of_the_test_is_refused_as_training_at_any_name_rate_and_part() {
     let room = Sandbox::new();
     let walk = fs::read_to_string(shipped("humanoid3d_walk.txt")).unwrap();
     room.write("renamed.txt", &walk);
@@ -147,7 +147,7 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
 }
 
 #[test]
-fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one_take_are_not() {
+fn different_takes_are_distinguished_and_formats_of_one_take_are_not() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
     let mut files: Vec<PathBuf> =
         fs::read_dir(folder.join("cmu_asf_amc")).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -172,7 +172,7 @@ fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one
 }
 
 #[test]
-fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_models_are_told() {
+fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_evaluate() {
     let room = Sandbox::new();
     room.write("copy.json", fs::read(shipped("humanoid3d_walk.txt")).unwrap());
     room.succeed("train copy.json --model gpdm --out copy.model --quiet");
@@ -220,7 +220,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
 }
 
 #[test]
-fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
+fn a_motion_begins_at_its_placement_and_the_set_has_its_heading() {
     let room = Sandbox::new();
     room.write("placed.toml", small("start_m = [1.5, -2.0]\nheading_deg = 90", ""));
     room.write("plain.toml", small("", ""));

@@ -21,7 +21,7 @@ fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
+fn run_equals_render_track_and_evaluate_with_a_calibrated_body() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     let said = room.succeed("run fit.toml --out whole").stderr;
@@ -64,7 +64,7 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
 }
 
 #[test]
-fn a_tracker_that_keeps_its_body_says_so_and_a_body_that_was_changed_is_refused() {
+fn an_unused_calibration_is_reported_and_a_modified_body_is_refused() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     room.succeed("render fit.toml --out set");

@@ -21,7 +21,7 @@ fn camera_at(x: f64, y: f64, z: f64) -> String {
 }
 
 #[test]
-fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost() {
+fn a_valid_scenario_has_a_path_views_and_a_cost() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let said: Value = serde_json::from_str(&room.succeed("check tiny.toml --json").stdout).unwrap();
@@ -53,7 +53,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
 }
 
 #[test]
-fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
+fn sizes_on_disk_are_estimated_within_a_factor_of_two() {
     let room = Sandbox::new();
     let scenario = TINY.replace("last_frame = 3", "last_frame = 30");
     room.write("tiny.toml", scenario.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\"]"));
@@ -77,7 +77,7 @@ fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
 }
 
 #[test]
-fn what_run_refuses_check_refuses_with_the_same_words() {
+fn check_and_run_refuse_with_the_same_message() {
     let room = Sandbox::new();
     let bare = TINY.split("[rig.ring]").next().unwrap();
     let (tracker, in_the_way) = ("[tracker.frozen]\n", "[[prop]]\nname = \"hood\"\nplace_m = [0, 0, 0]\n");
@@ -129,7 +129,7 @@ fn a_model_file_is_opened_and_must_fit() {
 }
 
 #[test]
-fn a_prop_in_the_actors_way_is_told() {
+fn a_prop_in_the_actors_way_has_a_note() {
     let room = Sandbox::new();
     let prop =
         "[[prop]]\nname = \"pole\"\nplace_m = [0, 0, 1]\nshape = { capsule = { radius_m = 0.05, length_m = 1.0 } }\n";
@@ -139,7 +139,7 @@ fn a_prop_in_the_actors_way_is_told() {
 }
 
 #[test]
-fn all_errors_are_told_each_where_it_stands_missing_files_too() {
+fn all_errors_are_listed_with_their_lines_including_missing_files() {
     let room = Sandbox::new();
     let scenario = TINY
         .replace("count = 2", "count = 0\nraduis_m = 1.0")

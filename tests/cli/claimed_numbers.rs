@@ -76,7 +76,7 @@ fn replaced(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec
 }
 
 #[test]
-fn frames_rates_and_cameras_that_a_set_claims() {
+fn claimed_frames_rates_and_cameras_of_a_set_are_bounded() {
     let folder = with_set();
     let original = fs::read(folder.path().join("set/set.toml")).unwrap();
     for (from, to, words) in [
@@ -97,7 +97,7 @@ fn frames_rates_and_cameras_that_a_set_claims() {
 }
 
 #[test]
-fn props_bodies_and_images_of_no_earthly_size_in_a_set() {
+fn claimed_sizes_of_props_bodies_and_images_are_bounded() {
     let folder = with_set();
     let prop = r#"{"schema": "skiagraph.props/1", "props": [{"name": "sun", "solid": {"box": {"frame":
         {"position": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}, "half_extents": [1e20, 1e20, 1e20]}}}]}"#;
@@ -167,7 +167,7 @@ fn npy(shape: &str, values: &[f64]) -> Vec<u8> {
 }
 
 #[test]
-fn archives_with_shared_bytes_many_names_or_axes_without_end() {
+fn claimed_sizes_of_archives_are_bounded() {
     let folder = with_set();
     let one = npy("1000, ", &[0.5; 1000]);
     let named = |count: usize| (0..count).map(|i| (format!("a{i}.npy"), one.as_slice())).collect::<Vec<_>>();
@@ -192,7 +192,7 @@ fn archives_with_shared_bytes_many_names_or_axes_without_end() {
 
 #[cfg(unix)]
 #[test]
-fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
+fn repeated_meshes_and_attributes_of_robots_are_bounded() {
     let folder = tempfile::tempdir().unwrap();
     let side = 60; // 2 x 60 x 60 triangles
     let vertex = |i: usize| format!("v {} {} 0\n", i % (side + 1), i / (side + 1));
@@ -227,7 +227,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
 }
 
 #[test]
-fn overrides_and_scenarios_as_deep_as_the_stack() {
+fn nesting_of_overrides_and_scenarios_is_bounded() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
     let deep = format!("{}=1", vec!["a"; 20_001].join("."));
@@ -258,7 +258,7 @@ fn overrides_and_scenarios_as_deep_as_the_stack() {
 }
 
 #[test]
-fn numbers_of_a_scenario_that_no_machine_can_hold() {
+fn numbers_in_a_scenario_are_bounded() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
     let props: String = (0..1001)
@@ -302,7 +302,7 @@ fn numbers_of_a_scenario_that_no_machine_can_hold() {
 
 #[cfg(unix)]
 #[test]
-fn devices_pipes_directories_and_files_without_end_as_any_input() {
+fn devices_pipes_directories_and_endless_files_are_refused_as_input() {
     let folder = with_set();
     let path = |name: &str| folder.path().join(name);
     let inputs = ["walk.bvh", "walk.amc", "walk.txt", "robot.urdf", "scenario.toml", "a.model", "nothing"];
@@ -351,7 +351,7 @@ fn devices_pipes_directories_and_files_without_end_as_any_input() {
 }
 
 #[test]
-fn a_rate_of_the_truth_that_no_clock_has() {
+fn an_impossible_frame_rate_of_the_truth_is_refused() {
     let folder = with_set();
     {
         let file = "truth/truth.npz";

@@ -83,7 +83,7 @@ const OF_ROBOTS: [&str; 4] = [
 ];
 
 #[test]
-fn recordings_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_recording_names_the_recording() {
     let room = Sandbox::new();
     let bvh = shipped("scenarios/motions/01_01.bvh");
     let head: Vec<&str> = bvh.lines().take(190).collect();
@@ -124,7 +124,7 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
 }
 
 #[test]
-fn robots_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_robot_names_the_robot() {
     let room = Sandbox::new();
     let urdf = shipped("robots/tracker25.urdf");
     let cases = [
@@ -151,7 +151,7 @@ fn robots_are_named_whatever_is_wrong_with_them() {
 }
 
 #[test]
-fn scenarios_and_overrides_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_scenario_or_override_names_it() {
     let room = Sandbox::new();
     let commands = ["check FILE", "run FILE", "render FILE --out set", "train FILE --model gpdm --out new.model"];
     for (name, text) in [
@@ -185,7 +185,7 @@ fn forge(room: &Sandbox, set: &str, file: &str, bytes: &[u8]) {
 }
 
 #[test]
-fn files_of_sets_and_runs_are_named_by_where_they_lie() {
+fn files_of_sets_and_runs_are_named_with_their_path() {
     let room = Sandbox::new();
     room.succeed("render tiny.toml --quiet --out sets/tiny".split(' '));
     room.succeed("track sets/tiny --tracker frozen --quiet --out run".split(' '));
@@ -251,7 +251,7 @@ fn assert_tame(said: &str) {
 }
 
 #[test]
-fn messages_quote_little_and_steer_no_terminal() {
+fn messages_quote_little_and_contain_no_control_characters() {
     let room = Sandbox::new();
     let long = format!("\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}{}", "X".repeat(60_000));
     let word: String = long.chars().filter(|c| !c.is_whitespace()).collect();
@@ -329,7 +329,7 @@ fn messages_quote_little_and_steer_no_terminal() {
 }
 
 #[test]
-fn what_is_printed_of_a_sound_file_steers_no_terminal_either() {
+fn output_about_a_valid_file_contains_no_control_characters() {
     let room = Sandbox::new();
     let bvh = "HIERARCHY\nROOT \u{1b}[31mhip\u{7}\n{\n OFFSET 0 0 0\n CHANNELS 3 Xposition Yposition Zposition\n \
         End Site\n {\n OFFSET 0 1.75 0\n }\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n0 0 0.01\n";

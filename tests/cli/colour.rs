@@ -5,7 +5,7 @@ use skiagraph::benchmark_set::{BlindSet, layer_channels};
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn colour_images_look_as_their_settings_say_without_segmentation_too() {
+fn colour_images_follow_their_settings_even_without_segmentation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002.exr"));

@@ -16,7 +16,7 @@ fn mean(record: &Value, metric: &str) -> f64 {
 }
 
 #[test]
-fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
+fn a_walk_is_measured_or_corrected_and_the_report_has_its_contacts() {
     let room = Sandbox::new();
     let (measured, notes) = run(&room, "measure");
     assert!(notes.contains("contact: standing feet skate"), "{notes}");
@@ -34,7 +34,7 @@ fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
 }
 
 #[test]
-fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker() {
+fn a_simulated_truth_is_marked_everywhere_except_for_the_tracker() {
     let room = Sandbox::new();
     // some 8 m/s to the side: nobody stays up
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"pushed\"\n[motion]\nclip = \"embedded:walk\"\n\
@@ -88,7 +88,7 @@ fn barefoot(room: &Sandbox) {
 }
 
 #[test]
-fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
+fn a_robot_without_feet_has_no_contacts_and_cannot_be_corrected() {
     let room = Sandbox::new();
     barefoot(&room);
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"bare\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
@@ -106,7 +106,7 @@ fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
 }
 
 #[test]
-fn inspecting_contacts_says_who_stands_when_and_draws_it() {
+fn inspecting_contacts_lists_and_draws_stances() {
     let room = Sandbox::new();
     let said = room.succeed("inspect embedded:walk --contacts --out walk.svg").stdout;
     assert!(said.contains("left foot") && said.contains("right foot") && said.contains("worst     slip"), "{said}");

@@ -262,7 +262,7 @@ fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
 }
 
 #[test]
-fn no_command_stands_where_it_is_not_typed_and_few_need_what_does_not_ship() {
+fn all_commands_are_in_tested_blocks_and_few_need_other_files() {
     let mut own = 0;
     for (page, text) in pages() {
         for block in blocks(&page, &text) {
@@ -276,7 +276,7 @@ fn no_command_stands_where_it_is_not_typed_and_few_need_what_does_not_ship() {
 }
 
 #[test]
-fn blocks_are_told_apart_and_steps_of_a_workflow_are_typed() {
+fn blocks_are_classified_and_workflow_steps_are_run() {
     let text = "text\n\n    skiagraph check a.toml    # b\n    cargo test\n\n```json\n{}\n```\n```yaml\nsteps:\n  - run: \"a b\"\n  - \
                 run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
     let found = blocks("page", text);

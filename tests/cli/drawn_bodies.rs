@@ -42,7 +42,7 @@ fn room(robot: &str) -> Sandbox {
 }
 
 #[test]
-fn a_body_that_is_hardly_drawn_is_refused_and_one_from_joints_is_offered_and_runs() {
+fn a_body_with_too_few_solids_is_refused_and_solids_from_joints_work() {
     let room = room(&hardly_drawn());
     for table in ["actor", "tracker_body"] {
         for command in ["check", "run"] {
@@ -76,7 +76,7 @@ fn a_body_that_is_hardly_drawn_is_refused_and_one_from_joints_is_offered_and_run
 }
 
 #[test]
-fn a_skin_covers_a_body_of_which_nothing_is_drawn() {
+fn a_skin_replaces_missing_solids() {
     let room = room(&hardly_drawn());
     room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse");
     let said = room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse").stdout;
@@ -84,7 +84,7 @@ fn a_skin_covers_a_body_of_which_nothing_is_drawn() {
 }
 
 #[test]
-fn a_robot_without_its_mesh_files_runs_from_its_joints_and_is_told_so_without() {
+fn a_robot_without_its_mesh_files_runs_with_solids_from_joints() {
     let room = room(&without_meshes());
     let refused = room.skiagraph(["check", "tiny.toml", "actor.robot=robot.urdf"]);
     assert_eq!(refused.code, 2);
@@ -103,7 +103,7 @@ fn a_robot_without_its_mesh_files_runs_from_its_joints_and_is_told_so_without() 
 }
 
 #[test]
-fn inspect_shows_how_much_of_a_robot_is_drawn() {
+fn inspect_shows_how_much_of_a_robot_its_solids_cover() {
     let room = room(&hardly_drawn());
     let shown = room.succeed("inspect robot.urdf").stdout;
     assert!(shown.contains("drawn    1 of 10 links") && shown.contains("undrawn  head, "), "{shown}");
@@ -115,7 +115,7 @@ fn inspect_shows_how_much_of_a_robot_is_drawn() {
 }
 
 #[test]
-fn what_is_drawn_of_a_robot_that_ships_changes_no_scenario() {
+fn solids_of_shipped_robots_suffice_for_all_scenarios() {
     let room = room("");
     room.succeed("render tiny.toml --out plain");
     room.succeed("render tiny.toml actor.solids=urdf tracker_body.solids=urdf --out said");

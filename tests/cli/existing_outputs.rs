@@ -37,7 +37,7 @@ fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference:
 }
 
 #[test]
-fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
+fn runs_with_other_settings_are_refused_with_the_key_that_differs() {
     let room = room();
     let run = "run tiny.toml -q --out run";
     assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: was 12, now 13");
@@ -59,7 +59,7 @@ fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
 }
 
 #[test]
-fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
+fn evaluations_of_different_estimates_have_different_folders() {
     let room = room();
     room.succeed("track set --tracker frozen -q --out run");
     let poses = room.read("run/poses.npz");
@@ -89,7 +89,7 @@ fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
 }
 
 #[test]
-fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone() {
+fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only() {
     let room = room();
     let train = "train embedded:walk --model gpdm -q --out walk.model";
     assert_rule(&room, "walk.model", train, &format!("{train} --last-frame 30"), "learned_from");

@@ -3,7 +3,7 @@
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
+fn exports_go_beside_the_set_or_below_out_and_replace_only_own_output() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -43,7 +43,7 @@ fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
 }
 
 #[test]
-fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
+fn exported_cameras_can_be_the_rig_of_a_scenario() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");

@@ -67,7 +67,7 @@ fn a_run_a_comparison_and_a_sweep_have_figures_for_papers() {
 }
 
 #[test]
-fn figures_replace_figures_that_nobody_changed_and_nothing_else() {
+fn figures_replace_only_unmodified_figures() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out run");

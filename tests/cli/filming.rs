@@ -21,7 +21,7 @@ fn json(room: &Sandbox, file: &str) -> serde_json::Value {
 }
 
 #[test]
-fn a_set_of_cameras_that_film_is_rendered_verified_tracked_and_shown() {
+fn a_set_with_moving_cameras_is_rendered_verified_tracked_and_shown() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     let answer = room.succeed("check film.toml");
@@ -49,7 +49,7 @@ fn a_set_of_cameras_that_film_is_rendered_verified_tracked_and_shown() {
 }
 
 #[test]
-fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
+fn tracking_with_moving_cameras_is_as_good_as_with_static_ones() {
     let room = Sandbox::new();
     let walk = "schema = \"skiagraph.scenario/1\"\nname = \"walk\"\nseeds = 1\n\
                 [motion]\nclip = \"embedded:walk\"\nlast_frame = 39\nstart_m = [-0.4, 0.0]\nheading_deg = 0.0\n\
@@ -78,7 +78,7 @@ fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
 }
 
 #[test]
-fn programs_are_told_where_cameras_are_in_every_frame() {
+fn programs_get_the_cameras_of_every_frame() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     room.succeed("render film.toml --quiet --out film");
@@ -113,7 +113,7 @@ fn programs_are_told_where_cameras_are_in_every_frame() {
 }
 
 #[test]
-fn exports_hold_cameras_that_film_or_are_refused() {
+fn exports_contain_moving_cameras_or_are_refused() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     room.write("moving.toml", scenario(MOVING.split("[[rig.timing]]").next().unwrap()));
@@ -171,7 +171,7 @@ fn exports_hold_cameras_that_film_or_are_refused() {
 }
 
 #[test]
-fn cameras_that_cannot_film_so_are_refused_by_key() {
+fn invalid_camera_motions_are_refused_by_key() {
     let room = Sandbox::new();
     for (from, to, key, words) in [
         ("\"cam00\"", "\"cam0\"", "rig.motion[0].camera", "did you mean `cam00`?"),

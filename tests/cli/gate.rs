@@ -14,7 +14,7 @@ fn room() -> Sandbox {
 }
 
 #[test]
-fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_missing() {
+fn the_same_run_passes_a_worse_one_fails_and_missing_seeds_are_added() {
     let room = room();
     let passed = room.succeed("gate run --baseline tiny --margin 0mm");
     assert!(passed.stdout.starts_with("PASS: run is within the margins of the baseline tiny"), "{}", passed.stdout);
@@ -46,7 +46,7 @@ fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_miss
 }
 
 #[test]
-fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
+fn added_seeds_equal_those_of_a_longer_run_and_only_they_are_run() {
     let room = room();
     room.succeed("run tiny.toml --seeds 7 --out seven");
     room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
@@ -86,7 +86,7 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
 }
 
 #[test]
-fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
+fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate() {
     let room = room();
     room.succeed("run tiny.toml --seeds 3 --out three");
     let refused = room.skiagraph("gate three --baseline tiny --margin 0mm".split(' '));
@@ -102,7 +102,7 @@ fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
 }
 
 #[test]
-fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
+fn a_gate_stays_inconclusive_if_seeds_cannot_be_added() {
     let room = room();
     room.succeed("render tiny.toml --out set");
     room.succeed("run tiny.toml --seeds 5 particles=11 --out other");
@@ -129,7 +129,7 @@ fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
 }
 
 #[test]
-fn a_margin_below_zero_is_refused_with_what_it_must_be() {
+fn a_negative_margin_is_refused_with_the_expected_range() {
     let room = room();
     let refused = room.skiagraph("gate run --baseline tiny --margin -2mm".split(' '));
     assert_eq!(refused.code, 2);
@@ -141,7 +141,7 @@ fn a_margin_below_zero_is_refused_with_what_it_must_be() {
 }
 
 #[test]
-fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
+fn baselines_are_listed_and_shown_and_mismatches_are_refused() {
     let room = room();
     assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));
     assert!(room.succeed("baseline show tiny").stdout.contains("humaneva_mm"));

@@ -8,7 +8,7 @@ use crate::sandbox::{Sandbox, TINY};
 const LONG: [&str; 3] = ["motion.loop_to_s=40", "rig.ring.count=8", "tracker.frozen={}"];
 
 #[test]
-fn inputs_are_never_replaced_whatever_the_user_asks_for() {
+fn inputs_are_never_replaced() {
     let room = Sandbox::new();
     std::fs::create_dir(room.path("mine")).unwrap();
     room.write("mine/tiny.toml", TINY);
@@ -44,7 +44,7 @@ fn inputs_are_never_replaced_whatever_the_user_asks_for() {
 }
 
 #[test]
-fn what_others_wrote_is_refused_and_with_force_moved_aside() {
+fn foreign_files_are_refused_and_with_force_renamed() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("train embedded:walk --model gpdm --out walk.model -q");
@@ -77,7 +77,7 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
 }
 
 #[test]
-fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_other_way_round() {
+fn runs_of_one_and_of_several_methods_replace_each_other_with_force() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let (before, _) = TINY.split_once("[tracker.").unwrap();
@@ -149,7 +149,7 @@ mod signals {
     }
 
     #[test]
-    fn ctrl_c_ends_every_command_within_a_second_and_nothing_is_left() {
+    fn ctrl_c_ends_every_command_within_a_second_and_leaves_nothing() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = [&["render", "tiny.toml", "motion.last_frame=39"], &LONG[..], &["--out", "set"]].concat();
@@ -228,7 +228,7 @@ mod signals {
     }
 
     #[test]
-    fn what_a_killed_process_left_is_removed_by_the_next_and_the_old_result_stands_meanwhile() {
+    fn leftovers_of_a_killed_process_are_removed_and_the_old_result_is_kept() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         room.succeed("render tiny.toml --out set -q");
@@ -249,7 +249,7 @@ mod signals {
     }
 
     #[test]
-    fn of_two_processes_that_write_to_one_place_one_wins_and_the_other_says_so() {
+    fn of_two_processes_that_write_to_one_path_one_is_refused() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = ["render", "tiny.toml", "motion.last_frame=39", "motion.loop_to_s=4", "--out", "set"];

@@ -21,7 +21,7 @@ fn pixels(set: &BenchmarkSet) -> Vec<u64> {
 }
 
 #[test]
-fn props_hide_what_is_behind_them_are_touched_and_are_told() {
+fn props_occlude_and_are_touched() {
     let room = Sandbox::new();
     room.write("bare.toml", SCENARIO);
     room.write("hall.toml", format!("{SCENARIO}{PROPS}"));
@@ -70,7 +70,7 @@ fn props_hide_what_is_behind_them_are_touched_and_are_told() {
 }
 
 #[test]
-fn props_that_make_no_sense_are_refused_with_the_key() {
+fn invalid_props_are_refused_by_key() {
     let room = Sandbox::new();
     for (prop, expected) in [
         ("name = \"\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]", "prop[0].name: expected a name"),
@@ -109,7 +109,7 @@ fn a_subject_that_props_hide_from_every_camera_is_refused() {
 }
 
 #[test]
-fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
+fn keys_of_the_simulation_are_refused_if_not_applicable() {
     let room = Sandbox::new();
     let simulated = "[actor]\ncontact = \"simulate\"\n";
     let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";

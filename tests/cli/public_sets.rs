@@ -14,7 +14,7 @@ fn room() -> Sandbox {
 }
 
 #[test]
-fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_apart() {
+fn a_public_set_is_measured_verified_and_exported_with_its_complete_set() {
     let room = room();
     let hint = room.succeed("track public --tracker frozen --out run").stdout;
     assert!(hint.contains("skiagraph evaluate public run --truth DIR"), "{hint}");
@@ -34,7 +34,7 @@ fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_ap
 }
 
 #[test]
-fn commands_that_need_the_truth_of_a_public_set_say_where_to_get_it() {
+fn commands_that_need_the_truth_of_a_public_set_name_the_option() {
     let room = room();
     room.succeed("track public --tracker frozen --out run");
     for command in
@@ -58,7 +58,7 @@ fn the_truth_of_another_set_is_refused_by_its_hash() {
 }
 
 #[test]
-fn lists_and_readme_of_a_public_set_name_what_is_there() {
+fn lists_and_readme_of_a_public_set_match_its_files() {
     let room = room();
     let readme = String::from_utf8(room.read("public/README.txt")).unwrap();
     assert!(!readme.contains("truth/") && readme.contains("complete.sha256"), "{readme}");

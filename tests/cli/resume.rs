@@ -22,7 +22,7 @@ fn whole_files(room: &Sandbox) -> usize {
 }
 
 #[test]
-fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbed_one() {
+fn a_rendering_killed_many_times_gives_the_bytes_of_an_uninterrupted_one() {
     let room = room();
     room.succeed(&format!("{RENDER} whole -q"));
     let (mut moment, mut killed, mut amid) = (17_u64, 0, 0);
@@ -52,7 +52,7 @@ fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbe
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
+fn ctrl_c_names_the_saved_progress_and_other_settings_are_refused_by_key() {
     let room = room();
     let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=40 --out set";
     let mut child = Command::new(cargo_bin("skiagraph"))
@@ -87,7 +87,7 @@ fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
 }
 
 #[test]
-fn a_ladder_goes_on_after_the_sets_that_are_made() {
+fn a_ladder_resumes_after_its_finished_sets() {
     let room = room();
     let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --key 00112233445566778899aabbccddeeff --out ladder";
     room.succeed(&format!("{ladder} -q"));
@@ -107,7 +107,7 @@ fn a_ladder_goes_on_after_the_sets_that_are_made() {
 }
 
 #[test]
-fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
+fn too_many_shards_are_refused_and_a_missing_one_is_named() {
     let room = room();
     let many = room.skiagraph("render tiny.toml --shards 9 --out set".split(' '));
     assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 5 shards"), "{}", many.stderr);
@@ -130,7 +130,7 @@ fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
 }
 
 #[test]
-fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost_shard_is_said_once() {
+fn a_set_in_shards_works_like_one_in_files_and_a_lost_shard_is_reported_once() {
     let room = room();
     let layers = "layers=[\"depth\",\"parts\"]";
     room.succeed(&format!("render tiny.toml {layers} --out plain -q"));

@@ -53,7 +53,7 @@ fn finished(room: &Sandbox, run: &str) -> usize {
 }
 
 #[test]
-fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_of_an_undisturbed_run() {
+fn an_external_program_killed_many_times_gives_the_bytes_of_an_uninterrupted_run() {
     let room = room();
     let track = "track set --exec ./t --seeds 8 -q --out";
     room.succeed(&format!("{track} whole"));
@@ -88,7 +88,7 @@ fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_o
 }
 
 #[test]
-fn a_tracker_of_ours_that_is_killed_ends_with_the_bytes_of_an_undisturbed_run_and_of_a_run_at_once() {
+fn a_built_in_tracker_killed_many_times_gives_the_bytes_of_an_uninterrupted_run() {
     let room = room();
     let track = "track set --tracker annealed_particle_filter particles=400 layers=3 --calibrate --seeds 6 -q --out";
     room.succeed(&format!("{track} whole"));
@@ -119,7 +119,7 @@ fn a_tracker_of_ours_that_is_killed_ends_with_the_bytes_of_an_undisturbed_run_an
 }
 
 #[test]
-fn ctrl_c_keeps_finished_seeds_and_another_program_or_setting_is_refused_by_name() {
+fn ctrl_c_keeps_finished_seeds_and_other_settings_are_refused_by_key() {
     let room = room();
     room.write("t.sh", slow_program("0.05"));
     let track = "track set --exec ./t --seeds 20 --out run";

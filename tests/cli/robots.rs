@@ -68,7 +68,7 @@ fn robots_of_other_projects_walk_as_actors_upright_and_facing_ahead() {
 }
 
 #[test]
-fn robots_of_other_projects_are_trackers_bodies_whose_axes_are_understood() {
+fn robots_of_other_projects_are_trackers_bodies_with_correct_axes() {
     let room = Sandbox::new();
     for (robot, _) in robots() {
         let name = robot.display();

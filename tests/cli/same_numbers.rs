@@ -44,7 +44,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn run_is_render_track_and_evaluate() {
+fn run_equals_render_track_and_evaluate() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out whole");
@@ -71,7 +71,7 @@ fn a_tracker_never_opens_the_truth() {
 }
 
 #[test]
-fn poses_of_another_program_are_measured_too() {
+fn poses_of_another_program_are_measured() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -100,7 +100,7 @@ fn an_evaluation_that_cannot_be_written_changes_nothing() {
 }
 
 #[test]
-fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
+fn poses_at_another_rate_or_with_a_repeated_seed_are_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -120,7 +120,7 @@ fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
 }
 
 #[test]
-fn the_scenario_in_a_run_runs_again_to_the_same_numbers() {
+fn the_scenario_in_a_run_reproduces_its_numbers() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml seeds=1 rig.ring.count=3 --out a");

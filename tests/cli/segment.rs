@@ -38,7 +38,7 @@ fn set_pixels(png: &[u8]) -> Vec<(u32, u32)> {
 }
 
 #[test]
-fn a_square_before_a_background_of_three_brightnesses_is_cut_out_by_both_methods() {
+fn both_methods_segment_a_square_before_a_changing_background() {
     let room = room();
     let told = room.succeed("segment --background empty --frames walk --out masks --json");
     let record: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
@@ -57,7 +57,7 @@ fn a_square_before_a_background_of_three_brightnesses_is_cut_out_by_both_methods
 }
 
 #[test]
-fn images_that_do_not_fit_are_refused_by_name_and_nothing_is_left() {
+fn mismatched_images_are_refused_by_name_and_nothing_is_left() {
     let room = room();
     let refused = |arguments: &str, words: &[&str]| {
         let answer = room.skiagraph(format!("segment {arguments} --out masks").split_whitespace());

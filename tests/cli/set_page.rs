@@ -19,7 +19,7 @@ fn page(room: &Sandbox, name: &str) -> String {
 }
 
 #[test]
-fn a_set_is_one_page_with_every_cameras_frames_layers_and_the_rig_from_above() {
+fn the_page_of_a_set_has_frames_layers_and_the_rig_from_above() {
     let room = Sandbox::new();
     let prop = "[[prop]]\nname = \"pillar\"\nshape = { cylinder = { radius_m = 0.1, length_m = 2.0 } }\nplace_m = [1.5, 1.5, 1.0]\n";
     let scenario = TINY.replace("last_frame = 3", "last_frame = 9");
@@ -62,7 +62,7 @@ fn a_set_is_one_page_with_every_cameras_frames_layers_and_the_rig_from_above() {
 }
 
 #[test]
-fn a_packed_set_has_the_page_of_the_same_set_in_files_of_their_own() {
+fn a_set_in_shards_has_the_same_page_as_one_in_single_files() {
     let room = Sandbox::new();
     room.write("tiny.toml", format!("layers = [\"depth\"]\n{TINY}"));
     room.succeed("render tiny.toml --out loose");
@@ -75,7 +75,7 @@ fn a_packed_set_has_the_page_of_the_same_set_in_files_of_their_own() {
 }
 
 #[test]
-fn cameras_that_move_are_drawn_where_they_are_in_every_frame_with_and_without_truth() {
+fn moving_cameras_are_drawn_at_their_position_in_every_frame() {
     let room = Sandbox::new();
     room.write("film.toml", format!("layers = [\"depth\"]\n{}", filmed(MOVING)));
     room.succeed("render film.toml --out public --truth kept");

@@ -54,7 +54,7 @@ fn farthest_joint(body: &Humanoid) -> (f64, &'static str) {
 
 /// Shipped skins fitted only robots whose links have our names.
 #[test]
-fn the_skins_that_ship_follow_the_joints_of_robots_with_other_names() {
+fn shipped_skins_follow_the_joints_of_robots_with_other_names() {
     let skin = shipped_skin("person_coarse").unwrap();
     for (file, most) in ROBOTS {
         let Some(path) = test_data(&format!("robots/{file}")) else { return };
@@ -84,7 +84,7 @@ fn a_robot_that_cannot_take_the_skins_pose_is_refused_or_fits() {
 }
 
 #[test]
-fn a_robot_without_recognised_limbs_is_refused_with_what_was_looked_for_and_what_there_is() {
+fn a_robot_without_recognised_limbs_is_refused_with_expected_and_found_names() {
     let room = Sandbox::new();
     let link = |name: &str| {
         format!("<link name=\"{name}\"><visual><geometry><box size=\"0.2 0.2 0.2\"/></geometry></visual></link>")
@@ -104,7 +104,7 @@ fn a_robot_without_recognised_limbs_is_refused_with_what_was_looked_for_and_what
 }
 
 #[test]
-fn files_that_a_gltf_names_and_settings_of_skins_are_refused_with_the_skin_that_is_meant() {
+fn errors_in_files_and_settings_of_skins_name_the_skin() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let figure = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "figure.bin", "byteLength": 4}]}"#;
@@ -119,7 +119,7 @@ fn files_that_a_gltf_names_and_settings_of_skins_are_refused_with_the_skin_that_
 }
 
 #[test]
-fn notes_of_the_trackers_skin_are_said_to_be_that() {
+fn notes_on_the_trackers_skin_name_it() {
     let room = Sandbox::new();
     let folder = shipped("robots/skins");
     for file in ["person_coarse.obj", "person_coarse.toml"] {
@@ -144,7 +144,7 @@ fn notes_of_the_trackers_skin_are_said_to_be_that() {
 /// The meshes are decimated without regard to their mirror plane, and the cuts at the hips of `woman` differ
 /// (`robots/README.md`).
 #[test]
-fn masses_of_paired_segments_of_the_skins_that_ship_differ_by_what_is_documented() {
+fn masses_of_paired_segments_of_shipped_skins_differ_as_documented() {
     for (skin, most) in [("person", 0.05), ("woman", 0.17), ("man", 0.06)] {
         let body =
             with_skin(&shipped_robot("actor").unwrap(), &shipped_skin(skin).unwrap()).unwrap().with_masses_of_skin();

@@ -122,7 +122,7 @@ fn no_message_quotes_a_file_that_is_not_of_its_kind() {
 }
 
 #[test]
-fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
+fn files_outside_a_scenarios_folder_are_read_only_if_allowed() {
     let room = room();
     room.write("secret.bvh", format!("HIERARCHY\nROOT {SECRET}\n"));
     let outside = room.path("secret.bvh");
@@ -161,7 +161,7 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
 }
 
 #[test]
-fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
+fn files_of_the_command_line_and_of_the_project_are_allowed() {
     let room = room();
     let walk = fs::read(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     fs::create_dir(room.path("recordings")).unwrap();
@@ -183,7 +183,7 @@ fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
 
 /// It said "leads out of" of a file that was typed and is not there.
 #[test]
-fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
+fn a_missing_file_of_the_command_line_is_reported_with_a_similar_name() {
     let room = room();
     fs::create_dir(room.path("recordings")).unwrap();
     room.write("recordings/walk.txt", "x");
@@ -205,7 +205,7 @@ fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
 }
 
 #[test]
-fn a_sweep_names_what_its_scenario_may_name_and_its_cells_what_was_planned() {
+fn a_sweep_may_use_the_files_of_its_scenario_and_its_cells_the_planned_ones() {
     let room = room();
     let walk = fs::read(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("walk.txt", walk);
@@ -230,7 +230,7 @@ fn a_sweep_names_what_its_scenario_may_name_and_its_cells_what_was_planned() {
 }
 
 #[test]
-fn a_plan_of_a_stranger_shows_nothing_of_the_files_that_it_names() {
+fn a_foreign_plan_reveals_nothing_of_the_files_that_it_names() {
     let room = room();
     room.succeed("sweep plan mine/tiny.toml particles=6,12 --out s");
     room.write("mine/tiny.toml", format!("{SECRET}\n"));
@@ -239,7 +239,7 @@ fn a_plan_of_a_stranger_shows_nothing_of_the_files_that_it_names() {
 }
 
 #[test]
-fn shipped_sweeps_and_scenarios_name_files_of_their_project() {
+fn shipped_sweeps_and_scenarios_use_files_of_their_project() {
     let room = Sandbox::new();
     for file in ["scenarios/sweeps/cameras.toml", "scenarios/sweeps/grid-5x5.toml"] {
         room.succeed(&format!(

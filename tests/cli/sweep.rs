@@ -61,7 +61,7 @@ fn assert_refused(room: &Sandbox, arguments: &str, code: i32, words: &[&str]) {
 }
 
 #[test]
-fn a_sweep_gives_the_same_bytes_at_once_cell_by_cell_and_in_shards() {
+fn a_sweep_gives_the_same_bytes_in_one_run_by_cells_and_by_shards() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     let answer = room.succeed(&format!("sweep plan tiny.toml {GRID} --out cells --json"));
@@ -143,7 +143,7 @@ fn processes_share_a_motion_model_that_is_learned_once() {
 }
 
 #[test]
-fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
+fn a_sweep_has_a_picture_and_the_command_that_repeats_it() {
     let room = room();
     room.succeed(&format!("sweep tiny.toml {GRID} --keep particles>2 --out s"));
     assert_refused(
@@ -164,7 +164,7 @@ fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
 }
 
 #[test]
-fn a_cell_may_leave_the_report_of_a_run() {
+fn a_cell_may_keep_the_report_of_a_run() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
     room.succeed("sweep cell s --index 5 --report");
@@ -176,7 +176,7 @@ fn a_cell_may_leave_the_report_of_a_run() {
 }
 
 #[test]
-fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbed_one() {
+fn a_sweep_killed_twenty_times_gives_the_bytes_of_an_uninterrupted_one() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
@@ -210,7 +210,7 @@ fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbe
 }
 
 #[test]
-fn results_that_are_damaged_or_of_another_time_do_not_matter() {
+fn damaged_results_and_modification_times_do_not_matter() {
     let room = room();
     let whole = undisturbed(&room, "s");
     let results = files_below(&room.path("s/results"));
@@ -263,7 +263,7 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
 }
 
 #[test]
-fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
+fn a_setting_that_cannot_be_run_is_a_result_and_the_others_are_run() {
     let room = room();
     // cameras that never see the actor
     let answer = room.skiagraph("sweep tiny.toml rig.ring.look_at_m=[0,0,1],[500,500,400] --out s".split(' '));
@@ -285,7 +285,7 @@ fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
 }
 
 #[test]
-fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
+fn a_setting_with_an_unreadable_file_fails_and_the_others_are_run() {
     let room = room();
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     room.write("base.toml", format!("{before}[tracker.frozen]\n"));
@@ -332,7 +332,7 @@ fn a_tracker_that_loses_the_body_is_a_result() {
 }
 
 #[test]
-fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
+fn invalid_sweeps_are_refused_and_leave_nothing() {
     let room = room();
     room.write("bad.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\n[axes]\nparticles = []\n");
     room.write("budget.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"tiny.toml\"\n[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 7\n[axes]\nparticles = [6, 12]\n");
@@ -408,7 +408,7 @@ fn a_recording_that_changed_is_refused() {
 }
 
 #[test]
-fn two_that_run_one_sweep_do_not_get_into_each_others_way() {
+fn two_processes_may_run_the_same_sweep() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
@@ -445,7 +445,7 @@ fn two_that_run_one_sweep_do_not_get_into_each_others_way() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_and_one_that_is_read_only_are_told_and_results_stay_whole() {
+fn write_errors_are_reported_and_results_stay_complete() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
     // a file where the folder of results should be: nothing can be written below it, whoever runs this

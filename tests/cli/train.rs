@@ -13,7 +13,7 @@ use crate::sandbox::{Sandbox, TINY};
 const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
 
 #[test]
-fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
+fn the_same_training_gives_the_same_bytes() {
     let room = Sandbox::new();
     let answer = room.skiagraph(WALK.iter().chain(&["--json"]));
     assert_eq!(answer.code, 0, "{}", answer.stderr);
@@ -28,7 +28,7 @@ fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
+fn a_graph_is_compared_only_with_a_model_of_the_same_motion() {
     let room = Sandbox::new();
     let train = |clip: &str, kind: &str, out: &str| {
         let answer = room.skiagraph(["train", clip, "--model", kind, "--threshold", "1e-6", "--out", out]);
@@ -56,7 +56,7 @@ fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
 }
 
 #[test]
-fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
+fn bad_input_is_refused_with_one_message_and_leaves_nothing() {
     let room = Sandbox::new();
     room.write("mine.txt", "years of work");
     let before = room.entries();
@@ -116,7 +116,7 @@ impl Progress for Onlooker {
 }
 
 #[test]
-fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_does_not() {
+fn an_interrupted_training_resumes_only_with_the_same_settings() {
     let room = Sandbox::new();
     let options = ClipOptions {
         robot: "tracker25".into(),
@@ -169,7 +169,7 @@ fn tiny_with(tracker: &str) -> String {
 }
 
 #[test]
-fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
+fn a_tracker_uses_a_trained_model_like_one_learned_during_the_run() {
     let room = Sandbox::new();
     room.write("tiny.toml", tiny_with(ON_A_MODEL));
     room.succeed("train embedded:run --model gpdm-graph --out run.model");
@@ -187,7 +187,7 @@ fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
 }
 
 #[test]
-fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
+fn a_mismatched_model_is_refused_with_the_reason_and_leaves_nothing() {
     let room = Sandbox::new();
     let train = |arguments: &str| room.succeed(&format!("train {arguments} --quiet"));
     train("embedded:run --model gpdm-graph --out run.model");

@@ -22,7 +22,7 @@ fn json(room: &Sandbox, arguments: &str) -> Value {
 }
 
 #[test]
-fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
+fn a_deterministic_tracker_is_compared_and_gated_over_noise_draws() {
     let room = room_of_draws();
     for draw in 1..=5 {
         room.succeed(&format!("track set-{draw} --tracker annealed_particle_filter --seeds 2 --out moving/{draw}"));
@@ -60,7 +60,7 @@ fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
 }
 
 #[test]
-fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
+fn compare_needs_three_clips_and_the_gate_five() {
     let room = Sandbox::new();
     for (number, last_frame) in (1..=5).zip([3, 4, 5, 6, 7]) {
         let scenario = TINY.replace("\"tiny\"", &format!("\"clip-{number}\""));
@@ -84,7 +84,7 @@ fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
 
 /// Five copies of a deterministic run gave "exact, better", and a gate that passed.
 #[test]
-fn copies_of_one_run_are_one_observation_and_the_message_says_what_to_do() {
+fn copies_of_one_run_count_as_one_observation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");

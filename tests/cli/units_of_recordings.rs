@@ -152,7 +152,7 @@ fn places(frame: usize) -> Vec<Vector3<f64>> {
 }
 
 #[test]
-fn a_recording_is_read_in_its_unit_whatever_the_rest_pose_and_the_axes() {
+fn the_unit_of_a_recording_is_recognised_for_all_rest_poses_and_axes() {
     for unit in [0.001, 0.01, 0.0254, 0.0254 / 0.45, 1.0] {
         for rest in [Rest::Stands, Rest::Lies, Rest::Unrotated] {
             for (y_up, reference) in [(true, false), (true, true), (false, false), (false, true)] {
@@ -172,7 +172,7 @@ fn a_recording_is_read_in_its_unit_whatever_the_rest_pose_and_the_axes() {
 }
 
 #[test]
-fn a_unit_that_makes_no_human_asks_for_metres_per_unit() {
+fn an_impossible_unit_asks_for_metres_per_unit() {
     for unit in [7.0, 0.1e-3, 0.004] {
         let export = Export { unit, rest: Rest::Lies, y_up: true, reference: false };
         let error = parse_bvh(&bvh(export), "odd.bvh", &ReadOptions::default()).unwrap_err().to_string();
@@ -193,7 +193,7 @@ fn skiagraph(folder: &tempfile::TempDir, arguments: &str) -> (i32, String) {
 }
 
 #[test]
-fn every_command_refuses_a_giant_and_takes_the_unit_that_is_said() {
+fn every_command_refuses_a_giant_unless_the_unit_is_given() {
     let folder = tempfile::tempdir().unwrap();
     let export = Export { unit: 0.004, rest: Rest::Lies, y_up: true, reference: false };
     fs::write(folder.path().join("odd.bvh"), bvh(export)).unwrap();
@@ -265,7 +265,7 @@ fn unit_of(clip: &Clip, text: &str, file: &str) -> f64 {
 }
 
 #[test]
-fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
+fn shared_recordings_and_scaled_copies_are_read_in_their_unit_or_refused() {
     let Some(folder) = crate::support::test_data("mocap/bvh") else { return };
     let cmu = 0.0254 / 0.45;
     let table = [
@@ -301,7 +301,7 @@ fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
 }
 
 #[test]
-fn formats_that_know_their_up_axis_do_not_guess_it() {
+fn formats_that_declare_their_up_axis_do_not_guess_it() {
     let said = |notes: &[String]| notes.iter().any(|note| note.contains("up axis guessed"));
     let walk = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/motions/humanoid3d_walk.txt");
     assert!(!said(&skiagraph::mocap::read(walk.as_ref(), &ReadOptions::default()).unwrap().notes));

@@ -15,7 +15,7 @@ fn page(room: &Sandbox, run: &str) -> String {
 
 /// The energy at the truth is one number, whether our own tracker with default settings asks or another program.
 #[test]
-fn poses_of_another_program_have_energies_and_markers_alone_have_no_line_about_them() {
+fn poses_of_another_program_have_energies_and_markers_alone_have_none() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -58,7 +58,7 @@ fn poses_of_another_program_have_energies_and_markers_alone_have_no_line_about_t
 
 /// An oracle with the actor's own body overlaps the exact silhouettes in full, whatever was done to the observed ones.
 #[test]
-fn the_truth_is_not_blamed_for_silhouettes_that_are_corrupted() {
+fn the_truth_is_not_penalised_for_corrupted_silhouettes() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let matched = "tracker.oracle={} actor.robot=tracker25 tracker_body.robot=tracker25 tracker_body.mismatch=none";
@@ -82,7 +82,7 @@ fn the_truth_is_not_blamed_for_silhouettes_that_are_corrupted() {
 }
 
 #[test]
-fn the_share_of_frames_with_a_lost_limb_stands_in_table_verdict_and_page() {
+fn table_verdict_and_page_have_the_share_of_frames_with_a_lost_limb() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let table = room.succeed("run tiny.toml tracker.oracle.root_offset_m=[0.2,0,0] --out off").stdout;

@@ -5,7 +5,7 @@ use std::fs;
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
+fn a_rendered_set_with_layers_and_props_is_sound_and_a_damaged_one_is_not() {
     let room = Sandbox::new();
     let prop = "[[prop]]\nname = \"post\"\nshape = { cylinder = { radius_m = 0.1, length_m = 1.6 } }\nplace_m = [0.9, 0.9, 0.8]\n";
     room.write("tiny.toml", TINY.replace("seeds = 2\n", "seeds = 2\nlayers = [\"depth\", \"parts\"]\n") + prop);
@@ -44,7 +44,7 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
 }
 
 #[test]
-fn what_is_no_set_is_refused_with_one_message() {
+fn a_folder_that_is_not_a_set_is_refused_with_one_message() {
     let room = Sandbox::new();
     fs::create_dir(room.path("empty")).unwrap();
     for (place, words) in
