@@ -51,7 +51,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "ask", "png"])]
     figures: Option<PathBuf>,
 
-    /// Page to write, .html or .md [default: SWEEP/report.html, the only place where links to the reports of cells work]
+    /// Page to write, .html or .md [default: SWEEP/report.html, the only place where links to the reports of cells
+    /// work]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 

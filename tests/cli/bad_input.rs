@@ -1,10 +1,10 @@
-//! Bad input gives exit code 2 and one message that says what, where and what to do; and leaves nothing behind.
+//! Bad input gives exit code 2 and one message with the error, its place and the remedy, and leaves nothing behind.
 
 use std::fs;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
-/// `skiagraph run tiny.toml` with changes must be refused with a message that holds all of `words`.
+/// `skiagraph run tiny.toml` with changes must be refused with a message that contains all of `words`.
 fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {
     if !room.path("tiny.toml").exists() {
         room.write("tiny.toml", TINY);
@@ -22,7 +22,7 @@ fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {
     assert_eq!(room.entries(), before, "{changes:?}");
 }
 
-/// The DeepMimic walk with its frames changed.
+/// The DeepMimic walk with modified frames.
 fn walk_with(change: impl FnOnce(&mut Vec<Vec<serde_json::Value>>)) -> String {
     let text = fs::read_to_string(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     let mut clip: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -107,7 +107,7 @@ fn unusable_robots_are_refused() {
     let with_mesh = format!(
         r#"<link name="hat">{mesh}</link><joint name="hat_on" type="fixed"><parent link="head"/><child link="hat"/></joint></robot>"#
     );
-    // a missing mesh is left out with a note where the body has other solids, and refused where it has none
+    // a missing mesh is left out with a note if the body has other solids, and refused otherwise
     room.write("robot.urdf", urdf.replace("</robot>", &with_mesh));
     let noted = room.succeed("check tiny.toml actor.robot=robot.urdf");
     assert!(
@@ -198,13 +198,13 @@ fn unwritable_paths_are_refused() {
     assert_refused(&room, &["--out", "a.txt"], &["a.txt: this exists and is not an unchanged skiagraph result"]);
     assert_refused(&room, &["--out", "/"], &["/: this exists and is not an unchanged"]);
     if cfg!(target_os = "linux") {
-        // Nobody, root neither, may make directories there.
+        // nobody, including root, may create directories there
         assert_refused(&room, &["--out", "/proc/run"], &["/proc: cannot write into the directory"]);
         assert_refused(&room, &["--out", "/dev/full/run"], &["/dev/full", "cannot create the directory"]);
     }
 }
 
-/// Runs `skiagraph ARGUMENTS` in a shell that was told `before` first.
+/// Runs `skiagraph ARGUMENTS` in a shell after the command `before`.
 #[cfg(unix)]
 fn in_a_shell(room: &Sandbox, before: &str, arguments: &str) -> (Option<i32>, String) {
     let program = assert_cmd::cargo::cargo_bin!("skiagraph");
@@ -216,7 +216,7 @@ fn in_a_shell(room: &Sandbox, before: &str, arguments: &str) -> (Option<i32>, St
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_no_incomplete_result() {
-    // No file may grow beyond a block. The signal that comes with it kills programs that do not expect it.
+    // No file may exceed one block. The signal kills programs that do not handle it.
     let full = "ulimit -f 1";
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -227,7 +227,7 @@ fn a_full_disk_leaves_no_incomplete_result() {
     let (code, said) = in_a_shell(&room, full, "render tiny.toml --quiet --out set");
     assert_eq!(code, Some(75), "{said}");
     assert!(said.contains("File too large") && !room.path("set").exists(), "{said}");
-    // what was kept of it is gone on with
+    // the saved progress is resumed
     room.succeed("render tiny.toml --quiet --out set");
     let (code, said) = in_a_shell(&room, full, "track set --tracker frozen --quiet --out run");
     assert_eq!((code, room.entries()), (Some(75), vec!["set".to_owned(), "tiny.toml".to_owned()]), "{said}");
@@ -371,7 +371,7 @@ fn sets_of_a_newer_format_edited_and_partial_ones_are_refused_by_every_reader() 
         assert_eq!(answer.code, 2, "{command}: {}", answer.stderr);
         assert!(answer.stderr.contains("set.toml"), "{command}: {}", answer.stderr);
     }
-    // a part of it alone
+    // only a part of it
     room.write("set/set.toml", &manifest);
     fs::remove_file(room.path("set/observations/cam01/silhouette/000001.png")).unwrap();
     for (command, answer) in readers(&room).into_iter().take(3) {

@@ -1,4 +1,4 @@
-//! `skiagraph check`: what `run` would refuse, all that is wrong, how the cameras see the actor, and what it costs.
+//! `skiagraph check`: all errors that `run` would report, the cameras' views of the actor, and the cost.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ fn a_valid_scenario_has_a_path_views_and_a_cost() {
     else {
         panic!("{path}")
     };
-    // a twelfth of a second of a straight walk: along x, and nearly as long as its ends are apart
+    // a twelfth of a second of a straight walk along x: the path is nearly as long as the distance between its ends
     let length = path["length_m"].as_f64().unwrap();
     assert!(x1 > x0 && (length - (x1 - x0).hypot(y1 - y0)).abs() < 0.01 && length < 0.3, "{path}");
     assert!(path["least_m"][0].as_f64().unwrap() <= x0 && path["greatest_m"][0].as_f64().unwrap() >= x1);
@@ -39,7 +39,7 @@ fn a_valid_scenario_has_a_path_views_and_a_cost() {
     assert_eq!(views.len(), 2);
     for view in views {
         assert_eq!((view["in_view"].as_f64(), view["at_border"].as_f64()), (Some(1.0), Some(0.0)), "{view}");
-        // a person of 1.6 to 1.8 m some 3.5 m away: 69 px of focal length times the angle
+        // a person of 1.6 to 1.8 m at about 3.5 m: 69 px of focal length times the angle
         let [least, median, greatest] = [0, 1, 2].map(|i| view["height_px"][i].as_u64().unwrap());
         assert!(28 <= least && least <= median && median <= greatest && greatest <= 40, "{view}");
     }
@@ -67,7 +67,7 @@ fn sizes_on_disk_are_estimated_within_a_factor_of_two() {
     }
     assert!(cost("run_s") >= cost("track_s") && cost("track_s") > 0.0 && cost("render_s") > 0.0, "{}", said["cost"]);
     assert_eq!(cost("models_to_learn"), 0.0);
-    // A hundred times the evaluations: the rest of a frame, without refinement, stays.
+    // a hundred times the evaluations; the rest of a frame, without refinement, stays the same
     let tracking = |particles: u32| {
         let said = room.succeed(&format!("check tiny.toml paper=true particles={particles} --json")).stdout;
         serde_json::from_str::<Value>(&said).unwrap()["cost"]["track_s"].as_f64().unwrap()
@@ -169,7 +169,7 @@ fn all_errors_are_listed_with_their_lines_including_missing_files() {
     assert_eq!(errors.len(), expected.len());
     assert_eq!((errors[1]["line"].as_u64(), errors[1]["column"].as_u64()), (Some(14), Some(1)));
     assert_eq!((errors[3]["key"].as_str(), &errors[3]["line"]), (Some("seeds"), &Value::Null));
-    // whoever runs it hears of the first
+    // `run` reports the first error
     let run = room.skiagraph(["run", "tiny.toml"]);
     assert_eq!(run.stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{}", run.stderr);
 }

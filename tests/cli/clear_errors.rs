@@ -1,5 +1,4 @@
-//! Issue 12, item 18: every message names the file that is at fault, quotes little of it and no control characters;
-//! paths need not be UTF-8.
+//! Every message names the file with the error, quotes little of it and no control characters; paths need not be UTF-8.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -54,7 +53,7 @@ impl Sandbox {
         said
     }
 
-    /// As [`Self::blames`], of every command that reads `file` in place of FILE.
+    /// Like [`Self::blames`], for every command, with `file` in place of FILE.
     fn all_blame(&self, commands: &[&str], file: &str) {
         commands.iter().for_each(|command| drop(self.blames(&command.replace("FILE", file), file)));
     }
@@ -111,7 +110,7 @@ fn every_error_in_a_recording_names_the_recording() {
             room.all_blame(&OF_RECORDINGS, name);
         }
     }
-    // sound by itself, but nobody's skeleton
+    // a valid file, but not a human skeleton
     let nobody = "HIERARCHY\nROOT pole\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n \
         JOINT flag\n {\n OFFSET 0 1.7 0\n CHANNELS 3 Zrotation Xrotation Yrotation\n End Site\n {\n OFFSET 0 0.1 0\n }\n }\n}\n\
         MOTION\nFrames: 3\nFrame Time: 0.01\n0 0 0 0 0 0 0 0 0\n0 0 1 0 0 0 0 0 0\n0 0 2 0 0 0 0 0 0\n";
@@ -142,7 +141,7 @@ fn every_error_in_a_robot_names_the_robot() {
     room.write("bare.urdf", "<robot name=\"bare\"><link name=\"a\"/></robot>");
     room.all_blame(&OF_ROBOTS[1..2], "bare.urdf");
     room.blames(&OF_ROBOTS[3].replace("FILE", "bare.urdf"), "bare.urdf");
-    // what is wrong only for what the scenario wants is told of the scenario
+    // a mismatch between scenario and robot is reported for the scenario
     let ball = "<robot name=\"ball\"><link name=\"a\"><visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link></robot>";
     room.write("ball.urdf", ball);
     room.blames("check tiny.toml actor.robot=ball.urdf actor.contact=fix", "ball.urdf");
@@ -205,10 +204,10 @@ fn files_of_sets_and_runs_are_named_with_their_path() {
         let sound = fs::read(room.path(&named)).unwrap();
         let truncated = &sound[..sound.len() / 2];
         for broken in [&b""[..], b"\0\xff\x1b[2J", truncated] {
-            // the listed hash does not fit
+            // with a wrong hash
             fs::write(room.path(&named), broken).unwrap();
             commands.iter().for_each(|command| drop(room.blames(command, &named)));
-            // nor, where it does, the format
+            // with a correct hash but an invalid format
             fs::write(room.path(&named), &sound).unwrap();
             forge(&room, "sets/tiny", file, broken);
             for command in commands {
@@ -222,7 +221,7 @@ fn files_of_sets_and_runs_are_named_with_their_path() {
         fs::write(room.path(&named), &sound).unwrap();
     }
     room.succeed(blind[2].split(' '));
-    // a run without its own track.json and search.npz is measured as another program's
+    // a run without track.json and search.npz is measured as the estimate of another program
     {
         let file = "run/poses.npz";
         let sound = fs::read(room.path(file)).unwrap();
@@ -242,7 +241,7 @@ fn files_of_sets_and_runs_are_named_with_their_path() {
     room.blames("evaluate sets/tiny nowhere", "nowhere");
 }
 
-/// The message must be short, quote at most 200 of the X's and steer no terminal.
+/// The message must be short, quote at most 200 of the X's and contain no control characters.
 fn assert_tame(said: &str) {
     assert!(said.len() < 3000, "{} bytes: {}...", said.len(), &said.chars().take(300).collect::<String>());
     assert!(said.lines().all(|line| line.split(|c| c != 'X').all(|run| run.len() <= 200)), "{said}");

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with two runs on one set, and one on another set of the same name.
+/// A sandbox with two runs on one set, and one on another set of the same name.
 fn room() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -74,7 +74,7 @@ fn incomparable_runs_are_refused_with_the_difference() {
     assert_eq!(room.read("thesis.html"), b"years of work");
 }
 
-/// It said "intervals run over 5 to 8 seeds", and not which were left out; the gate the same.
+/// Seeds left out of the intervals are named.
 #[test]
 fn compare_and_gate_name_unpaired_seeds_and_count_pairs() {
     let room = Sandbox::new();

@@ -1,4 +1,4 @@
-//! Contact from the scenario to the report.
+//! Ground contact from the scenario to the report.
 
 use serde_json::Value;
 
@@ -22,7 +22,7 @@ fn a_walk_is_measured_or_corrected_and_the_report_has_its_contacts() {
     assert!(notes.contains("contact: standing feet skate"), "{notes}");
     let (settled, notes) = run(&room, "fix");
     assert!(notes.contains("fixed: standing feet skate") && notes.contains("joints moved by"), "{notes}");
-    // what was recorded skates and sinks, what was settled does not, and what is tracked is the settled motion
+    // the recorded motion skates and sinks, the corrected one does not, and the corrected one is tracked
     assert!(mean(&measured, "truth_foot_skate_mm_per_s") > 2.0 * mean(&settled, "truth_foot_skate_mm_per_s"));
     assert!(mean(&settled, "truth_ground_penetration_mm") <= 2.0);
     assert_ne!(measured["set_hash"], settled["set_hash"]);
@@ -36,7 +36,7 @@ fn a_walk_is_measured_or_corrected_and_the_report_has_its_contacts() {
 #[test]
 fn a_simulated_truth_is_marked_everywhere_except_for_the_tracker() {
     let room = Sandbox::new();
-    // some 8 m/s to the side: nobody stays up
+    // about 8 m/s sideways: the body falls
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"pushed\"\n[motion]\nclip = \"embedded:walk\"\n\
                     loop_to_s = 1.2\nframes_per_second = 30\n[actor]\ncontact = \"simulate\"\nfriction = 0.6\nroot_wrench = 0.1\n\
                     [actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 600\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
@@ -70,7 +70,7 @@ fn a_simulated_truth_is_marked_everywhere_except_for_the_tracker() {
     assert!(String::from_utf8(room.read("tracked/report.html")).unwrap().contains(&outcome));
 }
 
-/// The shipped actor with nothing on its feet.
+/// The shipped actor without solids on its feet.
 fn barefoot(room: &Sandbox) {
     let urdf = std::fs::read_to_string(shipped("robots/actor.urdf")).unwrap();
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Observations that are corrupted on purpose.
+//! Deliberately corrupted observations.
 
 use crate::sandbox::{Sandbox, TINY};
 

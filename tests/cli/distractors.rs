@@ -39,7 +39,7 @@ fn a_distractor_appears_in_silhouettes_and_occludes_the_actor() {
         readme.contains("Other people") && !String::from_utf8(room.read("alone/README.txt")).unwrap().contains("Other")
     );
 
-    // a fault of theirs is found
+    // faults in their files are found
     let masks = "observations/cam01/silhouette/000001.png";
     room.write(&format!("two/{masks}"), room.read(&format!("alone/{masks}")));
     let answer = room.skiagraph(["verify", "two"]);

@@ -1,4 +1,4 @@
-//! Robots of which too little is drawn, and those that are drawn by their joints.
+//! Robots with too few solids, and solids made from joints.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use crate::support::test_data;
 
 const SIMPLE: &str = "gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf";
 
-/// `tracker25` with nothing drawn but its pelvis.
+/// `tracker25` with solids on its pelvis only.
 fn hardly_drawn() -> String {
     let mut text = String::new();
     let mut is_pelvis = false;
@@ -23,7 +23,7 @@ fn hardly_drawn() -> String {
     text
 }
 
-/// A `tracker25` with meshes that are nowhere in place of its solids.
+/// A `tracker25` with missing meshes instead of its solids.
 fn without_meshes() -> String {
     let text = include_str!("../../robots/tracker25.urdf");
     let mut parts = text.split("<sphere");
@@ -122,7 +122,7 @@ fn solids_of_shipped_robots_suffice_for_all_scenarios() {
     assert_eq!(room.read("plain/files.sha256"), room.read("said/files.sha256"));
 }
 
-/// Of the simple humanoid two solids of one link are drawn; it ran, and the tracker was blamed.
+/// The simple humanoid has two usable solids, both on one link.
 #[test]
 fn the_simple_humanoid_is_refused_and_its_feet_stand_on_the_ground_from_its_joints() {
     let Some(robot) = test_data(&format!("robots/{SIMPLE}")) else { return };
@@ -135,7 +135,7 @@ fn the_simple_humanoid_is_refused_and_its_feet_stand_on_the_ground_from_its_join
     room.succeed(&format!("render tiny.toml {own} actor.contact=fix motion.last_frame=12 --out set"));
     let facts = room.succeed("inspect set").stdout;
     assert!(facts.contains("contact  "), "{facts}");
-    // masses are the file's
+    // masses come from the file
     let mass = |solids: &str| -> f64 {
         let told = room.succeed(&format!("inspect {robot} --solids {solids} --json")).stdout;
         serde_json::from_str::<Value>(&told).unwrap()["mass_kg"].as_f64().unwrap()

@@ -1,4 +1,4 @@
-//! One rule for what is there already: a command replaces what the same command made, and nothing else.
+//! A command replaces output of the same command, and nothing else.
 
 use std::fs;
 
@@ -17,7 +17,7 @@ fn ask(room: &Sandbox, command: &str) -> CommandOutput {
     room.skiagraph(command.split(' '))
 }
 
-/// The same command again is done; another is refused with what differs, and with --force moves what is there aside.
+/// Repeating the command succeeds; another command is refused with the difference, and renames the output with --force.
 fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference: &str) {
     room.succeed(same);
     room.succeed(same);
@@ -50,7 +50,7 @@ fn runs_with_other_settings_are_refused_with_the_key_that_differs() {
     assert!(other_command.code == 2 && other_command.stderr.contains(said), "{}", other_command.stderr);
     let exec = "track set --exec true --out track";
     assert!(ask(&room, exec).stderr.contains("now skiagraph track --exec"), "refused before it is started");
-    // without --out there is a place for each
+    // without --out, each has a separate folder
     for (overrides, place) in [("", "tiny"), ("particles=13", "tiny-2"), ("", "tiny"), ("particles=13", "tiny-2")] {
         room.succeed(&format!("run tiny.toml {overrides}"));
         assert!(room.path(&format!("runs/{place}/run.json")).exists());
@@ -74,7 +74,7 @@ fn evaluations_of_different_estimates_have_different_folders() {
         let run: Value = serde_json::from_slice(&room.read(&format!("{place}/run.json"))).unwrap();
         assert_eq!(run["estimate"], estimate);
     }
-    // another set: its place is the next
+    // another set uses the next name
     room.succeed("render tiny.toml name=other --out other -q");
     room.succeed("evaluate other mine.npz -q");
     assert!(room.path("mine.npz-evaluation-2/run.json").exists());
@@ -98,7 +98,7 @@ fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only(
         assert_eq!(again.code, code, "{}", again.stderr);
         assert!(!room.path("set~").exists(), "the same command made it");
     }
-    // that of another scenario, another view or another draw is kept
+    // a set of another scenario, view or noise draw is kept
     let hash = |set: &str| room.read(&format!("{set}/files.sha256"));
     let mut aside = "set~".to_owned();
     for (number, (other, difference)) in [
@@ -119,7 +119,7 @@ fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only(
         assert_ne!(hash("set"), before, "{other}");
         aside = format!("set~{}", number + 2);
     }
-    // a key that is drawn is another every time, and that is the same command
+    // a fresh key differs every time, but the command is the same
     let drawn = "render tiny.toml calibration_mm=20 --out drawn -q";
     room.succeed(drawn);
     let before = hash("drawn");
@@ -127,7 +127,7 @@ fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only(
     assert!(hash("drawn") != before && !room.path("drawn~").exists());
     room.succeed(&format!("{drawn} --force --key default"));
     assert!(room.path("drawn~").exists(), "a stated key is a setting");
-    // the truth that stands where a public set goes is kept
+    // a truth at the output path of a public set is kept
     let truth = hash("drawn");
     room.succeed("render tiny.toml calibration_mm=20 --out drawn --truth whole --force -q");
     assert_eq!(hash("drawn~2"), truth);

@@ -18,7 +18,7 @@ fn exports_go_beside_the_set_or_below_out_and_replace_only_own_output() {
     );
     assert!(room.path("all/apng/01-cam01.apng").exists() && room.path("all/tum/root.txt").exists());
 
-    // one format where several have a folder each
+    // a single format at a path that has several formats
     let answer = room.skiagraph("export set --to coco --out all".split(' '));
     let said =
         "all: this folder holds exports of its own (tum, apng); choose --out all/coco to put this one beside them";

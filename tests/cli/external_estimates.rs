@@ -1,4 +1,4 @@
-//! What other programs estimated is taken by name, measured where it says something, and never changed.
+//! Estimates of other programs are matched by name, measured where they have values, and never changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::sandbox::{Sandbox, TINY};
 
 const NAN: f64 = f64::NAN;
 
-/// A room with a set of 5 frames, or of `frames`.
+/// A sandbox with a set of 5 frames, or of `frames`.
 fn room(last_frame: usize) -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", &format!("last_frame = {last_frame}")));
@@ -214,7 +214,7 @@ fn poses_with_lost_frames_are_measured_in_the_other_frames() {
             assert_eq!(gaps["metrics"][metric]["mean"], whole["metrics"][metric]["mean"], "{metric}");
         }
     }
-    // frame by frame: what has a value has the value that it has without gaps, and gaps void what touches them
+    // per frame: values equal those without gaps, and values that depend on a gap are missing
     let rows = |folder: &str| -> Vec<BTreeMap<String, String>> {
         let bytes = room.read(&format!("{folder}/per_frame.csv"));
         csv::Reader::from_reader(bytes.as_slice()).deserialize().map(Result::unwrap).collect()

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with a run of five seeds and its baseline.
+/// A sandbox with a run of five seeds and its baseline.
 fn room() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -19,7 +19,7 @@ fn the_same_run_passes_a_worse_one_fails_and_missing_seeds_are_added() {
     let passed = room.succeed("gate run --baseline tiny --margin 0mm");
     assert!(passed.stdout.starts_with("PASS: run is within the margins of the baseline tiny"), "{}", passed.stdout);
     assert!(passed.stdout.contains("no run varies"), "{}", passed.stdout);
-    // a tracker that never moves, told as the same clip: every seed is equal, and worse by a known number
+    // a tracker that never moves, under the same clip name: all seeds are equal, and worse by a known number
     room.succeed("run tiny.toml --seeds 5 tracker.annealed_particle_filter.particles=2 --out worse");
     let error = |run: &str| {
         let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
@@ -51,7 +51,7 @@ fn added_seeds_equal_those_of_a_longer_run_and_only_they_are_run() {
     room.succeed("run tiny.toml --seeds 7 --out seven");
     room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
     let before = room.read("mine/run.json");
-    // with a margin at the very difference the gate is inconclusive, whatever the difference is
+    // with a margin equal to the difference, the gate is inconclusive
     let ask = |margin: f64, more: &str| {
         let text = format!("gate mine --baseline tiny --margin {margin}mm --json {more}");
         let answer = room.skiagraph(text.split_whitespace());
@@ -63,7 +63,7 @@ fn added_seeds_equal_those_of_a_longer_run_and_only_they_are_run() {
     if code == 3 {
         assert_eq!(json["verdict"], "inconclusive");
         let (_, json, stderr) = ask(difference, "--add-seeds 2");
-        // all runs, or those of the seeds in common where their pairs tell more
+        // all runs, or those of shared seeds if pairing is more precise
         let runs = &json["checks"][0]["difference"]["runs"];
         assert!([[5, 7], [5, 5]].iter().any(|known| *runs == serde_json::json!(known)), "{runs}: {stderr}");
         assert_eq!(room.read("mine/run.json"), before, "the run itself is untouched");
@@ -77,7 +77,7 @@ fn added_seeds_equal_those_of_a_longer_run_and_only_they_are_run() {
         room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
         assert!(!room.path("mine/seeds-5-6").exists(), "a run that is made anew is replaced with all its seeds");
     }
-    // more seeds than the baseline's are accepted, other ones only when asked for
+    // additional seeds are accepted, different ones only with --other-seeds
     room.succeed("gate seven --baseline tiny --margin 99mm");
     room.succeed("run tiny.toml --seed 50 --seeds 5 --out other");
     let refused = room.skiagraph("gate other --baseline tiny --margin 99mm".split(' '));

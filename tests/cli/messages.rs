@@ -1,4 +1,4 @@
-//! Mistakes that are easily made, and what is said of them.
+//! Messages for common mistakes.
 
 use crate::sandbox::{Sandbox, TINY};
 

@@ -1,4 +1,4 @@
-//! What all commands share: short keys, how much is said, completions and manual pages; and where `run` writes.
+//! Options of all commands: short keys, verbosity, completions, manual pages; and the default output of `run`.
 
 use std::fs;
 

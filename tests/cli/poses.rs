@@ -8,7 +8,7 @@ use skiagraph::body::LANDMARKS;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with a set, and its true markers, `[frame][marker]`, metres.
+/// A sandbox with a set, and its true markers, `[frame][marker]`, metres.
 fn room() -> (Sandbox, Vec<Vec<[f64; 3]>>) {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -23,7 +23,7 @@ fn names() -> Vec<&'static str> {
     LANDMARKS.iter().map(|landmark| landmark.name()).collect()
 }
 
-/// A table with a column a coordinate, of these markers after `change`.
+/// A table of these markers after `change`, with one column per coordinate.
 fn csv(markers: &[Vec<[f64; 3]>], names: &[&str], change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     let columns: Vec<String> = names.iter().flat_map(|n| ["x", "y", "z"].map(|axis| format!("{n}_{axis}"))).collect();
     let mut text = columns.join(",") + "\n";
@@ -130,7 +130,7 @@ fn an_exported_bvh_is_measured_against_a_body_with_other_links() {
     assert_eq!(json["metrics"]["humaneva_mm"]["coverage"], 1.0);
 }
 
-/// Without hands, feet and a head the skeleton was too short for a body of any unit ("110.2 units").
+/// Without hands, feet and a head, the skeleton is short; its unit must still be recognised.
 #[test]
 fn an_exported_bvh_without_hands_and_feet_equals_the_truth() {
     let room = Sandbox::new();
@@ -158,7 +158,7 @@ fn impossible_coordinates_are_refused_with_file_frame_and_marker() {
         }
         assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
     }
-    // as far as may be: all that is written is finite
+    // at the limit: all output is finite
     far[2][4] = [0.0, 9.9e5, 1.0];
     room.write("far.csv", csv(&far, &names(), |place| place));
     room.succeed("evaluate set --poses far.csv --out far");
@@ -286,7 +286,7 @@ fn positions_of_exact_zeros_are_reported_first_with_their_count() {
     assert!(said.starts_with(words) && said.contains(&format!("`{}` in frame 2 at 0, 0, 0", names()[3])), "{said}");
 }
 
-/// It printed NaN.
+/// The message must not contain NaN.
 #[test]
 fn a_shift_beyond_all_frames_is_refused() {
     let (room, truth) = room();

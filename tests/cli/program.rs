@@ -15,7 +15,7 @@ fn room() -> Sandbox {
     room
 }
 
-/// Tracks with a command and gives `program.json`.
+/// Tracks with a command and returns `program.json`.
 fn record(room: &Sandbox, command: &str, more: &[&str]) -> Value {
     // another program's run is not replaced
     std::fs::remove_dir_all(room.path("run")).ok();
@@ -95,7 +95,7 @@ fn errors_of_a_program_lose_its_frames_and_are_reported() {
     let room = room();
     let frozen = shipped("examples/external/frozen.sh");
     let frozen = frozen.display();
-    // every answer passes through a filter that spoils that of frame 1
+    // a filter spoils the answer of frame 1
     for (filter, failed, part) in [
         (r#"sed -u '/"frame":1,/s/.*/loading weights.../'"#, 1, "print messages to standard error"),
         (r#"sed -u 's/"frame":1,/"frame":7,/'"#, 1, "answered frame 7 when frame 1"),
@@ -116,7 +116,7 @@ fn errors_of_a_program_lose_its_frames_and_are_reported() {
 #[test]
 fn crashed_and_late_programs_are_restarted_and_their_children_killed() {
     let room = room();
-    // dies at frame 1, once: the marker file says that it did
+    // dies at frame 1, once: a marker file records it
     let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     let dies =
         "case $told in *'\"frame\":1,'*) [ -e died ] || { touch died; echo 'out of memory' >&2; exit 9; };; esac; f=";
@@ -212,7 +212,7 @@ fn a_program_gets_no_truth() {
     assert_eq!(found["answers"]["lost"], 5, "{found}");
     let seen = String::from_utf8(room.read("seen.txt")).unwrap();
     assert!(seen.contains("cameras.json") && seen.contains("000004.png"), "{seen}");
-    // `read_truth.py` reads the truth for whoever has it
+    // `read_truth.py` reads the truth of a complete set
     assert!(!seen.contains("/truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
 }
 

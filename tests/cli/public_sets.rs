@@ -1,4 +1,4 @@
-//! `skiagraph render --truth`: sets whose truth is kept apart, and the commands that need it.
+//! `skiagraph render --truth`: sets with separate truth, and the commands that need it.
 
 use skiagraph::benchmark_set::BlindSet;
 
@@ -72,7 +72,7 @@ fn lists_and_readme_of_a_public_set_match_its_files() {
     assert!(told.contains("this set has no truth") && told.contains("all match files.sha256"), "{told}");
     let facts = room.succeed("inspect public --json").stdout;
     assert!(facts.contains("\"hashes_ok\": true") && !facts.contains("\"motion\""), "{facts}");
-    // a list that was edited is found
+    // a modified list is found
     room.write("public/complete.sha256", [complete, b"# more\n".to_vec()].concat());
     let refused = room.skiagraph(["track", "public", "--tracker", "frozen", "--out", "run"]);
     assert!(refused.code == 2 && refused.stderr.contains("complete.sha256 was changed"), "{}", refused.stderr);

@@ -1,4 +1,4 @@
-//! Sets whose drawing is interrupted: the same command goes on, and the bytes are those of an undisturbed one.
+//! Interrupted rendering: the same command resumes, with the bytes of an uninterrupted one.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -16,7 +16,7 @@ fn room() -> Sandbox {
     room
 }
 
-/// The journal's number of lines; 0 where there is none.
+/// The number of lines of the journal; 0 without one.
 fn whole_files(room: &Sandbox) -> usize {
     fs::read_to_string(room.path("set.partial/finished.sha256")).map_or(0, |text| text.lines().count())
 }
@@ -30,12 +30,12 @@ fn a_rendering_killed_many_times_gives_the_bytes_of_an_uninterrupted_one() {
         moment = moment * 37 % 101;
         killed += usize::from(room.run_and_kill(&format!("{RENDER} set -q"), Duration::from_millis(20 + 3 * moment)));
         if room.path("set").exists() {
-            // it was faster than its killer
+            // it finished before the kill
             assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
             fs::remove_dir_all(room.path("set")).unwrap();
         }
         amid += usize::from(whole_files(&room) > 13);
-        // as a machine that lost its power leaves it
+        // as after a power failure
         if amid % 3 == 2 {
             let file = room.path("set.partial/set/observations/cam00/silhouette/000001.png");
             if file.exists() {
@@ -92,7 +92,7 @@ fn a_ladder_resumes_after_its_finished_sets() {
     let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --key 00112233445566778899aabbccddeeff --out ladder";
     room.succeed(&format!("{ladder} -q"));
     let whole = [0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256")));
-    // the second level can be written only once somebody's file is out of the way
+    // the second level can be written only after a foreign file is removed
     fs::remove_dir_all(room.path("ladder")).unwrap();
     fs::create_dir_all(room.path("ladder/holes-0.2.partial")).unwrap();
     room.write("ladder/holes-0.2.partial/thesis.tex", "years of work");

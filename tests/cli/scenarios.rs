@@ -1,4 +1,4 @@
-//! The scenarios that ship, their documentation, and what the program prints about them.
+//! The shipped scenarios, their documentation, and output about them.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
     let room = Sandbox::new();
     let built_in = room.succeed("check").stdout;
     let file = room.succeed(&format!("check {}", shipped("scenarios/walk.toml").display())).stdout;
-    // all but the file's name and the times of two samples
+    // everything except the file's name and measured times
     let same = |said: &str| -> Vec<String> {
         said.lines().skip(1).filter(|line| !line.starts_with("  cost ")).map(str::to_owned).collect()
     };
@@ -83,7 +83,7 @@ fn keys(value: &toml::Value) -> Vec<String> {
     match value {
         toml::Value::Table(table) => {
             let within = |(key, value): (&String, &toml::Value)| match (key.as_str(), value) {
-                // the names of methods are the author's own
+                // names of methods are free
                 ("methods", toml::Value::Table(methods)) => methods.values().flat_map(keys).collect(),
                 _ => [vec![key.clone()], keys(value)].concat(),
             };
@@ -189,7 +189,7 @@ fn a_set_is_replaced_only_with_force() {
     assert_eq!(hash(&there), first, "the set that was there is still there");
     let second = hash(&room.succeed("render tiny.toml rig.ring.radius_m=4.0 --json --force --out set").stdout);
     assert_ne!(first, second);
-    // that of the other scenario is kept: the run is of it
+    // the run of the other scenario is kept
     assert_eq!(room.entries(), ["run", "set", "set~", "tiny.toml"]);
     room.succeed("evaluate set~ run -q");
 }

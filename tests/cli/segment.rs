@@ -51,7 +51,7 @@ fn both_methods_segment_a_square_before_a_changing_background() {
     room.succeed("segment --background empty --frames walk --method online --raw --out online");
     let found = set_pixels(&room.read("online/00.png"));
     assert!(expected.iter().all(|pixel| found.contains(pixel)), "the first frame's square is new");
-    // the result is ours and may be replaced; a folder of others may not
+    // own output may be replaced, a foreign folder may not
     room.succeed("segment --background empty --frames walk --out masks");
     assert_eq!(room.skiagraph(["segment", "--background", "empty", "--frames", "walk", "--out", "walk"]).code, 2);
 }

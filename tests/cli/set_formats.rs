@@ -1,4 +1,4 @@
-//! What docs/sets.md and a set's FORMATS.txt say of the files of sets.
+//! The description of a set's files in docs/sets.md and FORMATS.txt.
 
 use std::process::Command;
 

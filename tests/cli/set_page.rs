@@ -86,7 +86,7 @@ fn moving_cameras_are_drawn_at_their_position_in_every_frame() {
         let fields = map["fields"].as_array().unwrap();
         assert!(fields.len() > 3 && fields[0][0] != fields[3][0], "one camera moves: {map}");
         assert!(html.contains("Moving cameras are drawn at their position"));
-        // the camera of every second frame has no layers in between
+        // a camera with every second frame has no layers in between
         if set == "kept" {
             let pictures = data_of(&html, "layers-data")["pictures"].clone();
             assert!(pictures[0][0][0].is_object() && pictures[1][1][0].is_null(), "{}", pictures[1]);

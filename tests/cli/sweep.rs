@@ -1,4 +1,4 @@
-//! Sweeps: the same bytes whatever runs the cells and whoever is killed meanwhile, and bad input.
+//! Sweeps: the same bytes however cells are run and processes killed; and bad input.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ fn tables(room: &Sandbox, sweep: &str) -> Vec<Vec<u8>> {
     TABLES.iter().map(|name| room.read(&format!("{sweep}/{name}"))).collect()
 }
 
-/// An undisturbed sweep in `DIR`.
+/// An uninterrupted sweep in `DIR`.
 fn undisturbed(room: &Sandbox, dir: &str) -> Vec<Vec<u8>> {
     room.succeed(&format!("sweep tiny.toml {GRID} --out {dir} -j 2"));
     tables(room, dir)
@@ -82,7 +82,7 @@ fn a_sweep_gives_the_same_bytes_in_one_run_by_cells_and_by_shards() {
     }
     room.succeed("sweep gather cells");
     assert_eq!(tables(&room, "cells"), whole);
-    // each set was rendered once, and there is nothing else
+    // each set was rendered once, and there are no other files
     assert_eq!(fs::read_dir(room.path("cells/sets")).unwrap().count(), 2);
     assert!(files_below(&room.path("cells")).iter().all(|path| !path.to_string_lossy().contains("writing")));
     let rows = rows(&room, "cells");
@@ -130,13 +130,13 @@ fn processes_share_a_motion_model_that_is_learned_once() {
     room.succeed("sweep gather apart");
     room.succeed("sweep latent.toml rig.ring.count=1,2 --out together -j 2");
     assert_eq!(tables(&room, "apart"), tables(&room, "together"));
-    // the numbers are those of a run, which shares nothing
+    // the numbers equal those of a run, which shares nothing
     room.succeed("run latent.toml rig.ring.count=1 seeds=1 --out alone");
     let run: serde_json::Value = serde_json::from_slice(&room.read("alone/run.json")).unwrap();
     let rows = rows(&room, "apart");
     let cell: f64 = column(&rows, "humaneva_mm")[0].parse().unwrap();
     assert_eq!(run["metrics"]["humaneva_mm"]["mean"].as_f64(), Some(cell));
-    // a damaged model is named, and nothing is made of it
+    // a damaged model is named and not used
     fs::write(first, "no model").unwrap();
     fs::remove_dir_all(room.path("apart/results")).unwrap();
     assert_refused(&room, "sweep cell apart --index 0", 2, &[".model", "not a complete"]);
@@ -180,8 +180,7 @@ fn a_sweep_killed_twenty_times_gives_the_bytes_of_an_uninterrupted_one() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
-    // moments from a fixed sequence without pattern; killed cells are begun again, and all of them where none is
-    // missing
+    // kill times from a fixed pseudo-random sequence; killed cells are run again, and all cells if none is missing
     let mut moment = 17_u64;
     let mut killed = 0;
     for _ in 0..20 {
@@ -215,13 +214,13 @@ fn damaged_results_and_modification_times_do_not_matter() {
     let whole = undisturbed(&room, "s");
     let results = files_below(&room.path("s/results"));
     assert_eq!(results.len(), 8);
-    // clocks that disagree: modification times in the past and in the future
+    // modification times in the past and in the future
     for (path, time) in results.iter().zip([0, 4_000_000_000_u64].iter().cycle()) {
         let file = fs::File::options().write(true).open(path).unwrap();
         file.set_modified(std::time::UNIX_EPOCH + Duration::from_secs(*time)).unwrap();
     }
     assert!(room.succeed("sweep run s").stdout.contains("ran 0 cells, 8 had results"));
-    // a result that was edited, one that is cut, one of another cell
+    // a modified result, a truncated one, and one of another cell
     let text = fs::read_to_string(&results[0]).unwrap();
     fs::write(&results[0], text.replacen("\"cameras\": ", "\"cameras\": 1", 1)).unwrap();
     fs::write(&results[1], &text.as_bytes()[..100]).unwrap();
@@ -245,7 +244,7 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
         let told = room.succeed(command).stdout;
         assert!(told.contains("8 cells (4 settings x 2 seeds) on 2 sets") && told.contains("on one core"), "{told}");
     }
-    // more seeds: the plan grows and what is done counts
+    // more seeds: the plan grows and finished cells are kept
     assert_refused(
         &room,
         "sweep plan sweep.toml --seeds 3 --out s",
@@ -256,7 +255,7 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
     assert!(room.succeed("sweep run s").stdout.contains("ran 4 cells, 8 had results"));
     let settings: Vec<String> = column(&rows(&room, "s"), "seed");
     assert_eq!(settings.iter().filter(|seed| *seed == "2").count(), 4);
-    // without --out another sweep of the same name gets a folder of its own
+    // without --out, another sweep of the same name gets a separate folder
     room.succeed("sweep tiny.toml particles=6,12 --seeds 1");
     room.succeed("sweep tiny.toml particles=6,12 --seeds 2");
     assert!(room.path("sweeps/tiny/runs.csv").exists() && room.path("sweeps/tiny-2/runs.csv").exists());
@@ -276,7 +275,7 @@ fn a_setting_that_cannot_be_run_is_a_result_and_the_others_are_run() {
         "{rows:?}"
     );
     assert!(room.succeed("sweep status s").stdout.contains("2 cannot be run: 2-3"));
-    // again: it is not tried again, unless that is asked for
+    // failed cells are not run again without --retry-failed
     let answer = room.skiagraph(["sweep", "run", "s", "--json"]);
     assert!(answer.code == 1 && answer.stdout.contains("\"run\": 0"), "{}", answer.stdout);
     let answer = room.skiagraph(["sweep", "run", "s", "--json", "--retry-failed"]);
@@ -313,7 +312,7 @@ fn a_setting_with_an_unreadable_file_fails_and_the_others_are_run() {
             assert!(what == "sound" || error.contains(what.as_str()), "{what}: {error}");
         }
     }
-    // the file that was not there arrives
+    // the missing file is added
     let walk = fs::read(crate::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("late.txt", walk);
     assert!(room.skiagraph(["sweep", "run", "s1", "--json"]).stdout.contains("\"run\": 0"));
@@ -425,7 +424,7 @@ fn two_processes_may_run_the_same_sweep() {
     let codes = both.each_ref().map(|output| output.status.code().unwrap());
     assert!(codes.contains(&0) && codes.iter().all(|code| [0, 75].contains(code)), "{codes:?}");
     assert_eq!(tables(&room, "s"), whole);
-    // cells and shards run side by side, the same ones at the same moment too
+    // cells and shards run in parallel, including the same ones
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out t"));
     let cell = |arguments: &str| {
         Command::new(cargo_bin("skiagraph"))
@@ -448,7 +447,7 @@ fn two_processes_may_run_the_same_sweep() {
 fn write_errors_are_reported_and_results_stay_complete() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
-    // a file where the folder of results should be: nothing can be written below it, whoever runs this
+    // a file in place of the folder of results, below which nobody can write
     room.write("s/results", "in the way");
     assert_refused(&room, "sweep run s", 2, &["results", "cannot create the directory"]);
     assert_refused(&room, "sweep cell s --index 0", 2, &["results", "cannot create the directory"]);

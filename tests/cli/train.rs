@@ -1,4 +1,4 @@
-//! `skiagraph train`: a model that is whole or absent, and bad input refused with one message.
+//! `skiagraph train`: models are written atomically, and bad input is refused with one message.
 
 use std::fs;
 use std::sync::Mutex;
@@ -86,7 +86,7 @@ fn bad_input_is_refused_with_one_message_and_leaves_nothing() {
     }
 }
 
-/// Wants no more once so many frames have their model, and remembers what it was told.
+/// Interrupts after a number of frames, and records progress.
 struct Onlooker {
     patience: usize,
     done: AtomicUsize,
@@ -182,7 +182,7 @@ fn a_tracker_uses_a_trained_model_like_one_learned_during_the_run() {
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker gpdm_graph model_file=run.model particles=20 --seeds 2 --out runs/apart");
     models("runs/apart");
-    // poses.npz of `run` holds the truth beside the estimates
+    // poses.npz of `run` contains the truth and the estimates
     assert!(room.read("runs/file/search.npz") == room.read("runs/apart/search.npz"));
 }
 

@@ -1,10 +1,10 @@
-//! What intervals run over: seeds, draws of the observation's noise, and clips.
+//! Units of intervals: seeds, noise draws and clips.
 
 use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with five draws of the noise of one clip, each with a run of a tracker that draws no random numbers.
+/// A sandbox with five noise draws of one clip, each with a run of a deterministic tracker.
 fn room_of_draws() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -44,7 +44,7 @@ fn a_deterministic_tracker_is_compared_and_gated_over_noise_draws() {
     let text = room.succeed("compare still moving").stdout;
     assert!(text.contains("5 draws of the noise of one clip (tiny, 0."), "{text}");
     assert!(text.contains("they say nothing about other motions"), "{text}");
-    // several folders a side
+    // several folders per side
     let vs = "compare still/1 still/2 still/3 --vs moving/1 moving/2 moving/3 --json";
     assert_eq!(json(&room, vs)["others"][0]["metrics"][0]["runs"], serde_json::json!([3, 3]));
 
@@ -82,7 +82,7 @@ fn compare_needs_three_clips_and_the_gate_five() {
     assert!(two.contains("2 clips are too few for an interval over clips (3 or more)"), "{two}");
 }
 
-/// Five copies of a deterministic run gave "exact, better", and a gate that passed.
+/// Five copies of a deterministic run must neither show an exact difference nor pass a gate.
 #[test]
 fn copies_of_one_run_count_as_one_observation() {
     let room = Sandbox::new();

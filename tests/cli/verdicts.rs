@@ -1,4 +1,4 @@
-//! What is concluded from a run.
+//! Verdicts on runs.
 
 use serde_json::Value;
 
@@ -13,7 +13,7 @@ fn page(room: &Sandbox, run: &str) -> String {
     String::from_utf8(room.read(&format!("{run}/report.html"))).unwrap()
 }
 
-/// The energy at the truth is one number, whether our own tracker with default settings asks or another program.
+/// The energy at the truth is the same for a built-in tracker with default settings and for another program.
 #[test]
 fn poses_of_another_program_have_energies_and_markers_alone_have_none() {
     let room = Sandbox::new();
@@ -56,7 +56,7 @@ fn poses_of_another_program_have_energies_and_markers_alone_have_none() {
     }
 }
 
-/// An oracle with the actor's own body overlaps the exact silhouettes in full, whatever was done to the observed ones.
+/// An oracle with the actor's body overlaps the exact silhouettes fully, regardless of corruption of the observed ones.
 #[test]
 fn the_truth_is_not_penalised_for_corrupted_silhouettes() {
     let room = Sandbox::new();
@@ -113,7 +113,7 @@ fn among_methods_an_oracle_is_a_reference_and_not_the_best_tracker() {
     room.succeed("report methods --png methods.png");
 }
 
-/// Metrics that a baseline of an earlier version lacks decide nothing.
+/// Metrics missing from a baseline of an earlier version do not affect the gate.
 #[test]
 fn a_baseline_that_lacks_a_metric_still_gates() {
     let room = Sandbox::new();
