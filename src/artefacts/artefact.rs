@@ -148,9 +148,9 @@ impl Artefact {
     /// # Errors
     /// [`ArtefactError::Output`] that names the file.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<(), ArtefactError> {
-        let meanwhile = Unfinished::begin(self.place.beside("writing"));
-        write_synced(meanwhile.path(), bytes).map_err(output(&self.place.path, "write"))?;
-        self.move_in(meanwhile.path())
+        let temporary = Unfinished::begin(self.place.beside("writing"));
+        write_synced(temporary.path(), bytes).map_err(output(&self.place.path, "write"))?;
+        self.move_in(temporary.path())
     }
 
     /// Moves a complete result to the output path, in one step if the system can.

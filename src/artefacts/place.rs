@@ -97,7 +97,7 @@ impl Lock {
                 Ok(()) if are_same(file.metadata(), fs::metadata(&path)) != Some(false) => {
                     return Ok(Some(Self { _path: Unfinished::begin(path), _file: file }));
                 }
-                // the previous owner removed the file meanwhile
+                // the previous owner removed the file temporary
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(_)) => {
@@ -205,8 +205,8 @@ pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// # Errors
 /// [`ArtefactError::Output`] that names the file.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ArtefactError> {
-    let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
-    let written = write_synced(meanwhile.path(), bytes).and_then(|()| fs::rename(meanwhile.path(), path));
+    let temporary = Unfinished::begin(of_this_process(path, "writing"));
+    let written = write_synced(temporary.path(), bytes).and_then(|()| fs::rename(temporary.path(), path));
     written.map_err(output(path, "write"))
 }
 

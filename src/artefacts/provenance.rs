@@ -145,9 +145,9 @@ impl Listing {
 
     /// Writes the listing into `folder` atomically.
     fn store(&self, folder: &Path) -> Result<(), ArtefactError> {
-        let (path, meanwhile) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
+        let (path, temporary) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
         let text = listing_of(self.0.iter().map(|(path, digest)| (path, digest)));
-        let stored = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &path));
+        let stored = write_synced(&temporary, text.as_bytes()).and_then(|()| fs::rename(&temporary, &path));
         stored.map_err(output(&path, "write"))
     }
 

@@ -189,15 +189,15 @@ fn of_timing(cell: &SweepCell, record: &CellRecord) -> [String; 6] {
 /// A file in the sweep's folder that is written under a temporary name and renamed when complete.
 struct WholeFile {
     path: PathBuf,
-    meanwhile: Unfinished,
+    temporary: Unfinished,
     file: BufWriter<File>,
 }
 
 impl WholeFile {
     fn begin(path: &Path) -> Result<Self, ExperimentError> {
-        let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
-        let file = File::create(meanwhile.path()).map_err(output(path, "write"))?;
-        Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
+        let temporary = Unfinished::begin(of_this_process(path, "writing"));
+        let file = File::create(temporary.path()).map_err(output(path, "write"))?;
+        Ok(Self { path: path.to_owned(), temporary, file: BufWriter::new(file) })
     }
 
     fn write(&mut self, text: &[u8]) -> Result<(), ExperimentError> {
@@ -206,7 +206,7 @@ impl WholeFile {
 
     fn finish(mut self) -> Result<(), ExperimentError> {
         let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        let moved = written.and_then(|()| std::fs::rename(self.meanwhile.path(), &self.path));
+        let moved = written.and_then(|()| std::fs::rename(self.temporary.path(), &self.path));
         moved.map_err(output(&self.path, "write"))?;
         sync_parent(&self.path);
         Ok(())
