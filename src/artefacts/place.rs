@@ -97,7 +97,7 @@ impl Lock {
                 Ok(()) if are_same(file.metadata(), fs::metadata(&path)) != Some(false) => {
                     return Ok(Some(Self { _path: Unfinished::begin(path), _file: file }));
                 }
-                // the previous owner removed the file temporary
+                // the previous owner has removed the file in between
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(_)) => {

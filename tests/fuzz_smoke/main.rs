@@ -91,7 +91,7 @@ macro_rules! smoke_tests {
 smoke_tests!(bvh asf amc deepmimic c3d trc urdf obj stl collada gltf scenario manifest cameras body npz poses model);
 
 #[test]
-fn seeds_are_accepted_and_written_where_they_are_asked_for() {
+fn seeds_are_accepted_and_written_to_the_corpus() {
     let corpus = std::env::var_os("SKIAGRAPH_FUZZ_CORPUS").map(PathBuf::from);
     for (name, target) in TARGETS {
         for (index, seed) in seeds::seeds_for(name).iter().enumerate() {

@@ -88,7 +88,7 @@ fn filter(body: &Humanoid, rig: &CameraRig) -> AnnealedParticleFilter<Diffusion,
 }
 
 #[test]
-fn a_walk_is_followed_far_better_than_by_standing_still() {
+fn a_walk_is_tracked_far_better_than_by_a_constant_pose() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let tracked = error_mm(&mut filter(&body, &ring()), &body);
     let frozen = error_mm(&mut Frozen::default(), &body);
@@ -97,7 +97,7 @@ fn a_walk_is_followed_far_better_than_by_standing_still() {
 }
 
 #[test]
-fn a_person_out_of_every_picture_is_no_reason_to_fall() {
+fn a_person_outside_all_images_causes_no_error() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let rig = ring();
     let mut filter = filter(&body, &rig);

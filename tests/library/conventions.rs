@@ -12,7 +12,7 @@ use syn::visit::{self, Visit};
 const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
 
 #[test]
-fn no_comment_is_wider_than_code_may_be() {
+fn no_comment_is_wider_than_code() {
     let settings = fs::read_to_string(root().join("rustfmt.toml")).unwrap();
     let width = settings.lines().find_map(|line| line.strip_prefix("max_width = ")).unwrap();
     let width: usize = width.parse().unwrap();
@@ -31,7 +31,7 @@ fn no_comment_is_wider_than_code_may_be() {
 }
 
 #[test]
-fn every_type_of_the_library_has_a_name_of_its_own() {
+fn type_names_are_unique() {
     #[derive(Default)]
     struct Names(Vec<String>);
     impl<'ast> Visit<'ast> for Names {

@@ -54,7 +54,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
 }
 
 #[test]
-fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motion() {
+fn takes_of_two_subjects_are_joined_into_one_motion() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
     let staged = PreparedScene::new(&scenario("walk_jog_stop_gesture.toml"), Some(&folder)).unwrap();
     assert_eq!((staged.seams.len(), staged.sources.len()), (3, 4));
@@ -88,7 +88,7 @@ fn the_built_in_walk_along_a_curve_is_529_frames_long_and_no_two_seeds_are_the_s
 }
 
 #[test]
-fn a_path_that_turns_faster_than_feet_can_follow_and_takes_that_are_nowhere_alike_are_refused_by_key() {
+fn impossible_paths_and_transitions_are_refused_by_key() {
     let mut file = scenario("embedded.toml");
     file.scenario.motion.path_m = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.0, 0.3]];
     let message = PreparedScene::new(&file, None).unwrap_err().to_string();

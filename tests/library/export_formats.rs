@@ -92,7 +92,7 @@ read_back_by! {
 }
 
 #[test]
-fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
+fn webdataset_reads_the_shards_of_a_set() {
     let room = tempfile::tempdir().unwrap();
     let [set, plain] = ["set", "plain"].map(|name| room.path().join(name));
     let small =
@@ -106,7 +106,7 @@ fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
 }
 
 #[test]
-fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
+fn this_programs_bvh_reader_reproduces_the_links() {
     let out = exported(ExportFormat::Bvh);
     // centimetres, Y up, faces +Z at rest
     let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
@@ -140,7 +140,7 @@ fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
 }
 
 #[test]
-fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
+fn exported_cameras_equal_the_sets_cameras_when_imported() {
     let set = &SET.0;
     for (format, file_format, name) in [
         (ExportFormat::OpenCv, CameraFileFormat::OpenCv, "NAME.yml"),
@@ -162,7 +162,7 @@ fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused_and_a_stop_is_heeded() {
+fn unsupported_content_is_refused_and_an_export_can_be_interrupted() {
     let out = tempfile::tempdir().unwrap();
     let stopped = export(&SET.0, ExportFormat::Coco, out.path(), ExportWatch { tick: &|| (), stop: &|| true });
     assert!(stopped.unwrap_err().to_string().contains("stopped"));

@@ -71,7 +71,7 @@ fn greatest_acceleration(body: &Humanoid, motion: &Motion) -> f64 {
 
 /// Walks that are half a dance and a person who gets down to the floor and up again; both robots that ship.
 #[test]
-fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
+fn nothing_sinks_in_recordings_with_dancing_and_lying_down() {
     for file in ["cmu_3dsmax_131_01.bvh", "mocapbank_test.bvh"] {
         let Some(path) = crate::support::test_data(&format!("mocap/bvh/{file}")) else { return };
         let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -91,7 +91,7 @@ fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
 /// A leg without an ankle cannot choose how its foot is turned: held by place and orientation it tore the whole body
 /// about, by up to 540 m/s^2 and 181 mm.
 #[test]
-fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
+fn planting_the_feet_of_a_body_without_ankles_causes_no_large_accelerations() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let clip = read(&folder.join("14_27_f0001-0900.amc"), &ReadOptions::default()).unwrap();
     let clip = clip.crop(0..400).unwrap().resampled(60.0).unwrap();

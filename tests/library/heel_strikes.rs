@@ -20,7 +20,7 @@ const LABELS: [(&str, [&[usize]; 2]); 2] =
 const TOLERANCE: usize = 6;
 
 #[test]
-fn contact_begins_where_the_heel_strikes() {
+fn contact_begins_at_the_heel_strike() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let (mut hits, mut missed, mut extra, mut lags) = (0, 0, 0, Vec::new());
     for (clip, labels) in LABELS {

@@ -59,7 +59,7 @@ fn staged(folder: &Path, map: &str) -> Result<PreparedScene, String> {
 }
 
 #[test]
-fn a_recording_whose_joints_have_unknown_names_is_used_by_its_map() {
+fn a_recording_with_unknown_joint_names_is_used_with_its_joint_map() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("odd.bvh"), renamed()).unwrap();
     let map: Vec<String> = MAP.iter().map(|(landmark, joint)| format!("{landmark} = \"{joint}\"")).collect();

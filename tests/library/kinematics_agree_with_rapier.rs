@@ -64,7 +64,7 @@ fn isometry(from: &nalgebra::Isometry3<f64>) -> rapier3d::math::Pose {
 }
 
 #[test]
-fn every_link_of_the_shipped_robots_is_where_rapier_puts_it() {
+fn link_positions_of_shipped_robots_agree_with_rapier() {
     for body in [Humanoid::tracker25().unwrap(), Humanoid::actor().unwrap()] {
         for draw in 0..20 {
             let mut rng = stream(draw, Purpose::Initialisation, 0, 0, 0);

@@ -164,7 +164,7 @@ fn joint_centres_in_a_c3d_give_the_motion_back_to_a_few_millimetres_however_numb
 }
 
 #[test]
-fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimetres() {
+fn plug_in_gait_markers_on_a_skin_give_the_joints_to_a_few_centimetres() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (labels, frames) = worn_in(&body, &motion);
@@ -217,7 +217,7 @@ fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
 }
 
 #[test]
-fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
+fn gaps_are_filled_with_a_note_and_missing_markers_are_left_out() {
     let (body, motion) = walk();
     let (labels, mut frames) = worn_in(&body, &motion);
     let whole = parse_markers(
@@ -243,7 +243,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
 }
 
 #[test]
-fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
+fn unknown_labels_are_listed_and_a_joint_map_resolves_them() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (mut labels, frames) = centres(&truth);

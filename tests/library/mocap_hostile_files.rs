@@ -146,12 +146,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn a_bvh_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..4)) {
+    fn a_damaged_bvh_does_no_harm(accidents in prop::collection::vec(accidents(), 1..4)) {
         check(parse_bvh(&befall(bvh(), &accidents), "f.bvh", &ReadOptions::default()));
     }
 
     #[test]
-    fn an_acclaim_pair_that_met_with_accidents_does_no_harm(
+    fn a_damaged_acclaim_pair_does_no_harm(
         skeleton in prop::collection::vec(accidents(), 0..3),
         motion in prop::collection::vec(accidents(), 0..3),
     ) {
@@ -159,12 +159,12 @@ proptest! {
     }
 
     #[test]
-    fn a_deepmimic_clip_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..3)) {
+    fn a_damaged_deepmimic_clip_does_no_harm(accidents in prop::collection::vec(accidents(), 1..3)) {
         check(parse_deepmimic(&befall(deepmimic(), &accidents), "f.txt", &ReadOptions::default()));
     }
 
     #[test]
-    fn any_bytes_at_all_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn arbitrary_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let text = String::from_utf8_lossy(&bytes);
         check(parse_bvh(&text, "f", &ReadOptions::default()));
         check(parse_deepmimic(&text, "f", &ReadOptions::default()));

@@ -121,7 +121,7 @@ fn every_bvh_has_the_manifests_frames_joints_rate_and_the_height_of_a_human() {
 }
 
 #[test]
-fn a_z_up_file_with_two_orders_stands_upright_and_its_feet_on_one_level() {
+fn a_z_up_file_with_two_rotation_orders_stands_upright_with_level_feet() {
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/ad_wave_hello.bvh"));
     let (left, right, head) = (joint(&clip, "LeftFoot"), joint(&clip, "RightFoot"), joint(&clip, "Head"));
@@ -132,7 +132,7 @@ fn a_z_up_file_with_two_orders_stands_upright_and_its_feet_on_one_level() {
 }
 
 #[test]
-fn mixed_orders_do_not_tear_a_walk_apart() {
+fn a_walk_with_mixed_rotation_orders_is_read_correctly() {
     // Read in one order, the arms of these files swing through each other.
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/cmu_3dsmax_131_01.bvh"));
@@ -188,7 +188,7 @@ fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
 }
 
 #[test]
-fn knees_bend_backward_and_elbows_forward_whatever_the_format() {
+fn knees_bend_backward_and_elbows_forward_in_every_format() {
     let Some(folder) = recordings() else { return };
     let cases = [
         (shipped().join("humanoid3d_run.txt"), ["right_hip", "right_knee", "right_ankle"]),
@@ -322,7 +322,7 @@ fn a_walk_repeats_without_a_seam() {
 }
 
 #[test]
-fn what_ships_is_what_its_readme_says() {
+fn shipped_recordings_match_their_readme() {
     let readme = std::fs::read_to_string(shipped().join("README.md")).unwrap();
     for name in ["humanoid3d_walk.txt", "humanoid3d_run.txt", "humanoid3d_jump.txt", "01_01.bvh"] {
         let bytes = std::fs::read(shipped().join(name)).unwrap();

@@ -69,7 +69,7 @@ fn walks_come_within_5_mm_on_the_actor_and_17_mm_on_the_tracker() {
 }
 
 #[test]
-fn other_dialects_come_near_and_nobody_leaps() {
+fn other_dialects_are_retargeted_closely_and_without_leaps() {
     for (file, bound_mm) in [
         ("bvh/cmu_3dsmax_131_01.bvh", 5.0),
         ("bvh/ad_cmu_jumping_jacks.bvh", 5.0),
@@ -96,7 +96,7 @@ fn other_dialects_come_near_and_nobody_leaps() {
 }
 
 #[test]
-fn somebody_walks_as_people_walk() {
+fn a_retargeted_walk_is_human_like() {
     for file in ["cmu_asf_amc/49_01.amc", "deepmimic/humanoid3d_walk.txt", "cmu_asf_amc/35_02.amc"] {
         let Some(clip) = thinned(file) else { return };
         let walk = retargeted(&clip, "actor");
@@ -208,7 +208,7 @@ fn leaps_of_a_recording_are_noted() {
 }
 
 #[test]
-fn overrides_and_what_is_missing_are_told_by_name() {
+fn overrides_and_missing_joints_are_reported_by_name() {
     let Some(mut clip) = thinned("bvh/mocapbank_test.bvh") else { return };
     clip.frames.truncate(1);
     let body = shipped("actor").unwrap();

@@ -32,7 +32,7 @@ fn a_run_that_stops_stays_up() {
 }
 
 #[test]
-fn a_fall_is_told_with_its_time_its_frame_and_what_it_means() {
+fn a_fall_is_reported_with_its_time_and_frame() {
     let Some(report) = simulated("16_45", "actor", 0.0) else { return };
     let (at, frame) = (report.fell_at_s.unwrap(), report.fell_at_frame.unwrap());
     assert_eq!(frame as f64 / 60.0, at);

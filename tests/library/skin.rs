@@ -31,7 +31,7 @@ fn frames(rows: &[[f64; 7]]) -> Vec<Isometry3<f64>> {
 }
 
 #[test]
-fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that_names_it() {
+fn missing_and_outside_files_are_reported_with_the_skin_that_names_them() {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path().join("skins");
     fs::create_dir(&folder).unwrap();
@@ -116,7 +116,7 @@ fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera
 }
 
 #[test]
-fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_the_outline() {
+fn the_skinned_silhouette_agrees_with_rays_except_near_the_outline() {
     for (skin, [width, height]) in [("person_coarse", [200, 150]), ("person", [80, 60])] {
         let (body, frames) = posed(skin);
         let camera = camera(width, height);
@@ -146,7 +146,7 @@ fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_
 }
 
 #[test]
-fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() {
+fn depth_agrees_with_rays_and_every_large_part_is_visible() {
     let (body, frames) = posed("person_coarse");
     let camera = camera(120, 90);
     let image = SilhouettePainter::new(&camera).depth(&body, &frames);
@@ -174,7 +174,7 @@ fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() 
 }
 
 #[test]
-fn a_body_with_a_skin_survives_its_file_to_the_bit_and_is_another_body_than_without() {
+fn a_body_with_a_skin_is_read_back_bit_for_bit_and_differs_from_one_without() {
     let (body, _) = posed("person_coarse");
     let again = body_from_json("body.json", &body_to_json("body.json", &body).unwrap()).unwrap();
     assert_eq!(again, body);
@@ -211,7 +211,7 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
 }
 
 #[test]
-fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
+fn a_skin_read_from_a_glb_has_the_same_surface_and_bends_equally() {
     let original = shipped_skin("person_coarse").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("figure.glb");
@@ -243,7 +243,7 @@ fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
 }
 
 #[test]
-fn a_cut_glb_is_refused_wherever_it_is_cut() {
+fn a_glb_truncated_anywhere_is_refused() {
     let whole = crate::glb::bytes(&shipped_skin("person_coarse").unwrap());
     for share in [0.01, 0.1, 0.3, 0.5, 0.9, 0.999] {
         let cut = &whole[..(share * whole.len() as f64) as usize];
@@ -253,7 +253,7 @@ fn a_cut_glb_is_refused_wherever_it_is_cut() {
 }
 
 #[test]
-fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_one_is_left_alone() {
+fn calibration_improves_a_wrong_skinned_body_and_keeps_a_correct_one() {
     use skiagraph::body::BodyShape;
     use skiagraph::camera::{CameraRig, RingParameters};
     use skiagraph::observation::Observation;
@@ -321,7 +321,7 @@ fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_on
 }
 
 #[test]
-fn a_walker_in_a_skin_has_the_centre_of_mass_of_what_the_skin_holds() {
+fn a_skinned_body_has_the_centre_of_mass_of_the_skins_volume() {
     for (robot, skin) in [("actor", "person"), ("tracker25", "person_coarse")] {
         let dressed = with_skin(&shipped(robot).unwrap(), &shipped_skin(skin).unwrap()).unwrap();
         let body = dressed.with_masses_of_skin();

@@ -41,7 +41,7 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 }
 
 #[test]
-fn legs_that_lose_each_other_among_props_are_not_good() {
+fn a_run_that_confuses_the_legs_among_props_is_not_good() {
     let room = tempfile::tempdir().unwrap();
     // the algorithm as printed, which loses them; with refinement they are found
     let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
@@ -52,7 +52,7 @@ fn legs_that_lose_each_other_among_props_are_not_good() {
 }
 
 #[test]
-fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
+fn whole_clip_metrics_have_no_spread_and_a_kept_track_has_no_time_of_loss() {
     let room = tempfile::tempdir().unwrap();
     let seeds = ["seeds=2", "motion.last_frame=39", "rig.ring.count=1"];
     let (record, ..) = ran("scenarios/smoke/oracle.toml", &seeds, &room.path().join("two"));
@@ -73,7 +73,7 @@ fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
 }
 
 #[test]
-fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
+fn the_worst_frames_of_two_seeds_have_separate_pictures() {
     let room = tempfile::tempdir().unwrap();
     let (_, page, _) = ran("scenarios/smoke/matched.toml", &["seeds=2"], &room.path().join("seeds"));
     let table = page.split("class=\"worst-frames\"").nth(1).unwrap().split("</table>").next().unwrap();
@@ -92,7 +92,7 @@ fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
 }
 
 #[test]
-fn a_copy_of_the_actors_robot_is_matched_and_a_mismatch_of_nothing_is_too() {
+fn a_copy_of_the_actors_robot_and_a_zero_mismatch_are_matched() {
     let room = tempfile::tempdir().unwrap();
     std::fs::copy(shipped("robots/tracker25.urdf"), room.path().join("copy.urdf")).unwrap();
     let scenario = std::fs::read_to_string(shipped("scenarios/smoke/matched.toml")).unwrap();
