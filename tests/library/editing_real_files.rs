@@ -1,4 +1,4 @@
-//! Takes joined by transitions, from the scenarios that ship: how feet stand in the seams and how fast joints turn.
+//! Takes joined by transitions, from shipped scenarios: foot contact in the seams and joint speeds.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn scenario(name: &str) -> ScenarioFile {
     ScenarioFile::open(&path, &[]).unwrap()
 }
 
-/// Greatest speed of every angle, rad/s.
+/// Maximum speed of every angle, rad/s.
 fn greatest_speeds(motion: &Motion) -> Vec<f64> {
     let mut greatest = vec![0.0_f64; motion.poses[0].joint_angles.len()];
     for pair in motion.poses.windows(2) {
@@ -35,7 +35,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
     assert!(quality.skate_mm_per_s < 20.0 && quality.penetration_mm < 0.5, "{quality}");
     for foot in &contacts.feet {
         for stance in foot.stances() {
-            // single frames in which the lowest point passes from one solid of the foot to the next are faster
+            // single frames in which the lowest point moves from one solid of the foot to another are faster
             let slips = foot.frames[stance.clone()].iter().map(|frame| 1000.0 * frame.slip_m_per_s());
             let skate = slips.sum::<f64>() / stance.len() as f64;
             assert!(skate < 20.0, "{} skates {skate:.1} mm/s in frames {stance:?}", foot.name);

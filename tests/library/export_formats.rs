@@ -47,7 +47,7 @@ fn exported(format: ExportFormat) -> tempfile::TempDir {
     out
 }
 
-/// Exports, and reads with the format's own reader; skipped and counted where that is not installed.
+/// Exports a set and reads it with the format's own reader; skipped and counted if that is not installed.
 fn read_back(format: ExportFormat) {
     let out = exported(format);
     read_back_from(format, out.path(), SET.1.path());
@@ -108,7 +108,7 @@ fn webdataset_reads_the_shards_of_a_set() {
 #[test]
 fn this_programs_bvh_reader_reproduces_the_links() {
     let out = exported(ExportFormat::Bvh);
-    // centimetres, Y up, faces +Z at rest
+    // centimetres, Y up, facing +Z at rest
     let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
     let clip = read(&out.path().join("actor.bvh"), &options).unwrap();
     let truth = &SET.0.truth.ground_truth;
@@ -121,7 +121,7 @@ fn this_programs_bvh_reader_reproduces_the_links() {
         for (joint, local) in clip.skeleton.joints.iter().zip(frame) {
             placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
         }
-        // distances do not depend on how the reader turns the world upright
+        // distances do not depend on the reader's world axes
         let root = known.link_frames[0].translation.vector;
         let check = |index: usize, name: &str, place: Vector3<f64>| {
             let own = (placed[index].translation.vector - placed[0].translation.vector).norm();

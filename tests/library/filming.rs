@@ -1,4 +1,4 @@
-//! Cameras that move, and cameras that take their images at times of their own: every image by two roads.
+//! Moving cameras and cameras with their own timing: every image is computed in two independent ways.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
@@ -112,7 +112,7 @@ fn a_late_camera_sees_the_later_motion() {
     let twice = motion(8).made_continuous(&actor()).resampled(&actor(), 2.0 * RATE).unwrap();
     let finer = GroundTruth::from_motion(actor(), &twice, &rig()).unwrap();
     let truth = still(8);
-    // half a frame late is every other frame of the motion at twice the rate; early as well
+    // half a frame late or early equals every other frame of the motion at twice the rate
     for (offset_s, shift) in [(0.5 / RATE, 1), (-0.5 / RATE, -1), (2.0 / RATE, 4)] {
         let filming = timed(CameraTiming { offset_s, ..CameraTiming::default() });
         let filmed = GroundTruth::from_motion(actor(), &motion(8), &filming).unwrap();
@@ -179,7 +179,7 @@ fn timing_corruptions_are_added_to_the_cameras_timing() {
     let both = CorruptedObserver::new(&truth, &own, corruption, 3).observe(2);
     let sum = timed(CameraTiming { line_delay_s: 2e-5 + 1e-6 * 30.0, ..CameraTiming::default() });
     assert_eq!(both.silhouettes, Observer::new(&truth, &sum).observe(2).silhouettes);
-    // a tracker is told of the camera's own times alone
+    // a tracker gets the camera's timing without the corruption
     assert_eq!(both.moment, own.moment(2, truth.frames[2].time_s));
     let slow = timed(CameraTiming { every: 2, ..CameraTiming::default() });
     let lossy = Corruption { dropped_frames: 0.5, ..Corruption::default() };
@@ -240,7 +240,7 @@ fn a_likelihood_uses_the_cameras_of_the_frame_that_have_an_image() {
     for frame in [4, 3, 2, 5] {
         let seen = observer.observe(frame);
         let (own, other) = (&truth.frames[frame].pose, &truth.frames[frame - 2].pose);
-        // cameras that stand where these are, and of them those that have an image
+        // static cameras at the positions of those that have an image
         let mut there = seen.rig(filming.rig()).into_owned();
         there.cameras.truncate(if frame % 2 == 0 { 2 } else { 1 });
         let silhouettes = seen.silhouettes[..there.cameras.len()].to_vec();

@@ -1,5 +1,5 @@
-//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording
-//! without it, so that no recording with joints of unknown names could be used.
+//! `[motion] joint_map` also applies to the guard against learning from the test, so that recordings with unknown joint
+//! names can be used.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ const MAP: [(&str, &str); 15] = [
     ("right_ankle", "j09"),
 ];
 
-/// The recording with joints whose names say nothing.
+/// The recording with meaningless joint names.
 fn renamed() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions/01_01.bvh");
     let text = fs::read_to_string(path).unwrap();

@@ -5,7 +5,7 @@ use rapier3d::prelude::*;
 use skiagraph::body::{Humanoid, JointKind, Pose};
 use skiagraph::rng::{Purpose, stream};
 
-/// `world_from_link` translations of all links as rapier computes them.
+/// `world_from_link` translations of all links, computed by rapier.
 fn rapier_positions(body: &Humanoid, pose: &Pose) -> Vec<[f64; 3]> {
     let mut world = PhysicsWorld::new();
     let insert = |world: &mut PhysicsWorld, builder: RigidBodyBuilder| {

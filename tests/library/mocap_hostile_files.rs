@@ -1,5 +1,4 @@
-//! Whatever bytes a file holds, its reader answers with a clip or an error: it never panics and never asks for much
-//! memory.
+//! For arbitrary bytes, a reader returns a clip or an error: it never panics and never allocates much memory.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -13,14 +12,14 @@ const MOTION: &str = "#!OML\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 9.3 17.8 -17.3 
     2\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n3\nroot 0 0 0 0 0 0\nfemur 0 0 0\ntibia 0\n\
     4\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n";
 
-/// The first rows of a recording that ships, its header told so.
+/// The first rows of a shipped recording, with a corrected header.
 fn bvh() -> String {
     let text = include_str!("../../scenarios/motions/01_01.bvh");
     let head: Vec<&str> = text.lines().take(192).collect();
     head.join("\n").replace("Frames: 2752", "Frames: 5")
 }
 
-/// The first rows of a clip that ships.
+/// The first rows of a shipped clip.
 fn deepmimic() -> String {
     let text = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
     let rows: Vec<&str> = text.lines().take(9).collect();
@@ -32,7 +31,7 @@ fn parse_acclaim(skeleton: &str, motion: &str) -> Result<Clip, MocapError> {
     parse_amc(motion, "f.amc", &skeleton, &ReadOptions::default())
 }
 
-/// A clip that was accepted holds what its documentation promises.
+/// An accepted clip satisfies its documented invariants.
 fn check(result: Result<Clip, MocapError>) {
     match result {
         Ok(clip) => {
@@ -46,7 +45,7 @@ fn check(result: Result<Clip, MocapError>) {
     }
 }
 
-/// What may befall a text.
+/// Kinds of damage to a text.
 #[derive(Clone, Debug)]
 enum Accident {
     CutAt(Index),

@@ -1,5 +1,5 @@
-//! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything
-//! leaps. Clips are thinned so that the table is quick also unoptimised.
+//! Real recordings retargeted to the shipped bodies: landmark errors, foot contact and leaps. Clips are thinned so that
+//! the tests are fast without optimisation.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 const THINNING: usize = 6;
 
-/// Every sixth frame where there are more than 100 a second.
+/// Every sixth frame of clips with more than 100 frames per second.
 fn thinned(relative: &str) -> Option<Clip> {
     let path = crate::support::test_data("mocap")?.join(relative);
     let mut clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -24,7 +24,7 @@ fn retargeted(clip: &Clip, body: &str) -> Retargeted {
     retarget(clip, &shipped(body).unwrap(), &RetargetOptions::default()).unwrap()
 }
 
-/// Greatest turn of any link in the world from one frame to the next, radians.
+/// Maximum rotation of any link in the world between successive frames, radians.
 fn greatest_turn(result: &Retargeted) -> f64 {
     let frames: Vec<_> = result.motion.poses.iter().map(|pose| result.humanoid.link_frames(pose)).collect();
     let solid = (0..result.humanoid.links.len()).filter(|&link| !result.humanoid.links[link].solids.is_empty());
@@ -33,7 +33,7 @@ fn greatest_turn(result: &Retargeted) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Greatest turn of any recorded joint in the world from one frame to the next, radians; thumbs and fingers left out.
+/// Maximum rotation of any recorded joint in the world between successive frames, radians, without thumbs and fingers.
 fn greatest_recorded_turn(clip: &Clip) -> f64 {
     let frames: Vec<_> = (0..clip.frames.len()).map(|frame| clip.joint_frames(frame)).collect();
     let is_finger = |name: &str| ["thumb", "finger"].iter().any(|part| name.to_lowercase().contains(part));

@@ -1,5 +1,5 @@
-//! The recordings that come with this project, read, retargeted, measured, planted and simulated: what the tests on
-//! other people's recordings check, where those recordings are not at hand.
+//! The shipped recordings, read, retargeted, measured, planted and simulated: the same checks as for other recordings,
+//! which may not be available.
 
 use std::path::{Path, PathBuf};
 

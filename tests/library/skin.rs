@@ -98,7 +98,8 @@ fn camera(width: u32, height: u32) -> Camera {
         .unwrap()
 }
 
-/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore, every triangle, no index.
+/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore's method on every triangle, without an
+/// index.
 fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera, [u, v]: [f64; 2]) -> Option<f64> {
     let (x, y) = camera.pinhole.normalised(&Point2::new(u, v));
     let ray = Vector3::new(x, y, 1.0);
@@ -222,7 +223,7 @@ fn a_skin_read_from_a_glb_has_the_same_surface_and_bends_equally() {
         assert!((a - b).norm() < 1e-6, "{a} {b}");
     }
     for (name, place) in &read.landmarks {
-        // a file has no joint at the top of a head: there it is the highest vertex above the head's joint
+        // a file has no joint at the top of the head; the highest vertex above the head's joint is used
         let tolerance = if name == "head_top" { 0.15 } else { 1e-6 };
         assert!((place - original.landmarks[name]).norm() < tolerance, "{name}: {place}");
     }
@@ -337,7 +338,7 @@ fn a_skinned_body_has_the_centre_of_mass_of_the_skins_volume() {
                 pose.joint_angles[body.find_degree_of_freedom(name).unwrap()] = share * turn;
             }
             let frames = body.link_frames(&pose);
-            // of the deformed surface, by the divergence theorem; joints that bend lose some volume
+            // from the deformed surface, by the divergence theorem; bent joints lose some volume
             let (_, held) = body.skin.as_ref().unwrap().volume(&frames).unwrap();
             worst = worst.max((body.centre_of_mass(&frames).unwrap() - held).norm());
         }

@@ -1,5 +1,4 @@
-//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its
-//! file's name.
+//! Verdicts of difficult runs, pictures of the right seed, and matched models regardless of file names.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +12,7 @@ fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
-/// Runs a scenario that ships; its record and its page.
+/// Runs a shipped scenario; returns its record and its page.
 fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Grade) {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
@@ -31,7 +30,7 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
     assert!(grade >= Grade::Poor, "{}", record["verdict"]);
     assert!(!record["verdict"]["line"].as_str().unwrap().contains("follows"));
     assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are on the page");
-    // its silhouettes overlap less than those of an answer that never moves
+    // its silhouettes overlap less than those of a tracker that never moves
     let worse = record["verdict"]["worse_than_frozen"].as_array().unwrap();
     assert!(
         worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")),
@@ -43,7 +42,7 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 #[test]
 fn a_run_that_confuses_the_legs_among_props_is_not_good() {
     let room = tempfile::tempdir().unwrap();
-    // the algorithm as printed, which loses them; with refinement they are found
+    // the published algorithm loses them; with refinement they are found
     let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
     assert!(grade > Grade::Good, "{}", record["verdict"]);
     assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());

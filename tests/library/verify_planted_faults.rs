@@ -1,7 +1,7 @@
-//! `verify` finds every fault that is planted, names the file, and finds none in a set as it was written.
+//! `verify` finds every planted fault and names the file, and finds none in an unmodified set.
 //!
-//! One set is rendered for all tests. A fault is planted in a copy. Where the fault is in what was written and not in
-//! its copying, the list of hashes is made anew, so that hashes tell nothing and the content has to.
+//! One set is rendered for all tests, and faults are planted in copies. For faults of content, the list of hashes is
+//! recomputed, so that the fault must be found from the content.
 
 use std::fs;
 use std::path::Path;
@@ -47,17 +47,17 @@ fn observed(settings: &str) -> tempfile::TempDir {
     directory
 }
 
-/// Silhouettes that are cut out of images.
+/// Silhouettes segmented from images.
 static SEGMENTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     observed("silhouette = \"segmented\"\nseed = 4\nimages = { clothing_contrast = 100.0, background_frames = 5 }")
 });
 
-/// Silhouettes that are spoiled.
+/// Corrupted silhouettes.
 static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     observed("silhouette = \"corrupted\"\nseed = 5\ncorruption = { boundary_px = 1.5, holes = 0.05 }")
 });
 
-/// The first camera moves; the second takes every other image, late and row after row.
+/// The first camera moves; the second has every other image, late and with a rolling shutter.
 static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     let set = crate::made_up_set::assemble_filmed("filmed", &filming(), &motion(), &ObservationSettings::default());
@@ -100,7 +100,7 @@ fn motion() -> Motion {
     crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle)
 }
 
-/// A copy of the set, to be spoiled.
+/// A copy of the set to modify.
 struct Copy(tempfile::TempDir);
 
 impl Copy {
@@ -128,7 +128,7 @@ impl Copy {
         file
     }
 
-    /// Changes the numbers of all channels whose names begin so.
+    /// Changes the numbers of all channels with this prefix.
     fn floats(&self, camera: usize, frame: usize, prefix: &str, change: impl Fn(f32) -> f32) -> String {
         self.layers(camera, frame, |channels| {
             let chosen: Vec<_> = channels.iter_mut().filter(|c| c.name.to_string().starts_with(prefix)).collect();
@@ -190,7 +190,7 @@ impl Copy {
         self.repaint_sized(camera, frame, [WIDTH, HEIGHT], pixel);
     }
 
-    /// As [`Self::repaint`], of an image of that size.
+    /// Like [`Self::repaint`], for an image of that size.
     fn repaint_sized(
         &self,
         camera: usize,
@@ -238,7 +238,7 @@ impl Copy {
         self.write(b, &first);
     }
 
-    /// Lists all files anew, as if the set had been written like this.
+    /// Recomputes the list of files, as if the set had been written like this.
     fn sign(&self) {
         let mut lines: Vec<String> = files(self.0.path(), "")
             .into_iter()
@@ -267,7 +267,7 @@ impl Copy {
         assert!(hit && !found.is_sound(), "{name}: {file}: {words:?} is not among {all:#?}");
     }
 
-    /// As [`Self::found`], after the files were listed anew.
+    /// Like [`Self::found`], after the list of files was recomputed.
     #[track_caller]
     fn found_despite_valid_hashes(&self, name: &str, file: &str, words: &[&str]) {
         self.sign();
@@ -633,7 +633,7 @@ fn pixels_from_the_corner_of_the_image_are_found() {
     set.found_despite_valid_hashes("projection", "truth/views.npz", &["joints_2d", "OpenCV's formula"]);
 }
 
-/// Nothing was projected where the observations were not exact.
+/// Projections are checked even if the observations are not exact.
 #[test]
 fn pixels_are_compared_with_corrupted_silhouettes_and_cameras() {
     let told = observed("seed = 5\ncorruption = { calibration_mm = 20.0, calibration_deg = 1.0 }");
@@ -923,7 +923,7 @@ fn a_folder_that_is_not_a_set_is_an_error_and_not_a_fault() {
 
 // ---- cameras that move or keep times of their own --------------------------------------------------------------
 
-/// What `cameras.npz` has of a frame and a camera: 7 numbers a place.
+/// The pose of a frame and a camera in `cameras.npz`: 7 numbers.
 const CAMERAS: &str = "cameras.npz";
 
 fn changed(set: &Copy, array: &str, change: impl Fn(usize, &[f64]) -> f64) {

@@ -1,4 +1,4 @@
-//! Small changes by somebody who corrects every hash afterwards.
+//! Small modifications with all hashes corrected.
 
 use serde_json::Value;
 use skiagraph::camera::{CameraRig, TimedRig};
@@ -20,7 +20,7 @@ fn swapped(values: Values, a: usize, b: usize) -> Values {
     Values::Text(names)
 }
 
-/// Makes every radius of the first link that has a capsule 5 % greater.
+/// Increases every radius of the first link with a capsule by 5 %.
 fn fatten(body: &mut Value) {
     let links = body["links"].as_array_mut().unwrap();
     let capsules =
@@ -162,7 +162,7 @@ fn slightly_wrong_flow_coverage_normals_and_depth_are_found() {
 
 #[test]
 fn a_few_pixels_may_differ_by_rounding() {
-    // the camera is moved by less than its numbers say; nothing but pixels on an outline can differ
+    // the camera is moved by less than the precision of its numbers; only pixels on an outline can differ
     let directory = tempfile::tempdir().unwrap();
     let mut seen = cameras([WIDTH, HEIGHT]);
     seen.iter_mut().for_each(|camera| camera.pinhole.principal_point[0] += 3e-5);
