@@ -100,7 +100,7 @@ fn describe(origin: &str, s: &CheckReport) -> String {
         "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
          path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
          x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
-         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {} seed(s){cost}",
+         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {}{cost}",
         s.clip,
         s.frames,
         s.frames_per_second,
@@ -112,7 +112,7 @@ fn describe(origin: &str, s: &CheckReport) -> String {
         describe_drawn(s.actor_drawn.as_ref()),
         describe_drawn(s.tracker_body_drawn.as_ref()),
         s.tracker,
-        s.seeds,
+        output::counted(s.seeds as usize, "seed"),
     );
     s.views.iter().for_each(|view| text.push_str(&describe_view(view)));
     text + &describe_cost(&s.cost)

@@ -1,5 +1,6 @@
 //! The summary table of a run.
 
+use super::output::counted;
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
 use crate::experiment::{Hint, MethodComparison, MethodRecord, RunRecord};
 use crate::report::aliases;
@@ -83,9 +84,10 @@ fn worse_legend(record: &RunRecord) -> Option<String> {
 /// The table of several methods: mean error with its interval, and lost limbs and frames.
 pub(super) fn methods(comparison: &MethodComparison) -> String {
     let model = if comparison.matched { "matched model" } else { "mismatched model" };
-    let (frames, rate, seeds) = (comparison.frames, comparison.frames_per_second, comparison.seeds.len());
+    let (frames, rate) = (comparison.frames, comparison.frames_per_second);
+    let seeds = counted(comparison.seeds.len(), "seed");
     let mut lines = vec![
-        format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
+        format!("{}: {frames} frames at {rate} Hz, {seeds}, {model}", comparison.scenario),
         String::new(),
         format!(
             "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",

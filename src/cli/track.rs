@@ -146,10 +146,10 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
         let learned = record.learned_from.join("; ");
         let learned = if learned.is_empty() { learned } else { format!("\n  learned from: {learned}") };
         output::print(&format!(
-            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{learned}\n{}",
+            "{}: {} on {frames} frames, {}, {:.1} frames a second{learned}\n{}",
             out.display(),
             settings.name(),
-            seeds.len(),
+            output::counted(seeds.len(), "seed"),
             record.timing.frames_per_second,
             arguments.how_to_measure(out),
         ))?;
@@ -211,9 +211,9 @@ const SHOWN_INCIDENTS: usize = 5;
 
 fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
     let name = record.name.as_deref().unwrap_or(&record.command);
-    let count = record.answers;
+    let (count, seeds) = (record.answers, output::counted(seeds, "seed"));
     let mut lines = vec![format!(
-        "{}: {name}, {seeds} seed(s): {} frames with a pose, {} lost, {} failed, {:.1} frames a second",
+        "{}: {name}, {seeds}: {} frames with a pose, {} lost, {} failed, {:.1} frames a second",
         out.display(),
         count.poses,
         count.lost,
