@@ -182,7 +182,7 @@ fn thicker(body: &mut serde_json::Value, factor: f64) {
 }
 
 #[test]
-fn the_same_of_a_tracker_with_another_robot_as_far_as_it_can_be_told() {
+fn forged_sets_are_also_found_for_a_tracker_with_another_robot() {
     let room = Sandbox::new();
     let set = rendered(&room, "motion.last_frame=16 actor.robot=actor tracker_body.robot=tracker25");
     set.is_sound();

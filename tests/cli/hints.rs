@@ -168,7 +168,7 @@ fn read(room: &Sandbox, file: &str, arguments: &[String]) -> Reading {
 }
 
 #[test]
-fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
+fn forty_misread_files_are_reported_with_the_options_that_correct_them() {
     let (room, estimate, right) = room();
     room.succeed("export set --to c3d --out c3d");
     room.succeed("export set --to bvh --out bvh");
@@ -265,7 +265,7 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
 }
 
 #[test]
-fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_told_too() {
+fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_reported_too() {
     let (room, _, right) = room();
     let npz = Npz::from_bytes("poses.npz", &room.read("run/poses.npz")).unwrap();
     let numbers = |name: &str| match &npz.get(name).unwrap().values {
@@ -309,7 +309,7 @@ fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_told_too() {
 }
 
 #[test]
-fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() {
+fn the_hint_comes_first_and_assumptions_are_always_printed() {
     let (room, estimate, _) = room();
     let names = AS_IT_IS.names();
     room.write("right.csv", csv(&estimate, &names));
@@ -343,7 +343,7 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
 }
 
 #[test]
-fn a_gate_says_first_that_a_run_may_have_been_misread() {
+fn a_gate_first_warns_that_a_run_may_have_been_misread() {
     let (room, estimate, _) = room();
     let names = AS_IT_IS.names();
     let several = |markers: &[Markers]| {

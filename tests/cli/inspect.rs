@@ -26,7 +26,7 @@ fn a_model_has_its_page() {
 }
 
 #[test]
-fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
+fn a_recording_a_robot_and_a_set_are_described_as_text_and_as_json() {
     let room = Sandbox::new();
     let walk = json(&room, &["embedded:walk"]);
     assert_eq!((walk["what"].as_str(), walk["cyclic"].as_bool()), (Some("clip"), Some(true)));

@@ -84,7 +84,7 @@ fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_w
 }
 
 #[test]
-fn every_render_draws_a_key_that_is_told_once_and_renders_the_same_bytes_again() {
+fn every_render_draws_a_key_that_is_printed_once_and_renders_the_same_bytes_again() {
     let room = room();
     let settings = "observation.silhouette=corrupted boundary_px=1 wrong_body_percent=5 start_mm=10";
     let render = |more: &str| room.succeed(&format!("render tiny.toml {settings} {more}")).stderr;

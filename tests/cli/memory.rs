@@ -34,7 +34,7 @@ fn peak_of(room: &Sandbox, arguments: &str) -> f64 {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_memory_of_segmented_silhouettes_is_told_within_a_quarter_at_sizes_that_the_formula_was_not_fitted_to() {
+fn the_memory_of_segmented_silhouettes_is_predicted_within_a_quarter_at_sizes_that_the_formula_was_not_fitted_to() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     // the estimate was fitted at 640 x 480 and 1280 x 960 pixels and 6 background frames
