@@ -47,7 +47,7 @@ pub struct Criterion {
     /// The value as text.
     pub finding: String,
     /// The limits as text.
-    pub described_limits: [String; 3],
+    pub limits_in_words: [String; 3],
     /// The reason for these limits.
     pub why: String,
 }
@@ -167,7 +167,7 @@ fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
         grade,
         limits: limits.limits,
         finding: format!("{}{which}", limits.finding.replace("{}", &words(value))),
-        described_limits: limits.limits.map(limit),
+        limits_in_words: limits.limits.map(limit),
         why: limits.why.to_owned(),
     })
 }
@@ -200,7 +200,7 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
         } else {
             format!("no better than a tracker that never moves in: {}", titles.join(", "))
         },
-        described_limits: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
+        limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
         why: "a tracker that ignores all images and keeps its start pose reaches these values; errors of position and pose \
             and the overlap are compared"
             .to_owned(),
