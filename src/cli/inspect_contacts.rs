@@ -70,7 +70,7 @@ fn describe(s: &ContactSummary) -> String {
         ));
     }
     if s.stances.is_empty() {
-        text.push_str("\n  no foot ever stands");
+        text.push_str("\n  no stances");
     }
     text
 }

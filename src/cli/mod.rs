@@ -15,7 +15,7 @@ mod gate;
 mod inspect;
 mod inspect_contacts;
 mod inspect_scenario;
-mod inspect_words;
+mod inspect_text;
 mod interrupt;
 mod manual;
 mod output;
@@ -122,7 +122,7 @@ impl CommandError {
     }
 }
 
-/// All commands. A negative number after an option is always its value, so that the option's range refuses it.
+/// All commands. A negative number after an option is parsed as its value, so that the option's range check reports it.
 fn command_line() -> clap::Command {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         let takes_value = |argument: &clap::Arg| argument.get_long().is_some() && argument.get_action().takes_values();

@@ -1,4 +1,4 @@
-//! A progress bar on a terminal, nothing elsewhere; with `--verbose` the time of each stage.
+//! A progress bar on a terminal; with `--verbose`, the time of each stage.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -36,7 +36,7 @@ impl TerminalProgress {
     }
 }
 
-/// What is counted.
+/// What the progress bar counts.
 fn unit(stage: Stage) -> &'static str {
     match stage {
         Stage::Layers => "images",

@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// More overrides from a JSON object, {"particles": 50}: the object, a file, or - for standard input
+    /// More overrides as a JSON object such as {"particles": 50}: the object itself, a file, or - for standard input
     #[arg(long, value_name = "FILE")]
     params_json: Option<PathBuf>,
 

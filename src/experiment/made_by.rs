@@ -180,9 +180,9 @@ mod tests {
         fs::write(root.path().join(RUN_FILE), r#"{"set_hash": "0f", "estimate": "mine.npz"}"#).unwrap();
         assert_eq!(same.difference_at(root.path()), None);
         let other = MadeBy::evaluation("1e", "mine.npz");
-        assert_eq!(other.difference_at(root.path()).unwrap(), "set hash: there 0f, here 1e");
+        assert_eq!(other.difference_at(root.path()).unwrap(), "set hash: was 0f, now 1e");
         fs::write(root.path().join(SCENARIO_FILE), "seeds = 2").unwrap();
-        assert!(same.difference_at(root.path()).unwrap().contains("there skiagraph run"));
+        assert!(same.difference_at(root.path()).unwrap().contains("was skiagraph run"));
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(super) fn set_difference(place: &Path, made: &Path, stated: Option<Observati
     }
     let (differ, key) = (there.facts.into_iter().zip(here.facts), there.key);
     let found = differ.into_iter().find(|((_, there), (_, here))| there != here);
-    let found = found.map(|((what, there), (_, here))| format!("{what}: there {there}, here {here}"));
+    let found = found.map(|((what, there), (_, here))| format!("{what}: was {there}, now {here}"));
     let another = |same: bool, words: &str| (!same).then(|| words.to_owned());
     found
         .or_else(|| another(there.files == here.files, "its layers, shards or other files differ"))

@@ -76,7 +76,7 @@ impl UnfinishedRun {
     /// # Errors
     /// [`ArtefactError::OtherUnfinished`].
     pub(super) fn check_same(&self, what: &str, there: &str, here: &str) -> Result<(), ArtefactError> {
-        if there == here { Ok(()) } else { Err(self.0.differs(format!("{what}: there {there}, here {here}"))) }
+        if there == here { Ok(()) } else { Err(self.0.differs(format!("{what}: was {there}, now {here}"))) }
     }
 
     /// The error of a run that ended early, with its saved progress.

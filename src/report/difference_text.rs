@@ -1,12 +1,12 @@
 //! Differences of runs as text: for a terminal, and as Markdown for a pull request.
 
 use super::difference_rows::{
-    DifferenceRow, clip_rows, constants_in_words, how, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
+    DifferenceRow, clip_rows, describe_constants, describe_lost, how, joint_rows, metric_rows, pairing, scope, seeds_of,
 };
-use super::difference_sentence::in_sentences;
+use super::difference_sentence::describe_side;
 use crate::evaluation::{AgainstBase, RunComparison};
 
-/// A table for a terminal: the main metrics, or all with `all`, which adds joints.
+/// A table for a terminal with the main metrics, or with `all` also the other metrics and markers.
 pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
     let base = &comparison.base;
     let mut lines = misread(comparison);
@@ -20,14 +20,14 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
             base.name,
             pairing(side)
         ));
-        lines.push(format!("  {}", in_sentences(side, &base.name)));
+        lines.push(format!("  {}", describe_side(side, &base.name)));
         lines.extend(table("metric", &metric_rows(side, all)));
         lines.extend(table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
         if all {
             lines.extend(table("error by marker, mm", &joint_rows(side)));
-            lines.extend(constants_in_words(side).map(|words| format!("  {words}")));
+            lines.extend(describe_constants(side).map(|words| format!("  {words}")));
         }
-        lines.extend(lost_in_words(&side.lost_tracks).map(|line| format!("  {line}")));
+        lines.extend(describe_lost(&side.lost_tracks).map(|line| format!("  {line}")));
         lines.extend(left_out(side).into_iter().map(|line| format!("  left out: {line}")));
         lines.push(format!("  {}", side.scope));
     }
@@ -35,7 +35,7 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
     lines.join("\n")
 }
 
-/// Sides whose estimates may have been misread, before all else.
+/// Warnings about sides whose estimates may have been misread.
 pub(super) fn misread(comparison: &RunComparison) -> Vec<String> {
     let sides = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.side));
     let line = |name: &str, hint: &String| format!("{name}: the estimate may have been misread: {hint}");
@@ -61,7 +61,7 @@ fn table(title: &str, rows: &[DifferenceRow]) -> Vec<String> {
     lines
 }
 
-/// Clips, metrics and runs that the numbers leave out.
+/// Clips, metrics and runs that were left out.
 fn left_out(side: &AgainstBase) -> Vec<String> {
     let mut all = side.skipped.clone();
     for metric in &side.metrics {
@@ -70,18 +70,18 @@ fn left_out(side: &AgainstBase) -> Vec<String> {
     all
 }
 
-/// The same as Markdown, folded where it is long.
+/// The same as Markdown, with the long part collapsed.
 pub fn comparison_markdown(comparison: &RunComparison) -> String {
     let base = &comparison.base;
     let mut text: String = misread(comparison).iter().map(|line| format!("**{}**\n\n", cell(line))).collect();
     let how = how(comparison);
     for side in &comparison.others {
         text.push_str(&format!("### {} against {}\n\n", cell(&side.side.name), cell(&base.name)));
-        text.push_str(&format!("**{}**\n\n", cell(&in_sentences(side, &base.name))));
+        text.push_str(&format!("**{}**\n\n", cell(&describe_side(side, &base.name))));
         text.push_str(&format!("{}; {}.\n\n", pairing(side), cell(&seeds_of(comparison))));
         text.push_str(&markdown_table("metric", &metric_rows(side, false)));
         text.push_str(&markdown_table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
-        if let Some(lost) = lost_in_words(&side.lost_tracks) {
+        if let Some(lost) = describe_lost(&side.lost_tracks) {
             text.push_str(&format!("{}{}.\n\n", lost[..1].to_uppercase(), &lost[1..]));
         }
         text.push_str(&format!("{}.\n\n", cell(&scope(side))));
@@ -89,7 +89,7 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
             text.push_str(&format!("- left out: {}\n", cell(&line)));
         }
         let (all, joints) = (metric_rows(side, true), joint_rows(side));
-        let constants = constants_in_words(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
+        let constants = describe_constants(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
         let more = [markdown_table("metric", &all), markdown_table("error by marker, mm", &joints), constants].concat();
         text.push_str(&format!(
             "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{how}.\n\n</details>\n\n"
@@ -113,7 +113,7 @@ fn markdown_table(title: &str, rows: &[DifferenceRow]) -> String {
     text
 }
 
-/// Text that cannot end a cell, start markup or mention somebody: names of folders and clips are anybody's.
+/// Escapes text so that it cannot end a cell, start markup or mention a user: names of folders and clips are untrusted.
 pub(super) fn cell(text: &str) -> String {
     let mut safe = String::new();
     for character in text.chars() {

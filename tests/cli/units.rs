@@ -1,10 +1,10 @@
-//! What intervals run over: seeds, draws of the observation's noise, and clips.
+//! Units of intervals: seeds, noise draws and clips.
 
 use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with five draws of the noise of one clip, each with a run of a tracker that draws no random numbers.
+/// A sandbox with five noise draws of one clip, each with a run of a deterministic tracker.
 fn room_of_draws() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -22,7 +22,7 @@ fn json(room: &Sandbox, arguments: &str) -> Value {
 }
 
 #[test]
-fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
+fn a_deterministic_tracker_is_compared_and_gated_over_noise_draws() {
     let room = room_of_draws();
     for draw in 1..=5 {
         room.succeed(&format!("track set-{draw} --tracker annealed_particle_filter --seeds 2 --out moving/{draw}"));
@@ -60,7 +60,7 @@ fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
 }
 
 #[test]
-fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
+fn compare_needs_three_clips_and_the_gate_five() {
     let room = Sandbox::new();
     for (number, last_frame) in (1..=5).zip([3, 4, 5, 6, 7]) {
         let scenario = TINY.replace("\"tiny\"", &format!("\"clip-{number}\""));
@@ -82,9 +82,9 @@ fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
     assert!(two.contains("2 clips are too few for an interval over clips (3 or more)"), "{two}");
 }
 
-/// Five copies of a deterministic run gave "exact, better", and a gate that passed.
+/// Five copies of a deterministic run must neither show an exact difference nor pass a gate.
 #[test]
-fn copies_of_one_run_are_one_observation_and_the_message_says_what_to_do() {
+fn copies_of_one_run_count_as_one_observation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");

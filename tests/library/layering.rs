@@ -116,7 +116,7 @@ const SEAMS: &[(&str, &[&str])] = &[
 ];
 
 #[test]
-fn packages_depend_on_each_other_as_the_table_says() {
+fn packages_have_the_dependencies_of_the_table() {
     for (folder, expected) in DEPENDS_ON {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml");
         let manifest: toml::Table = std::fs::read_to_string(manifest).unwrap().parse().unwrap();

@@ -5,17 +5,17 @@ use crate::body::DegreeOfFreedom;
 use crate::input::plain;
 use crate::inspect::{Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
 
-pub(super) fn in_words(name: &str, found: &Inspected) -> String {
+pub(super) fn describe(name: &str, found: &Inspected) -> String {
     match found {
-        Inspected::Model(model) => of_model(name, model),
-        Inspected::Clip(clip) => listed(name, &clip.heading(), clip.facts(), &clip.notes),
-        Inspected::Robot(robot) => of_robot(name, robot),
-        Inspected::Skin(skin) => listed(name, &skin.heading(), skin.facts(), &skin.notes),
-        Inspected::Set(set) => of_set(name, set),
+        Inspected::Model(model) => describe_model(name, model),
+        Inspected::Clip(clip) => list_facts(name, &clip.heading(), clip.facts(), &clip.notes),
+        Inspected::Robot(robot) => describe_robot(name, robot),
+        Inspected::Skin(skin) => list_facts(name, &skin.heading(), skin.facts(), &skin.notes),
+        Inspected::Set(set) => describe_set(name, set),
     }
 }
 
-fn of_model(name: &str, s: &ModelSummary) -> String {
+fn describe_model(name: &str, s: &ModelSummary) -> String {
     let facts = &s.facts;
     let mut text = format!(
         "{name}: {}, {}, {}, {}\n  robot    {}\n  rate     {} Hz",
@@ -37,10 +37,10 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
     if let Some(other) = &s.against {
         let (kind, mean) = (other.kind, other.reconstruction_error_rad2.mean);
         let share = 100.0 * other.ratio;
-        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this model has {share:.3} % of it"));
+        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this model's error is {share:.3} % of it"));
     }
     text.push_str(
-        "\n\n  model  motion  first  frames  mean rad^2  max rad^2   (first: first frame, at the model's rate, from 0)",
+        "\n\n  model  motion  first  frames  mean rad^2  max rad^2   (first: first frame, at the model's rate, counted from 0)",
     );
     for (index, model) in s.models.iter().enumerate() {
         let error = &model.reconstruction_error_rad2;
@@ -52,8 +52,8 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
     text
 }
 
-/// A heading and facts, one a line, with notes below them.
-fn listed(name: &str, heading: &str, facts: Facts, notes: &[String]) -> String {
+/// A heading, then facts and notes, one per line.
+fn list_facts(name: &str, heading: &str, facts: Facts, notes: &[String]) -> String {
     let mut text = format!("{name}: {}", plain(heading));
     for (fact, value) in facts.into_iter().chain(notes.iter().map(|note| ("note", note.clone()))) {
         text.push_str(&format!("\n  {fact:<8} {}", plain(value)));
@@ -61,8 +61,8 @@ fn listed(name: &str, heading: &str, facts: Facts, notes: &[String]) -> String {
     text
 }
 
-fn of_robot(name: &str, s: &RobotSummary) -> String {
-    let mut text = listed(name, &s.heading(), s.facts(), &s.notes);
+fn describe_robot(name: &str, s: &RobotSummary) -> String {
+    let mut text = list_facts(name, &s.heading(), s.facts(), &s.notes);
     let width = s.degrees_of_freedom.iter().map(|dof| dof.name.len()).max().unwrap_or(0).max("angle".len());
     text.push_str(&format!("\n\n  {:<width$}    lower    upper  velocity   effort", "angle"));
     let shown = |value: f64| if value.is_finite() { format!("{value:.3}") } else { "-".to_owned() };
@@ -74,8 +74,8 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
     text
 }
 
-fn of_set(name: &str, s: &SetSummary) -> String {
-    let mut text = listed(name, &s.heading(), s.facts(), &[]) + "\n";
+fn describe_set(name: &str, s: &SetSummary) -> String {
+    let mut text = list_facts(name, &s.heading(), s.facts(), &[]) + "\n";
     for camera in &s.cameras {
         let [width, height] = camera.size_px;
         let lens = if camera.distorts { "lens with distortion" } else { "no lens distortion" };
