@@ -51,11 +51,10 @@ impl Beginning {
 
     /// With the body that was found where it was kept, else as the set says.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
-        match calibration.report.verdict {
-            CalibrationVerdict::Kept => {
-                Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
-            }
-            CalibrationVerdict::NoBetter | CalibrationVerdict::TooFewViews => Self::from_set(set),
+        if calibration.report.verdict == CalibrationVerdict::Kept {
+            Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
+        } else {
+            Self::from_set(set)
         }
     }
 }
