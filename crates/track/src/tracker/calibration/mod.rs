@@ -3,8 +3,8 @@
 //! skin's, which follows the shape as that of a population's people does.
 //!
 //! Only what a tracker has is used: its body, the cameras, observations, and its own first answers. The shape is solved
-//! on the first frames, and judged on later ones that were held back ([`CalibrationVerdict`]): a shape that only explains
-//! the frames it was solved on is not used, and a correct body stays as it is.
+//! on the first frames, and judged on later ones that were held back ([`CalibrationVerdict`]): a shape that only
+//! explains the frames it was solved on is not used, and a correct body stays as it is.
 
 mod importance;
 mod shape;
