@@ -50,11 +50,10 @@ impl Beginning {
 
     /// The calibrate_body body and its start pose if it was kept, else those of the set.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
-        match calibration.report.verdict {
-            CalibrationVerdict::Kept => {
-                Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
-            }
-            CalibrationVerdict::NoBetter | CalibrationVerdict::TooFewViews => Self::from_set(set),
+        if calibration.report.verdict == CalibrationVerdict::Kept {
+            Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
+        } else {
+            Self::from_set(set)
         }
     }
 }

@@ -60,7 +60,7 @@ impl TrackerFactory<'_> {
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
             let found = calibrating::calibrate_body(self.set, likelihood, tracker.as_mut(), self.progress)?;
-            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
+            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.describe()));
             calibrations.push(found);
         }
         Ok(calibrations)

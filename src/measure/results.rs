@@ -351,8 +351,8 @@ fn facts(
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
     for (report, seed) in tracked.record.iter().flat_map(|record| &record.calibration).zip(&tracked.estimates.seeds) {
-        let decided = [("decision".to_owned(), report.in_words())];
-        let facts = decided.into_iter().chain(report.numbers_in_words()).collect();
+        let decided = [("decision".to_owned(), report.describe())];
+        let facts = decided.into_iter().chain(report.describe_numbers()).collect();
         groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
     let read_as = tracked.read_as.iter().map(|read_as| ("read as", read_as.describe()));
