@@ -120,7 +120,7 @@ fn in_words(origin: &str, s: &CheckReport) -> String {
 
 /// How much of a body its solids draw.
 fn drawn_in_words(shares: Option<&DrawnShares>) -> String {
-    shares.map_or("in a skin".to_owned(), DrawnShares::in_words)
+    shares.map_or("in a skin".to_owned(), DrawnShares::describe)
 }
 
 fn view_in_words(view: &CameraView) -> String {
