@@ -123,7 +123,7 @@ fn describe(origin: &str, s: &CheckReport) -> String {
 
 /// How much of the body its solids cover in images.
 fn describe_drawn(shares: Option<&DrawnShares>) -> String {
-    shares.map_or("in a skin".to_owned(), DrawnShares::in_words)
+    shares.map_or("in a skin".to_owned(), DrawnShares::describe)
 }
 
 fn describe_view(view: &CameraView) -> String {

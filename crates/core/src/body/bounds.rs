@@ -45,11 +45,11 @@ impl Humanoid {
         }
         for joint in &self.joints {
             let place = Point3::from(joint.parent_from_joint.translation.vector);
-            let sound = near(&place).and_then(|()| match &joint.kind {
+            let valid = near(&place).and_then(|()| match &joint.kind {
                 JointKind::Revolute { drive, .. } | JointKind::Prismatic { drive, .. } => check_drive(drive),
                 _ => Ok(()),
             });
-            sound.map_err(|problem| format!("joint `{}`: {problem}", joint.name))?;
+            valid.map_err(|problem| format!("joint `{}`: {problem}", joint.name))?;
         }
         self.markers.iter().flatten().try_for_each(|marker| near(&marker.point_in_link))
     }

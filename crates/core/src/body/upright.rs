@@ -57,7 +57,8 @@ fn axes(markers: &Markers) -> Option<[Vector3<f64>; 2]> {
     Some([y.cross(&up).try_normalize(1e-6)?, y])
 }
 
-fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
+/// The coordinate axis, with its sign, nearest to a direction.
+pub(super) fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
     let most = direction.iamax();
     Vector3::ith(most, if direction[most] < 0.0 { -1.0 } else { 1.0 })
 }

@@ -169,7 +169,7 @@ pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, 
             f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
         };
         match frames.0.iter().position(|f| !is_finite(f)) {
-            Some(lost) => Err(ContactError::NotFinite { frame, link: body.links[lost].name.clone() }),
+            Some(invalid) => Err(ContactError::NotFinite { frame, link: body.links[invalid].name.clone() }),
             None => Ok(frames),
         }
     };

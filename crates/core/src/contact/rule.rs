@@ -67,7 +67,7 @@ impl ContactRule {
             ("speed_window_s", self.speed_window_s, self.speed_window_s > 0.0, positive),
             ("shortest_s", self.shortest_s, self.shortest_s >= 0.0, "a finite number, 0 or more"),
         ];
-        match checks.into_iter().find(|(_, found, sound, _)| !(*sound && found.is_finite())) {
+        match checks.into_iter().find(|(_, found, valid, _)| !(*valid && found.is_finite())) {
             Some((key, found, _, expected)) => Err(ContactError::Rule { key, expected, found }),
             None => Ok(()),
         }

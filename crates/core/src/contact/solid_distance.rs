@@ -52,7 +52,7 @@ pub(super) fn nearest_point(
 }
 
 fn from_point(solid: &Solid, point: &Point3<f64>) -> f64 {
-    by_parry(&Hull(solid), &Here, &Pose::from_translation(to_vector(point)))
+    by_parry(&Hull(solid), &OriginPoint, &Pose::from_translation(to_vector(point)))
 }
 
 fn by_parry(first: &impl SupportMap, second: &impl SupportMap, first_from_second: &Pose) -> f64 {
@@ -61,9 +61,9 @@ fn by_parry(first: &impl SupportMap, second: &impl SupportMap, first_from_second
 }
 
 /// The origin as a shape for parry.
-struct Here;
+struct OriginPoint;
 
-impl SupportMap for Here {
+impl SupportMap for OriginPoint {
     fn local_support_point(&self, _: Vector) -> Vector {
         Vector::ZERO
     }

@@ -26,7 +26,7 @@ pub struct AllowedFolders {
 impl AllowedFolders {
     /// For references in files of this folder: allows the folder itself, or its project.
     pub fn of_folder(folder: &Path) -> Self {
-        let Ok(folder) = fs::canonicalize(or_here(folder)) else { return Self::default() };
+        let Ok(folder) = fs::canonicalize(or_current(folder)) else { return Self::default() };
         let projects = folder.ancestors().take_while(|above| !is_home_or_root(above));
         let project =
             projects.into_iter().find(|above| above.join(".git").exists() || above.join(PROJECT_FILE).is_file());
@@ -35,7 +35,7 @@ impl AllowedFolders {
 
     /// Also allows the sibling folders of this one, as in robot packages: `urdf/` and `meshes/`.
     pub fn and_beside(mut self, folder: &Path) -> Self {
-        if let Ok(folder) = fs::canonicalize(or_here(folder))
+        if let Ok(folder) = fs::canonicalize(or_current(folder))
             && let Some(above) = folder.parent().filter(|above| !is_home_or_root(above) && !is_home_or_root(&folder))
         {
             self.around.push(above.to_owned());
@@ -45,7 +45,7 @@ impl AllowedFolders {
 
     /// Also allows this file or folder. A missing one is allowed too, so that its reader reports that it is missing.
     pub fn allow(&mut self, place: &Path) {
-        let place = or_here(place);
+        let place = or_current(place);
         self.places.push(fs::canonicalize(place).unwrap_or_else(|_| without_links(place)));
     }
 
@@ -106,7 +106,7 @@ fn without_links(path: &Path) -> PathBuf {
     real
 }
 
-fn or_here(folder: &Path) -> &Path {
+fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 

@@ -25,8 +25,8 @@ pub struct MeshEdge {
 impl MeshTopology {
     /// The topology of a mesh; triangles with an index of `vertices` or more are left out.
     pub fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
-        let sound = |triangle: &&[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < vertices);
-        let triangles: Vec<[u32; 3]> = triangles.iter().filter(sound).copied().collect();
+        let valid = |triangle: &&[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < vertices);
+        let triangles: Vec<[u32; 3]> = triangles.iter().filter(valid).copied().collect();
         let none = triangles.len() as u32;
         let mut edges: Vec<MeshEdge> = Vec::with_capacity(triangles.len() * 3 / 2 + 1);
         let mut sides: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());

@@ -16,8 +16,8 @@ pub(super) fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), PhysicsEr
     for link in &body.links {
         if let Some(Inertia { mass, tensor, .. }) = &link.inertia {
             let values = tensor.symmetric_eigenvalues();
-            let sound = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
-            if !sound {
+            let valid = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
+            if !valid {
                 return Err(PhysicsError::Inertia { link: link.name.clone() });
             }
         }
@@ -65,8 +65,8 @@ mod tests {
 
     #[test]
     fn zero_moments_are_raised_and_others_are_unchanged_to_the_bit() {
-        let sound = Matrix3::new(0.2, 0.01, 0.0, 0.01, 0.3, -0.02, 0.0, -0.02, 0.25);
-        assert_eq!(raised(&sound, 1e-7), sound);
+        let valid = Matrix3::new(0.2, 0.01, 0.0, 0.01, 0.3, -0.02, 0.0, -0.02, 0.25);
+        assert_eq!(raised(&valid, 1e-7), valid);
         assert_eq!(raised(&Matrix3::zeros(), 1e-7), Matrix3::from_diagonal_element(1e-7));
         let flat = Matrix3::from_diagonal(&Vector3::new(0.2, 0.2, -5e-20));
         let moments = raised(&flat, 1e-7).symmetric_eigenvalues();

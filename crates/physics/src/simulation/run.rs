@@ -70,14 +70,14 @@ impl<'a> SimulationRun<'a> {
         let (frames, before) = (self.body.link_frames(pose), self.body.link_frames(&self.last));
         // rapier stops diverged bodies, so positions reveal divergence if speeds do not
         let reach = GREATEST_SPEED * self.reference.steps_per_frame as f64 / self.reference.steps_per_second();
-        let sound = |link: &usize| {
+        let valid = |link: &usize| {
             let [velocity, turning] = self.simulated.link_velocity(*link);
             let place = &frames[*link];
             let placed = place.translation.vector.iter().chain(place.rotation.coords.iter()).all(|x| x.is_finite());
             let moved = (place.translation.vector - before[*link].translation.vector).norm();
             placed && moved < reach && velocity.norm() < GREATEST_SPEED && turning.norm().is_finite()
         };
-        match (0..self.body.links.len()).find(|link| !sound(link)) {
+        match (0..self.body.links.len()).find(|link| !valid(link)) {
             Some(link) => Err(PhysicsError::Diverged { frame, link: self.body.links[link].name.clone() }),
             None => Ok(()),
         }

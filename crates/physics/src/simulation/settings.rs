@@ -50,10 +50,10 @@ impl Default for SimulationSettings {
 impl SimulationSettings {
     /// Checks the values for this body and a motion of this duration.
     pub(super) fn check(&self, body: &Humanoid, duration_s: f64) -> Result<(), PhysicsError> {
-        let sound = |value: f64| value.is_finite() && value >= 0.0;
+        let valid = |value: f64| value.is_finite() && value >= 0.0;
         let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
         let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
-        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !sound(*value)) {
+        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !valid(*value)) {
             return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found }.into());
         }
         if let Some(late) = self.pushes.iter().find(|push| push.at_s >= duration_s) {

@@ -70,9 +70,9 @@ impl SegmentSolid {
         let centre: Vector3<f64> = moments.first / moments.volume;
         let spread = moments.second - centre * centre.transpose() * moments.volume;
         let spread = 0.5 * (spread + spread.transpose());
-        let sound = spread.symmetric_eigenvalues().iter().all(|value| *value > 0.0);
+        let valid = spread.symmetric_eigenvalues().iter().all(|value| *value > 0.0);
         let tensor = Matrix3::from_diagonal_element(spread.trace()) - spread;
-        sound.then_some(Self { volume: moments.volume, centre: about + centre, tensor })
+        valid.then_some(Self { volume: moments.volume, centre: about + centre, tensor })
     }
 }
 

@@ -258,8 +258,8 @@ impl Skin {
         }
         for (vertex, own) in influences.iter().enumerate() {
             let sum: f64 = own.iter().map(|(_, weight)| weight).sum();
-            let sound = own.iter().all(|(link, weight)| (*link as usize) < links && *weight > 0.0);
-            if !(sound && (sum - 1.0).abs() < 1e-6 && own.len() <= MOST_INFLUENCES) {
+            let valid = own.iter().all(|(link, weight)| (*link as usize) < links && *weight > 0.0);
+            if !(valid && (sum - 1.0).abs() < 1e-6 && own.len() <= MOST_INFLUENCES) {
                 return Err(format!(
                     "the weights of vertex {vertex} are invalid; expected 1 to {MOST_INFLUENCES} links with weights that sum to 1"
                 ));

@@ -86,7 +86,7 @@ fn free<'a>(name: &'a str, suffixes: &'a [&str]) -> impl Iterator<Item = DegreeO
 /// The degree of freedom of a joint with one axis. A speed or effort of zero means unknown.
 fn limited(node: Node<'_, '_>, joint: &urdf_rs::Joint, notes: &mut Vec<String>) -> DegreeOfFreedom {
     let name = joint.name.clone();
-    let said = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
+    let stated = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
     let has_limit = child(node, "limit").is_some();
     let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
     if joint.joint_type != JointType::Continuous {
@@ -99,8 +99,11 @@ fn limited(node: Node<'_, '_>, joint: &urdf_rs::Joint, notes: &mut Vec<String>) 
             notes.push(format!("joint `{name}`: no <limit>, assumed unlimited"));
         }
     }
-    let (max_velocity, max_effort) =
-        if has_limit { (said(joint.limit.velocity), said(joint.limit.effort)) } else { (f64::INFINITY, f64::INFINITY) };
+    let (max_velocity, max_effort) = if has_limit {
+        (stated(joint.limit.velocity), stated(joint.limit.effort))
+    } else {
+        (f64::INFINITY, f64::INFINITY)
+    };
     DegreeOfFreedom { name, lower, upper, max_velocity, max_effort }
 }
 

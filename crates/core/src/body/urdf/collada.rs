@@ -204,10 +204,10 @@ impl<'a, 't> Scene<'a, 't> {
 
     /// The POSITION input of `<vertices>`.
     fn positions(&self, vertices: Node<'a, 't>) -> Result<Vec<Point3<f64>>, String> {
-        let lost = || "an input VERTEX refers to no positions".to_owned();
+        let no_positions = || "an input VERTEX refers to no positions".to_owned();
         let position = vertices.children().find(|n| is(n, "input") && n.attribute("semantic") == Some("POSITION"));
-        let source = position.and_then(|p| self.target(p, "source")).ok_or_else(lost)?;
-        let array = child(source, "float_array").ok_or_else(lost)?;
+        let source = position.and_then(|p| self.target(p, "source")).ok_or_else(no_positions)?;
+        let array = child(source, "float_array").ok_or_else(no_positions)?;
         let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
         let number = |name: &str, default: usize| {
             accessor.and_then(|a| a.attribute(name)).map_or(Ok(default), |v| v.trim().parse::<usize>())

@@ -207,8 +207,8 @@ impl<'t> Document<'t> {
                 continue;
             };
             let numbers: Vec<Option<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
-            let sound = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
-            if numbers.len() != count || !numbers.iter().all(sound) {
+            let valid = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
+            if numbers.len() != count || !numbers.iter().all(valid) {
                 let xacro =
                     if value.contains("${") { "; expand the macros first: `xacro FILE > robot.urdf`" } else { "" };
                 return Err(self.refuse(

@@ -68,7 +68,7 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
         None => rest,
     };
     let storage: Storage =
-        serde_saphyr::from_str(body).map_err(|e| format!("not YAML of OpenCV: {}", said_of(body, &e)))?;
+        serde_saphyr::from_str(body).map_err(|e| format!("not YAML of OpenCV: {}", parser_message(body, &e)))?;
     if storage.fisheye_model.is_some_and(|model| model != 0)
         || storage.distortion_model.as_deref().is_some_and(|model| !["plumb_bob", "radtan", "opencv"].contains(&model))
     {
@@ -88,7 +88,7 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
 }
 
 /// The parser's message; only the line number for a file without OpenCV matrices, which is not quoted.
-fn said_of(body: &str, error: &serde_saphyr::Error) -> String {
+fn parser_message(body: &str, error: &serde_saphyr::Error) -> String {
     if body.contains("!!opencv-matrix") {
         foreign(error)
     } else {

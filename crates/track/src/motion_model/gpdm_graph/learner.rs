@@ -76,8 +76,8 @@ impl<'a> GraphLearner<'a> {
         self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
-    /// Learns the next segment; `None` when all frames belong to a model. `should_continue` is called after every round of
-    /// every model that is tried, and ends the work by returning `false`.
+    /// Learns the next segment; `None` when all frames belong to a model. `should_continue` is called after every
+    /// round of every model that is tried, and ends the work by returning `false`.
     ///
     /// # Errors
     /// [`GraphError::Model`] if the segment cannot be learned or the work was interrupted.

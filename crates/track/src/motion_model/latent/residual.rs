@@ -120,7 +120,7 @@ pub(super) struct Unseen {
 }
 
 /// A training frame to be compared.
-struct SeenFrame {
+struct TrainingFrame {
     motion: usize,
     frame: usize,
     observation: Vec<f64>,
@@ -130,7 +130,7 @@ impl Unseen {
     /// Measured on the training data of `graph`. With `footing`, the compared height is that of the lower foot instead
     /// of the root's.
     pub(super) fn measure(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Self {
-        let frames = seen_frames(body, graph, footing);
+        let frames = training_frames(body, graph, footing);
         let apart = (APART_S * graph.frames_per_second) as usize;
         let compared = graph.chart.dimensions().saturating_sub(ROOT_DIMENSIONS);
         let distance =
@@ -138,9 +138,9 @@ impl Unseen {
         let motions = frames.iter().map(|frame| frame.motion + 1).max().unwrap_or(0);
         let mut by_motion = vec![MeanProducts::new(graph.chart.dimensions()); motions];
         let mut all = MeanProducts::new(graph.chart.dimensions());
-        for SeenFrame { motion, frame, observation } in &frames {
+        for TrainingFrame { motion, frame, observation } in &frames {
             let others = frames.iter().filter(|other| other.motion != *motion || other.frame.abs_diff(*frame) > apart);
-            let far = |other: &SeenFrame| distance(observation, &other.observation);
+            let far = |other: &TrainingFrame| distance(observation, &other.observation);
             let nearest = others.min_by(|a, b| far(a).total_cmp(&far(b)));
             if let Some(there) = nearest {
                 let difference = observation.iter().zip(&there.observation).map(|(a, b)| a - b);
@@ -173,7 +173,7 @@ impl Unseen {
 }
 
 /// Every training frame; with `footing`, its height is that of the lower foot.
-fn seen_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Vec<SeenFrame> {
+fn training_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Vec<TrainingFrame> {
     let height = graph.chart.dimensions().saturating_sub(VELOCITIES + 1);
     let of_row = |s: &GraphSegment, row: usize| {
         let mut observation = s.gpdm.observation(row);
@@ -182,7 +182,7 @@ fn seen_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) ->
             observation[height] = footing.feet(body, &pose).lower_height() / graph.chart.height_unit();
         }
         let (motion, frame) = s.source_of(row);
-        SeenFrame { motion, frame, observation }
+        TrainingFrame { motion, frame, observation }
     };
     let rows = graph.segments.iter().flat_map(|s| (0..s.rotations.len()).map(move |row| (s, row)));
     rows.map(|(s, row)| of_row(s, row)).collect()

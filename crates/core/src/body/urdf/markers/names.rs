@@ -67,7 +67,7 @@ pub(super) fn side_and_part(name: &str) -> (Option<BodySide>, Option<BodyPart>) 
         }
         return (Some(side), part(&joined));
     }
-    if let Some(found) = joined.iter().find_map(|word| glued(word)) {
+    if let Some(found) = joined.iter().find_map(|word| split_compound(word)) {
         return (Some(found.0), Some(found.1));
     }
     let has =
@@ -96,7 +96,7 @@ fn part(words: &[String]) -> Option<BodyPart> {
 }
 
 /// Side and part of a compound word such as `lfoot`, `rarm` or `leftknee`.
-fn glued(word: &str) -> Option<(BodySide, BodyPart)> {
+fn split_compound(word: &str) -> Option<(BodySide, BodyPart)> {
     let prefixes =
         [("left", BodySide::Left), ("right", BodySide::Right), ("l", BodySide::Left), ("r", BodySide::Right)];
     prefixes.into_iter().find_map(|(prefix, side)| {

@@ -6,6 +6,7 @@ use super::MarkerSet;
 use super::limb::{Limb, LimbPoint, joints, named_end};
 use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
+use crate::body::upright::nearest_axis;
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
 
 /// Heights as shares of the distance from hips to shoulders: the seventh cervical vertebra above the shoulders, and
@@ -146,11 +147,6 @@ fn upright(parts: &RigidParts<'_>, legs: Option<[usize; 2]>) -> (Vector3<f64>, V
         return (Vector3::y(), Vector3::x());
     }
     (Vector3::z(), Vector3::y())
-}
-
-fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
-    let most = direction.iamax();
-    Vector3::ith(most, if direction[most] < 0.0 { -1.0 } else { 1.0 })
 }
 
 /// The base of the neck and the crown: from a named head at a plausible position, else by human proportions from the

@@ -72,8 +72,8 @@ fn a_firm_foot_stays_where_it_is_for_any_pose_above_it() {
     });
     for (t, (root, pose)) in (1..).zip(&way) {
         assert!((foot(pose) - foot(&motion.poses[0])).norm() < 1e-9, "frame {t}: {:?}", foot(pose));
-        let said = PlanarRoot::from_pose(pose);
-        assert!((said.x - root.x).abs() + (said.y - root.y).abs() + (said.yaw - root.yaw).abs() < 1e-9);
+        let found = PlanarRoot::from_pose(pose);
+        assert!((found.x - root.x).abs() + (found.y - root.y).abs() + (found.yaw - root.yaw).abs() < 1e-9);
     }
 }
 
