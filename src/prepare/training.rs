@@ -70,7 +70,7 @@ pub(crate) fn load(
             return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);
-        let words: Vec<String> = sources.iter().map(SourceRecording::in_words).collect();
+        let words: Vec<String> = sources.iter().map(SourceRecording::describe).collect();
         learned.training.sources.push(words.join(", then "));
         learned.sources.extend(sources);
     }
