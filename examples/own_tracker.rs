@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
     likelihood()?;
     let tracked = track_with(&set.blind, &[0], &NoProgress, |_seed| {
-        let likelihood = likelihood().expect("was constructed above");
+        let likelihood = likelihood().expect("it was made above");
         Box::new(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
     })?;
 

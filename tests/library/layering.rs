@@ -253,7 +253,7 @@ fn trackers_cannot_use_the_truth() {
     assert_eq!(reached, BTreeSet::from(["core", "robots"]));
     let rooms: BTreeSet<String> = rooms_below("crates/core/src").into_iter().collect();
     for truth in ["scene", "mocap", "observing", "benchmark_set", "experiment", "evaluation", "retarget"] {
-        assert!(!rooms.contains(truth), "crates/core, which trackers can use, contains {truth}");
+        assert!(!rooms.contains(truth), "crates/core, which trackers see, holds {truth}");
     }
 }
 
