@@ -27,7 +27,7 @@ mod opencv_projection;
 #[path = "../support/ray_scene.rs"]
 mod ray_scene;
 mod retarget_real_files;
-mod set_interoperability;
+mod set_for_others;
 mod shipped_recordings;
 mod silhouettes_agree_with_rays;
 mod simulated_walks_stay_up;
