@@ -1,4 +1,4 @@
-//! Every parser on thousands of damaged files: a short run in every `cargo test`, a longer one in `.ci/run`.
+//! Every parser on thousands of spoiled files: a short run in every `cargo test`, a longer one in `.ci/run`.
 //!
 //! `SKIAGRAPH_FUZZ_SECONDS` is the time for each parser (default 0.3), `SKIAGRAPH_FUZZ_SEED` the first random number
 //! (default 0). An input that a parser panics at is kept in `target/fuzz/`. `fuzz/` holds the same targets for
@@ -24,14 +24,14 @@ use std::time::{Duration, Instant};
 use mutation::{Draw, mutated};
 use targets::{TARGETS, Target};
 
-/// Maximum time for an input of at most 128 KiB, even without optimisation on a busy machine.
+/// No input of at most 128 KiB may take longer, not even without optimisation on a busy machine.
 const LONGEST: Duration = Duration::from_secs(20);
 
 fn number(variable: &str, default: f64) -> f64 {
     std::env::var(variable).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{variable}={text}")))
 }
 
-/// Folder for harmful inputs.
+/// Where inputs that do harm are kept.
 fn keep(target: &str, kind: &str, input: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/fuzz");
     fs::create_dir_all(&folder).unwrap();
@@ -40,7 +40,7 @@ fn keep(target: &str, kind: &str, input: &[u8]) -> PathBuf {
     path
 }
 
-/// Runs a target on its seeds, then on mutated ones until the time is over.
+/// Runs a target on its seeds, then on changed ones until the time is over.
 fn smoke(name: &str) {
     let target: Target = TARGETS.iter().find(|(known, _)| *known == name).unwrap().1;
     let seeds = seeds::seeds_for(name);
@@ -51,7 +51,7 @@ fn smoke(name: &str) {
     while runs < seeds.len() as u64 || begin.elapsed() < seconds {
         let input = seeds.get(runs as usize).cloned().unwrap_or_else(|| mutated(&mut draw, &seeds));
         let before = Instant::now();
-        // after an abort or a stack overflow, only this file remains
+        // an abort or an overflow of the stack leaves nothing but this
         if seconds > Duration::from_secs(5) && runs.is_multiple_of(16) {
             keep(name, "draw", format!("run {runs}, draw {}", draw.0).as_bytes());
         }
@@ -91,7 +91,7 @@ macro_rules! smoke_tests {
 smoke_tests!(bvh asf amc deepmimic c3d trc urdf obj stl collada gltf scenario manifest cameras body npz poses model);
 
 #[test]
-fn seeds_are_accepted_and_written_to_the_corpus() {
+fn seeds_are_accepted_and_written_where_they_are_asked_for() {
     let corpus = std::env::var_os("SKIAGRAPH_FUZZ_CORPUS").map(PathBuf::from);
     for (name, target) in TARGETS {
         for (index, seed) in seeds::seeds_for(name).iter().enumerate() {

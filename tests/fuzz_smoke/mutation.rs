@@ -1,6 +1,6 @@
-//! Mutations of an input, all derived from one number.
+//! Changes of an input, all drawn from one number.
 
-/// Words that are difficult for readers.
+/// Words that upset readers.
 const WORDS: [&str; 34] = [
     "nan",
     "-inf",
@@ -38,7 +38,7 @@ const WORDS: [&str; 34] = [
     "= ",
 ];
 
-/// Maximum size of an input.
+/// No input grows beyond this.
 const LONGEST: usize = 1 << 17;
 
 /// A stream of numbers (Steele, Lea and Flood 2014, SplitMix64).
@@ -53,7 +53,7 @@ impl Draw {
         z ^ (z >> 31)
     }
 
-    /// A number below `end`; 0 if `end` is 0.
+    /// A number below `end`; 0 where there is none.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
@@ -101,7 +101,7 @@ fn change(draw: &mut Draw, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     }
 }
 
-/// Replaces the first number at or after `at`.
+/// Puts another number in the place of the first one at or behind `at`.
 fn replace_number(draw: &mut Draw, bytes: &mut Vec<u8>, at: usize) {
     let is_number = |byte: &u8| byte.is_ascii_digit() || b".-+e".contains(byte);
     let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|found| at + found) else { return };

@@ -1,5 +1,5 @@
-//! Inputs for the mutator: shipped files, shared recordings and robots if available, and a set and a model made for the
-//! purpose. Recordings are cut to a few frames.
+//! What the mutator starts from: files that ship, files of the shared recordings and robots where they are, and a set
+//! and a model made on the spot. Recordings are cut to a few frames.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -100,7 +100,7 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
     seeds
 }
 
-/// The bytes of all files up to 64 KiB below a folder with one of these endings, sorted by path.
+/// The bytes of all files below a folder with one of these endings, as far as 64 KiB, in order of their paths.
 fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
     let mut waiting = vec![folder.to_owned()];
     let mut found: Vec<PathBuf> = Vec::new();
@@ -133,7 +133,7 @@ fn first_lines(text: &[u8], count: usize) -> Vec<u8> {
     text.split_inclusive(|byte| *byte == b'\n').take(count).flatten().copied().collect()
 }
 
-/// The skeleton and three frames of a BVH file, with a corrected header.
+/// The skeleton and three frames of a BVH file, its header told so.
 fn short_bvh(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();
@@ -169,7 +169,7 @@ fn made(files: &[&str]) -> Vec<Vec<u8>> {
     files.iter().map(|file| fs::read(place.path().join(file)).unwrap()).collect()
 }
 
-/// A model learned quickly from two short motions of a robot.
+/// Two short motions of a robot, learned in haste.
 fn small_model() -> Vec<u8> {
     let body = Humanoid::tracker25().unwrap();
     let pose = |t: usize, phase: f64| {

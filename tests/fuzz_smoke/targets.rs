@@ -1,5 +1,5 @@
-//! One function per parser: for arbitrary bytes, it returns a value that satisfies its invariants or a printable error.
-//! `fuzz/` runs them under libFuzzer, `main.rs` under a simple mutator.
+//! One function for every parser: whatever the bytes, it returns a value that keeps its promises or an error that is
+//! fit to be shown. `fuzz/` runs them under libFuzzer, `main.rs` beside this file under a mutator of its own.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ use skiagraph::mocap::{
 use skiagraph::npz::Npz;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
-/// The input of a target.
+/// What a target is handed.
 pub type Target = fn(&[u8]);
 
-/// Every target by the name of its file in `fuzz/fuzz_targets/`.
+/// Every target by its name, which is that of its file in `fuzz/fuzz_targets/`.
 pub const TARGETS: [(&str, Target); 18] = [
     ("bvh", bvh),
     ("asf", asf),
@@ -39,10 +39,10 @@ pub const TARGETS: [(&str, Target); 18] = [
     ("model", model),
 ];
 
-/// Divider between the parts of an input with two texts: a byte that does not occur in UTF-8.
+/// Parts of an input that hands over two texts: this byte, which no UTF-8 has, stands between them.
 pub const DIVIDER: u8 = 0xff;
 
-/// Errors name the file `f`, are short and contain no control characters.
+/// Errors name the file `f`, are no longer than a screen and steer no terminal.
 fn assert_tame(error: &dyn Display) {
     let said = error.to_string();
     assert!(said.chars().count() < 3000, "{} characters", said.len());
@@ -84,7 +84,7 @@ pub fn asf(data: &[u8]) {
     parse_asf(&text(data), "f").map_or_else(|error| assert_tame(&error), drop);
 }
 
-/// An Acclaim skeleton and, after the divider, its motion.
+/// An Acclaim skeleton and, behind the divider, its motion.
 pub fn amc(data: &[u8]) {
     let (skeleton, motion) = in_two(data);
     if let Ok(skeleton) = parse_asf(&skeleton, "f") {
@@ -148,7 +148,7 @@ pub fn collada(data: &[u8]) {
     mesh("f.dae", data);
 }
 
-/// A skin of a glTF file with embedded buffers.
+/// A skin of a glTF file that holds its own buffers.
 pub fn gltf(data: &[u8]) {
     match skin_from_gltf("f", data) {
         Ok(skin) => {
@@ -164,7 +164,7 @@ pub fn gltf(data: &[u8]) {
     }
 }
 
-/// A scenario and, after the divider, one override per line.
+/// A scenario and, behind the divider, one override a line.
 pub fn scenario(data: &[u8]) {
     let (text, overrides) = in_two(data);
     let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
@@ -197,7 +197,7 @@ pub fn body(data: &[u8]) {
     }
 }
 
-/// An archive of arrays, unchanged and with corrected checksums.
+/// An archive of arrays, as it is and with the checksums that its bytes have.
 pub fn npz(data: &[u8]) {
     for bytes in [data.to_vec(), with_right_checksums(data)] {
         match Npz::from_bytes("f", &bytes) {
@@ -222,7 +222,7 @@ fn smaller_body() -> Option<&'static Humanoid> {
     BODY.as_ref()
 }
 
-/// A run's estimates for the smaller shipped body.
+/// A run's estimates, of the smaller body that ships.
 pub fn poses(data: &[u8]) {
     let Some(body) = smaller_body() else { return };
     match Estimates::from_bytes("f", &with_right_checksums(data), body) {
@@ -242,7 +242,7 @@ pub fn model(data: &[u8]) {
     }
 }
 
-/// The archive with every entry's checksum corrected; otherwise every changed byte would fail the first check.
+/// The archive with every entry's checksum set to that of its bytes: else no changed byte gets past the first check.
 fn with_right_checksums(data: &[u8]) -> Vec<u8> {
     let mut bytes = data.to_vec();
     let half = |bytes: &[u8], at: usize| Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);

@@ -1,4 +1,4 @@
-//! Tracking from images: a synthetic walk of one second, seen by four small cameras.
+//! Tracking from pictures alone: a synthetic walk of one second seen by four small cameras.
 
 use nalgebra::Point3;
 use skiagraph::body::{Humanoid, Motion, Pose, draw_silhouette};
@@ -13,7 +13,7 @@ use skiagraph::tracker::{
 const FRAMES: usize = 45;
 const FRAMES_PER_SECOND: f64 = 30.0;
 
-/// A walk along the x axis at 1 m/s with one stride per second.
+/// A walk along the x axis at 1 m/s, one stride a second.
 fn walk(body: &Humanoid) -> Motion {
     let pose = |frame: usize| {
         let time = frame as f64 / FRAMES_PER_SECOND;
@@ -59,14 +59,14 @@ fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observat
     Observation { frame, time_s: frame as f64 / FRAMES_PER_SECOND, silhouettes: silhouettes.collect(), moment: None }
 }
 
-/// Mean distance of the fifteen markers, mm.
+/// Mean distance of the fifteen markers, millimetres.
 fn distance_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
     let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
     let distances: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
     1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
 }
 
-/// Mean error over the sequence, mm.
+/// Mean error over the sequence, millimetres.
 fn error_mm(tracker: &mut dyn Tracker, body: &Humanoid) -> f64 {
     let (truth, rig) = (walk(body), ring());
     tracker.start(&truth.poses[0]);
@@ -88,7 +88,7 @@ fn filter(body: &Humanoid, rig: &CameraRig) -> AnnealedParticleFilter<Diffusion,
 }
 
 #[test]
-fn a_walk_is_tracked_far_better_than_by_a_constant_pose() {
+fn a_walk_is_followed_far_better_than_by_standing_still() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let tracked = error_mm(&mut filter(&body, &ring()), &body);
     let frozen = error_mm(&mut Frozen::default(), &body);
@@ -97,7 +97,7 @@ fn a_walk_is_tracked_far_better_than_by_a_constant_pose() {
 }
 
 #[test]
-fn a_person_outside_all_images_causes_no_error() {
+fn a_person_out_of_every_picture_is_no_reason_to_fall() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let rig = ring();
     let mut filter = filter(&body, &rig);

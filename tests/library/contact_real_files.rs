@@ -1,7 +1,8 @@
-//! Contact of real walks: labels are independent of the frame rate, and feet are planted on the ground. The study
-//! `contact` uses all walks at all rates.
+//! Contact of real walks: labels that do not depend on the frame rate, and walks planted on the ground. The study
+//! `contact` does the same with all walks at all rates.
 
-/// Clips with difficult labels: a stance that may split in two, stances at an end, beginnings 1.75 frames apart.
+/// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75
+/// frames apart.
 #[test]
 fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_slowest() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };

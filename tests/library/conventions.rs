@@ -12,7 +12,7 @@ use syn::visit::{self, Visit};
 const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
 
 #[test]
-fn no_comment_is_wider_than_code() {
+fn no_comment_is_wider_than_code_may_be() {
     let settings = fs::read_to_string(root().join("rustfmt.toml")).unwrap();
     let width = settings.lines().find_map(|line| line.strip_prefix("max_width = ")).unwrap();
     let width: usize = width.parse().unwrap();
@@ -20,7 +20,7 @@ fn no_comment_is_wider_than_code() {
     for (path, text) in texts(&["rs"]) {
         for (number, line) in text.lines().enumerate().filter(|(_, line)| line.chars().count() > width) {
             let comment = line.trim_start();
-            // rows of tables cannot be wrapped
+            // a row of a table cannot be broken
             let is_row = comment.trim_start_matches(['/', '!']).trim_start().starts_with('|');
             if comment.starts_with("//") && !is_row {
                 wide.push(format!("{}:{}", path.display(), number + 1));
@@ -31,7 +31,7 @@ fn no_comment_is_wider_than_code() {
 }
 
 #[test]
-fn type_names_are_unique() {
+fn every_type_of_the_library_has_a_name_of_its_own() {
     #[derive(Default)]
     struct Names(Vec<String>);
     impl<'ast> Visit<'ast> for Names {
@@ -55,7 +55,7 @@ fn type_names_are_unique() {
         names.visit_file(&syn::parse_file(&text).unwrap());
         names.0.into_iter().for_each(|name| found.entry(name).or_default().push(path.clone()));
     }
-    // every subcommand has one
+    // every subcommand has its own
     found.remove("Arguments");
     found.retain(|_, files| files.len() > 1);
     assert_eq!(found, BTreeMap::new(), "types that share a name");
@@ -85,7 +85,7 @@ fn every_citation_resolves_and_every_reference_is_cited() {
     assert_eq!(known.difference(&cited).collect::<Vec<_>>(), [] as [&&str; 0], "in REFERENCES.md, cited nowhere");
 }
 
-/// The content of brackets, if it is short.
+/// What stands in brackets, if it is short.
 fn keys(text: &str) -> impl Iterator<Item = String> {
     let inside = text.split('[').skip(1).filter_map(|rest| rest.split_once(']'));
     inside.map(|(key, _)| key.to_owned()).filter(|key| key.chars().count() < 40).collect::<Vec<_>>().into_iter()
@@ -98,7 +98,7 @@ fn looks_like_a_citation(key: &str) -> bool {
     is_year && name.chars().all(|c| c.is_alphabetic() || c == ' ') && name.chars().any(char::is_uppercase)
 }
 
-/// Joins the lines of comments and paragraphs.
+/// Lines of comments and paragraphs joined.
 fn unwrapped(text: &str) -> String {
     let lines = text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!']).trim());
     lines.collect::<Vec<_>>().join(" ")
@@ -108,7 +108,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Paths and contents of files with these endings in the checkout.
+/// Files with these endings, by their paths in the checkout, and what they hold.
 fn texts(endings: &[&str]) -> Vec<(PathBuf, String)> {
     let mut folders: Vec<PathBuf> = FOLDERS.iter().map(|folder| root().join(folder)).collect();
     let mut files: Vec<PathBuf> = Vec::new();

@@ -1,4 +1,4 @@
-//! Takes joined by transitions, from shipped scenarios: foot contact in the seams and joint speeds.
+//! Takes joined by transitions, from the scenarios that ship: how feet stand in the seams and how fast joints turn.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn scenario(name: &str) -> ScenarioFile {
     ScenarioFile::open(&path, &[]).unwrap()
 }
 
-/// Maximum speed of every angle, rad/s.
+/// Greatest speed of every angle, rad/s.
 fn greatest_speeds(motion: &Motion) -> Vec<f64> {
     let mut greatest = vec![0.0_f64; motion.poses[0].joint_angles.len()];
     for pair in motion.poses.windows(2) {
@@ -35,7 +35,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
     assert!(quality.skate_mm_per_s < 20.0 && quality.penetration_mm < 0.5, "{quality}");
     for foot in &contacts.feet {
         for stance in foot.stances() {
-            // single frames in which the lowest point moves from one solid of the foot to another are faster
+            // single frames in which the lowest point passes from one solid of the foot to the next are faster
             let slips = foot.frames[stance.clone()].iter().map(|frame| 1000.0 * frame.slip_m_per_s());
             let skate = slips.sum::<f64>() / stance.len() as f64;
             assert!(skate < 20.0, "{} skates {skate:.1} mm/s in frames {stance:?}", foot.name);
@@ -54,7 +54,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
 }
 
 #[test]
-fn takes_of_two_subjects_are_joined_into_one_motion() {
+fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motion() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
     let staged = PreparedScene::new(&scenario("walk_jog_stop_gesture.toml"), Some(&folder)).unwrap();
     assert_eq!((staged.seams.len(), staged.sources.len()), (3, 4));
@@ -88,7 +88,7 @@ fn the_built_in_walk_along_a_curve_is_529_frames_long_and_no_two_seeds_are_the_s
 }
 
 #[test]
-fn impossible_paths_and_transitions_are_refused_by_key() {
+fn a_path_that_turns_faster_than_feet_can_follow_and_takes_that_are_nowhere_alike_are_refused_by_key() {
     let mut file = scenario("embedded.toml");
     file.scenario.motion.path_m = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.0, 0.3]];
     let message = PreparedScene::new(&file, None).unwrap_err().to_string();

@@ -47,7 +47,7 @@ fn exported(format: ExportFormat) -> tempfile::TempDir {
     out
 }
 
-/// Exports a set and reads it with the format's own reader; skipped and counted if that is not installed.
+/// Exports, and reads with the format's own reader; skipped and counted where that is not installed.
 fn read_back(format: ExportFormat) {
     let out = exported(format);
     read_back_from(format, out.path(), SET.1.path());
@@ -92,7 +92,7 @@ read_back_by! {
 }
 
 #[test]
-fn webdataset_reads_the_shards_of_a_set() {
+fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
     let room = tempfile::tempdir().unwrap();
     let [set, plain] = ["set", "plain"].map(|name| room.path().join(name));
     let small =
@@ -106,9 +106,9 @@ fn webdataset_reads_the_shards_of_a_set() {
 }
 
 #[test]
-fn this_programs_bvh_reader_reproduces_the_links() {
+fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
     let out = exported(ExportFormat::Bvh);
-    // centimetres, Y up, facing +Z at rest
+    // centimetres, Y up, faces +Z at rest
     let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
     let clip = read(&out.path().join("actor.bvh"), &options).unwrap();
     let truth = &SET.0.truth.ground_truth;
@@ -121,7 +121,7 @@ fn this_programs_bvh_reader_reproduces_the_links() {
         for (joint, local) in clip.skeleton.joints.iter().zip(frame) {
             placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
         }
-        // distances do not depend on the reader's world axes
+        // distances do not depend on how the reader turns the world upright
         let root = known.link_frames[0].translation.vector;
         let check = |index: usize, name: &str, place: Vector3<f64>| {
             let own = (placed[index].translation.vector - placed[0].translation.vector).norm();
@@ -140,7 +140,7 @@ fn this_programs_bvh_reader_reproduces_the_links() {
 }
 
 #[test]
-fn exported_cameras_equal_the_sets_cameras_when_imported() {
+fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
     let set = &SET.0;
     for (format, file_format, name) in [
         (ExportFormat::OpenCv, CameraFileFormat::OpenCv, "NAME.yml"),
@@ -162,7 +162,7 @@ fn exported_cameras_equal_the_sets_cameras_when_imported() {
 }
 
 #[test]
-fn unsupported_content_is_refused_and_an_export_can_be_interrupted() {
+fn what_a_format_cannot_hold_is_refused_and_a_stop_is_heeded() {
     let out = tempfile::tempdir().unwrap();
     let stopped = export(&SET.0, ExportFormat::Coco, out.path(), ExportWatch { tick: &|| (), stop: &|| true });
     assert!(stopped.unwrap_err().to_string().contains("stopped"));

@@ -1,4 +1,4 @@
-//! Moving cameras and cameras with their own timing: every image is computed in two independent ways.
+//! Cameras that move, and cameras that take their images at times of their own: every image by two roads.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
@@ -63,7 +63,7 @@ fn differing(a: &Mask, b: &Mask) -> u64 {
 }
 
 #[test]
-fn a_camera_with_one_keyframe_equals_a_static_camera_bit_for_bit() {
+fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
     let standing = CameraPath::new("front", vec![keyframe(0.0, [3.0, 0.8, 1.3])]).unwrap();
     let filming = TimedRig::new(rig(), vec![Some(standing)], Vec::new()).unwrap();
     assert_eq!(filming.rig(), &rig());
@@ -77,7 +77,7 @@ fn a_camera_with_one_keyframe_equals_a_static_camera_bit_for_bit() {
 }
 
 #[test]
-fn a_camera_that_moves_with_the_body_sees_the_same_mask_in_every_frame() {
+fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
     let step = Vector3::new(0.0625, -0.03125, 0.0);
     let place = |frame: usize| Translation3::from(Vector3::new(0.0, 0.1, 0.97) + step * frame as f64);
     let walk = crate::made_up_set::motion(
@@ -108,11 +108,11 @@ fn a_camera_that_moves_with_the_body_sees_the_same_mask_in_every_frame() {
 }
 
 #[test]
-fn a_late_camera_sees_the_later_motion() {
+fn a_camera_that_is_late_sees_the_motion_that_comes() {
     let twice = motion(8).made_continuous(&actor()).resampled(&actor(), 2.0 * RATE).unwrap();
     let finer = GroundTruth::from_motion(actor(), &twice, &rig()).unwrap();
     let truth = still(8);
-    // half a frame late or early equals every other frame of the motion at twice the rate
+    // half a frame late is every other frame of the motion at twice the rate; early as well
     for (offset_s, shift) in [(0.5 / RATE, 1), (-0.5 / RATE, -1), (2.0 / RATE, 4)] {
         let filming = timed(CameraTiming { offset_s, ..CameraTiming::default() });
         let filmed = GroundTruth::from_motion(actor(), &motion(8), &filming).unwrap();
@@ -133,7 +133,7 @@ fn a_late_camera_sees_the_later_motion() {
 }
 
 #[test]
-fn a_rolling_shutter_combines_rows_of_global_shutter_images() {
+fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_taken_at_once() {
     let delay = 0.8 / RATE / f64::from(SIZE[1]);
     let rolling = CameraTiming { line_delay_s: delay, offset_s: 0.002, every: 1 };
     let filming = TimedRig::new(rig(), vec![Some(moving())], vec![rolling; 2]).unwrap();
@@ -172,14 +172,14 @@ fn a_rolling_shutter_combines_rows_of_global_shutter_images() {
 }
 
 #[test]
-fn timing_corruptions_are_added_to_the_cameras_timing() {
+fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
     let truth = still(6);
     let own = timed(CameraTiming { line_delay_s: 2e-5, ..CameraTiming::default() });
     let corruption = Corruption { line_delay_us: 30.0, ..Corruption::default() };
     let both = CorruptedObserver::new(&truth, &own, corruption, 3).observe(2);
     let sum = timed(CameraTiming { line_delay_s: 2e-5 + 1e-6 * 30.0, ..CameraTiming::default() });
     assert_eq!(both.silhouettes, Observer::new(&truth, &sum).observe(2).silhouettes);
-    // a tracker gets the camera's timing without the corruption
+    // a tracker is told of the camera's own times alone
     assert_eq!(both.moment, own.moment(2, truth.frames[2].time_s));
     let slow = timed(CameraTiming { every: 2, ..CameraTiming::default() });
     let lossy = Corruption { dropped_frames: 0.5, ..Corruption::default() };
@@ -192,7 +192,7 @@ fn timing_corruptions_are_added_to_the_cameras_timing() {
 }
 
 #[test]
-fn flow_refers_to_the_next_image_of_a_moving_camera() {
+fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
     let timing = CameraTiming { every: 2, offset_s: 0.004, line_delay_s: 0.0 };
     let filming = TimedRig::new(rig(), vec![Some(moving())], vec![timing]).unwrap();
     let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
@@ -221,7 +221,7 @@ fn flow_refers_to_the_next_image_of_a_moving_camera() {
 }
 
 #[test]
-fn a_likelihood_uses_the_cameras_of_the_frame_that_have_an_image() {
+fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_without_an_image() {
     let slow = CameraTiming { every: 2, ..CameraTiming::default() };
     let timings = vec![CameraTiming::default(), slow];
     let filming = TimedRig::new(rig(), vec![Some(moving())], timings).unwrap();
@@ -240,7 +240,7 @@ fn a_likelihood_uses_the_cameras_of_the_frame_that_have_an_image() {
     for frame in [4, 3, 2, 5] {
         let seen = observer.observe(frame);
         let (own, other) = (&truth.frames[frame].pose, &truth.frames[frame - 2].pose);
-        // static cameras at the positions of those that have an image
+        // cameras that stand where these are, and of them those that have an image
         let mut there = seen.rig(filming.rig()).into_owned();
         there.cameras.truncate(if frame % 2 == 0 { 2 } else { 1 });
         let silhouettes = seen.silhouettes[..there.cameras.len()].to_vec();
@@ -262,7 +262,7 @@ fn filmed_set() -> BenchmarkSet {
 }
 
 #[test]
-fn a_set_with_moving_cameras_is_read_back() {
+fn a_set_says_where_its_cameras_are_and_which_took_an_image_and_is_read_back() {
     let (set, folder) = (filmed_set(), tempfile::tempdir().unwrap());
     set.write_with_layers(folder.path(), &[Layer::Depth]).unwrap();
     let read = BenchmarkSet::read(folder.path()).unwrap();
@@ -286,7 +286,7 @@ fn a_set_with_moving_cameras_is_read_back() {
 }
 
 #[test]
-fn a_set_with_static_cameras_has_the_first_format() {
+fn a_set_of_cameras_that_stand_still_is_what_it_always_was() {
     let (set, folder) = (crate::made_up_set::assemble("still", cameras(), &motion(3)), tempfile::tempdir().unwrap());
     set.write(folder.path()).unwrap();
     let text = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
@@ -297,7 +297,7 @@ fn a_set_with_static_cameras_has_the_first_format() {
 }
 
 #[test]
-fn moving_cameras_give_the_same_bytes_on_any_number_of_threads() {
+fn cameras_that_film_write_the_same_bytes_on_any_number_of_threads() {
     let listing = |threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -308,7 +308,7 @@ fn moving_cameras_give_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
-fn an_invalid_camera_file_is_refused_by_name() {
+fn a_file_of_cameras_that_makes_no_sense_is_refused_by_its_name() {
     let (set, folder) = (filmed_set(), tempfile::tempdir().unwrap());
     set.write(folder.path()).unwrap();
     let path = folder.path().join("truth/filming.json");

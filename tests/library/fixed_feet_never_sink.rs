@@ -1,5 +1,5 @@
-//! After `plant_feet`, no link is below the ground in any motion, including links that are not feet and bodies without
-//! ankles. Depths are measured by parry, independently of this project's lowest points.
+//! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after
+//! it nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
@@ -11,10 +11,10 @@ use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::plant_feet;
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// The tolerance documented for `plant_feet`, m; parry's single precision is a hundred times finer.
+/// What the documentation of `plant_feet` promises, metres; parry's single precision is a hundred times finer.
 const TOLERANCE: f64 = 1e-4;
 
-/// Depth of the deepest point of a body in any frame, m, from parry's bounding boxes.
+/// Depth of the deepest point of a body in any frame, metres, by the bounding boxes of parry.
 fn deepest(body: &Humanoid, motion: &Motion) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for pose in &motion.poses {
@@ -44,7 +44,7 @@ fn lowest(solid: &Solid, world_from_link: &Isometry3<f64>) -> f64 {
             bottom(&Cuboid::new(Vector::new(*x as f32, *y as f32, *z as f32)), &(world_from_link * link_from_box))
         }
         Solid::Cylinder { link_from_cylinder, radius, half_length } => {
-            // parry's cylinders are along y
+            // parry's cylinders stand along y
             let upright = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let cylinder = Cylinder::new(*half_length as f32, *radius as f32);
             bottom(&cylinder, &(world_from_link * link_from_cylinder * upright))
@@ -60,7 +60,7 @@ fn parry(place: &Isometry3<f64>) -> Place {
     Place::from_parts(Vector::new(at.x, at.y, at.z), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
 }
 
-/// The maximum acceleration of the origin of any link, m/s^2.
+/// The greatest acceleration of the origin of any link, m/s^2.
 fn greatest_acceleration(body: &Humanoid, motion: &Motion) -> f64 {
     let frames: Vec<_> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
     let at = |frame: usize, link: usize| frames[frame].0[link].translation.vector;
@@ -69,9 +69,9 @@ fn greatest_acceleration(body: &Humanoid, motion: &Motion) -> f64 {
     all.map(|(frame, link)| of(frame, link).norm()).fold(0.0, f64::max) * motion.frames_per_second.powi(2)
 }
 
-/// Recordings with dancing and with lying down, for both shipped robots.
+/// Walks that are half a dance and a person who gets down to the floor and up again; both robots that ship.
 #[test]
-fn nothing_sinks_in_recordings_with_dancing_and_lying_down() {
+fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
     for file in ["cmu_3dsmax_131_01.bvh", "mocapbank_test.bvh"] {
         let Some(path) = crate::support::test_data(&format!("mocap/bvh/{file}")) else { return };
         let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -88,10 +88,10 @@ fn nothing_sinks_in_recordings_with_dancing_and_lying_down() {
     }
 }
 
-/// A leg without an ankle cannot turn its foot: constraining the foot's position and orientation would accelerate the
-/// whole body by up to 540 m/s^2 and move it by 181 mm.
+/// A leg without an ankle cannot choose how its foot is turned: held by place and orientation it tore the whole body
+/// about, by up to 540 m/s^2 and 181 mm.
 #[test]
-fn planting_the_feet_of_a_body_without_ankles_causes_no_large_accelerations() {
+fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let clip = read(&folder.join("14_27_f0001-0900.amc"), &ReadOptions::default()).unwrap();
     let clip = clip.crop(0..400).unwrap().resampled(60.0).unwrap();
@@ -102,7 +102,7 @@ fn planting_the_feet_of_a_body_without_ankles_causes_no_large_accelerations() {
     assert!(fixed.report.moved_mm < 30.0, "{}", fixed.report);
 }
 
-/// A body with smooth random turns, falls and joint motions, above and below the ground.
+/// A body that turns, falls and waves about at random, smoothly, above and below the ground.
 fn tumbling(body: &Humanoid, numbers: &[f64]) -> Motion {
     let number = |index: usize| numbers[index % numbers.len()];
     let pose = |frame: usize| {

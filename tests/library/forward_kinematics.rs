@@ -1,5 +1,5 @@
-//! Forward kinematics against pinocchio: `forward_kinematics.csv` has the results of pinocchio 4.1.0 for random
-//! configurations of shipped and other robots (with ball joints as three hinges).
+//! Forward kinematics against pinocchio: `forward_kinematics.csv` holds what pinocchio 4.1.0 made of random
+//! configurations of the shipped robots and of foreign ones (a ball joint given to it as three hinges).
 
 use std::collections::BTreeMap;
 
@@ -59,7 +59,7 @@ fn link_frames_agree_with_pinocchio_on_seven_robots() {
             let frame = frames[body.find_link(name).unwrap_or_else(|| panic!("{file}: no link {name}"))];
             let offset = (frame.translation.vector - expected.translation.vector).norm();
             let turn = frame.rotation.angle_to(&expected.rotation);
-            // the table has nine digits; errors of angles add up along a chain
+            // The table has nine digits; angles add up along a chain.
             assert!(offset < 5e-8, "{file} {number} {name}: {offset} m apart");
             assert!(turn < 2e-7, "{file} {number} {name}: {turn} rad apart");
             compared += 1;

@@ -1,4 +1,4 @@
-//! Beginnings of contact against heel strikes labelled from the recordings.
+//! Beginnings of contact against heel strikes that were read from the recordings themselves.
 //!
 //! The rule by which the labels were made, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot under
 //! a threshold), looks at nothing but the recorded ankle joint (`lfoot`, `rfoot` of the skeleton's file): a heel strike
@@ -13,14 +13,14 @@ use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, without those of the first 50 ms.
+/// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, those of the first 50 ms left out.
 const LABELS: [(&str, [&[usize]; 2]); 2] =
     [("49_01", [&[99, 264, 428, 594], &[8, 182, 346, 509]]), ("16_15", [&[136, 278, 417], &[64, 203, 344]])];
-/// Maximum distance of a beginning of contact from its heel strike, frames at 120 Hz: 50 ms.
+/// Beginnings of contact further than this from a heel strike are others, frames at 120 Hz: 50 ms.
 const TOLERANCE: usize = 6;
 
 #[test]
-fn contact_begins_at_the_heel_strike() {
+fn contact_begins_where_the_heel_strikes() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let (mut hits, mut missed, mut extra, mut lags) = (0, 0, 0, Vec::new());
     for (clip, labels) in LABELS {
@@ -46,7 +46,7 @@ fn contact_begins_at_the_heel_strike() {
     assert!(f1 >= 0.95, "{f1}");
 }
 
-/// The labels equal the result of the rule.
+/// The labels are what the rule says.
 #[test]
 fn the_labels_follow_their_rule() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };

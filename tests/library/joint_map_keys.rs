@@ -1,5 +1,5 @@
-//! `[motion] joint_map` also applies to the guard against learning from the test, so that recordings with unknown joint
-//! names can be used.
+//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording
+//! without it, so that no recording with joints of unknown names could be used.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ const MAP: [(&str, &str); 15] = [
     ("right_ankle", "j09"),
 ];
 
-/// The recording with meaningless joint names.
+/// The recording with joints whose names say nothing.
 fn renamed() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions/01_01.bvh");
     let text = fs::read_to_string(path).unwrap();
@@ -59,7 +59,7 @@ fn staged(folder: &Path, map: &str) -> Result<PreparedScene, String> {
 }
 
 #[test]
-fn a_recording_with_unknown_joint_names_is_used_with_its_joint_map() {
+fn a_recording_whose_joints_have_unknown_names_is_used_by_its_map() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("odd.bvh"), renamed()).unwrap();
     let map: Vec<String> = MAP.iter().map(|(landmark, joint)| format!("{landmark} = \"{joint}\"")).collect();

@@ -5,7 +5,7 @@ use rapier3d::prelude::*;
 use skiagraph::body::{Humanoid, JointKind, Pose};
 use skiagraph::rng::{Purpose, stream};
 
-/// `world_from_link` translations of all links, computed by rapier.
+/// `world_from_link` translations of all links as rapier computes them.
 fn rapier_positions(body: &Humanoid, pose: &Pose) -> Vec<[f64; 3]> {
     let mut world = PhysicsWorld::new();
     let insert = |world: &mut PhysicsWorld, builder: RigidBodyBuilder| {
@@ -64,7 +64,7 @@ fn isometry(from: &nalgebra::Isometry3<f64>) -> rapier3d::math::Pose {
 }
 
 #[test]
-fn link_positions_of_shipped_robots_agree_with_rapier() {
+fn every_link_of_the_shipped_robots_is_where_rapier_puts_it() {
     for body in [Humanoid::tracker25().unwrap(), Humanoid::actor().unwrap()] {
         for draw in 0..20 {
             let mut rng = stream(draw, Purpose::Initialisation, 0, 0, 0);

@@ -111,7 +111,7 @@ const SEAMS: &[(&str, &[&str])] = &[
 ];
 
 #[test]
-fn packages_have_the_dependencies_of_the_table() {
+fn packages_depend_on_each_other_as_the_table_says() {
     for (folder, expected) in DEPENDS_ON {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml");
         let manifest: toml::Table = std::fs::read_to_string(manifest).unwrap().parse().unwrap();
@@ -145,7 +145,7 @@ fn no_room_uses_a_room_that_the_table_forbids() {
 }
 
 #[test]
-fn every_permission_and_every_seam_is_used() {
+fn no_permission_and_no_seam_is_left_that_nothing_uses() {
     let mut used = BTreeSet::new();
     let mut crossed = BTreeSet::new();
     for (file, code) in sources() {

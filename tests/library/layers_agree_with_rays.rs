@@ -1,9 +1,9 @@
-//! Every layer of 100 random views agrees with rays cast one by one, an independent implementation that shares no code
-//! with the drawing: kinematics by matrices, skins blended vertex by vertex, solids by sphere tracing of signed
-//! distances, skins as triangle meshes of parry, lenses inverted by Newton's method on OpenCV's formula.
+//! Every layer of 100 random views agrees with rays cast one by one, a second road that shares no code with the
+//! drawing: kinematics by matrices, skins blended vertex by vertex, solids as signed distances that a ray approaches
+//! step by step, skins as triangle meshes of parry, lenses inverted by Newton's method on OpenCV's formula.
 //!
-//! Shipped robots and skins have random poses, in some views with props; cameras are far, near, or look past the body,
-//! half of them with lens distortion.
+//! Robots and skins that ship take random poses, among props in some views; cameras stand far, near, or look past the
+//! body, half of them through a lens that distorts.
 
 use crate::ray_scene::{Hit, PlainCamera, RayScene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -19,10 +19,10 @@ use skiagraph::scene::{GroundTruth, Occluders, Sight};
 
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 48;
-/// Step between compared pixels.
+/// Every so many pixels one is compared.
 const STEP: usize = 3;
 
-/// Distance from a pixel's centre, pixels, of the rays that decide whether it lies on an edge.
+/// Rays this far from a pixel's centre, pixels, decide whether it lies on an edge.
 const EDGE_PX: f64 = 0.05;
 
 fn bodies() -> Vec<Humanoid> {
@@ -31,7 +31,7 @@ fn bodies() -> Vec<Humanoid> {
     plain.into_iter().chain([dressed("actor", "person"), dressed("actor", "person_coarse")]).collect()
 }
 
-/// Two poses, the second one frame later; angles within limits, or within a radian without limits.
+/// Two poses, the second a frame later; angles within limits, or within a radian where there are none.
 fn poses(body: &Humanoid, random: &mut ChaCha8Rng) -> Motion {
     let mut pose = body.zero_pose();
     for (angle, freedom) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
@@ -50,7 +50,7 @@ fn poses(body: &Humanoid, random: &mut ChaCha8Rng) -> Motion {
     Motion { frames_per_second: 30.0, poses: vec![pose, next] }
 }
 
-/// One third of the cameras is far, one third near, one third looks past the body.
+/// A third stands far, a third near, a third looks past the body.
 fn camera(index: u64, body: &Point3<f64>, random: &mut ChaCha8Rng) -> Camera {
     let azimuth = random.random_range(0.0..std::f64::consts::TAU);
     let distance = if index % 3 == 1 { random.random_range(0.9..1.4) } else { random.random_range(2.0..6.0) };
@@ -88,12 +88,12 @@ fn props(index: u64, body: &Point3<f64>, camera: &Camera, random: &mut ChaCha8Rn
     vec![Prop { name: "in the way".into(), solid }]
 }
 
-/// Numbers of compared and of different pixels.
+/// What was compared, and what differed.
 #[derive(Debug, Default)]
 struct Tally {
     pixels: usize,
     shown: usize,
-    /// Pixels where only one implementation sees the body or a part, and no edge is near.
+    /// Pixels where one road sees the body or a part and the other does not, and no edge is near.
     other_part: usize,
     on_edges: usize,
     worst_depth_m: f64,
@@ -146,12 +146,12 @@ impl Tally {
         self.worst_depth_m = self.worst_depth_m.max(off);
         let found = Vector3::from(layers.normals[index]).cast::<f64>();
         assert!((found.norm() - 1.0).abs() < 1e-6);
-        // from the sine, which is accurate for small angles
+        // by the sine, which is exact for small angles
         let angle = found.cross(&hit.normal).norm().atan2(found.dot(&hit.normal)).to_degrees();
         self.worst_normal_deg = self.worst_normal_deg.max(angle);
     }
 
-    /// The coverage of a few pixels by sixteen rays each.
+    /// The share of sixteen rays of a few pixels.
     fn coverage(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         let partly = |index: &usize| layers.coverage[*index] > 0.0 && layers.coverage[*index] < 1.0;
         for index in (0..layers.coverage.len()).filter(partly).step_by(23) {
@@ -186,7 +186,7 @@ impl Tally {
     }
 }
 
-/// Whether two rays hit the same surface without an edge between them.
+/// Whether two rays meet one surface without an edge between them.
 fn is_of_one_surface(a: Option<&Hit>, b: Option<&Hit>) -> bool {
     match (a, b) {
         (None, None) => true,

@@ -1,4 +1,4 @@
-//! Tests of the library's interface against independent code, real files and its documentation.
+//! The library from outside: against independent code, real files, and its own promises.
 
 mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]

@@ -1,4 +1,4 @@
-//! Marker recordings: a known motion is written as C3D and TRC, read, retargeted and compared.
+//! Recordings of markers: a known motion is written as C3D and TRC, read, retargeted and compared with what it was.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ fn centres(truth: &[Markers]) -> (Vec<String>, Frames) {
     (labels, frames.collect())
 }
 
-/// A marker on the skin: a vertex, the link with the largest weight, and the outward direction in the link's frame.
+/// A marker on the skin: a vertex, the link that carries most of it, and outwards in the link's frame.
 struct Worn {
     label: String,
     vertex: usize,
@@ -43,11 +43,11 @@ struct Worn {
     outwards: Vector3<f64>,
 }
 
-/// Distance from the skin to the centre of a marker, m.
+/// From the skin to the centre of a marker, metres.
 const MARKER: f64 = 0.007;
 
-/// The markers of Plug-in Gait on the standing body: each at the vertex in a given direction from a joint's centre. The
-/// reader's widths and offsets are not used.
+/// The markers of Plug-in Gait, by where they are on the standing body: the vertex where one leaves the body in a
+/// direction from a joint's centre. None of the reader's breadths and offsets is used.
 fn worn(body: &Humanoid) -> Vec<Worn> {
     let frames = body.link_frames(&body.zero_pose());
     let own = body.markers(&frames);
@@ -120,11 +120,11 @@ fn worn_in(body: &Humanoid, motion: &Motion) -> (Vec<String>, Frames) {
     (worn.iter().map(|own| own.label.clone()).collect(), frames.collect())
 }
 
-/// Mean distance of each landmark of a retargeted clip from the truth, mm, and of all landmarks.
+/// Mean distance of each landmark of a retargeted clip from the truth, millimetres, and of all.
 fn errors(found: &Retargeted, truth: &[Markers]) -> (Vec<f64>, f64) {
     let own = landmarks(&found.humanoid, &found.motion);
     assert_eq!(own.len(), truth.len());
-    // ground contact may raise the whole motion
+    // ground contact may raise a motion: as a whole
     let mean = |landmark: usize| {
         let distances = own.iter().zip(truth).map(|(a, b)| (a[landmark].unwrap() - b[landmark].unwrap()).norm());
         1000.0 * distances.sum::<f64>() / truth.len() as f64
@@ -164,7 +164,7 @@ fn joint_centres_in_a_c3d_give_the_motion_back_to_a_few_millimetres_however_numb
 }
 
 #[test]
-fn plug_in_gait_markers_on_a_skin_give_the_joints_to_a_few_centimetres() {
+fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimetres() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (labels, frames) = worn_in(&body, &motion);
@@ -184,7 +184,7 @@ fn plug_in_gait_markers_on_a_skin_give_the_joints_to_a_few_centimetres() {
     let (each, all) = errors(&found, &truth);
     let named: BTreeMap<&str, f64> = LANDMARKS.iter().map(|l| l.name()).zip(each.iter().copied()).collect();
     eprintln!("Plug-in Gait: {all:.1} mm on average, {named:.0?}");
-    // hips from regression on skin markers are the worst; a confused marker would give 100 mm
+    // hips by regression from markers on the skin are the worst; a marker taken for another would make it 100 mm
     assert!(all < 40.0, "{all} mm: {named:?}");
     assert!(found.report.notes.iter().any(|note| note.contains("up axis guessed: Z")));
 }
@@ -207,7 +207,7 @@ fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
         trc.push_str(&format!("{}\t{}\t{}\n", index + 1, index as f64 / 60.0, places.collect::<Vec<_>>().join("\t")));
     }
     let trc = parse_markers(trc.as_bytes(), "a.trc", &ReadOptions::default()).unwrap();
-    // the axes of the file were X left, Y up, Z ahead: after turning them upright, only the heading differs
+    // the axes of the file were X left, Y up, Z ahead: turned upright they are the same but for the heading
     for frame in [0, 35, 70] {
         let (a, b) = (c3d.joint_positions(frame), trc.joint_positions(frame));
         for (a, b) in a.iter().zip(&b) {
@@ -217,7 +217,7 @@ fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
 }
 
 #[test]
-fn gaps_are_filled_with_a_note_and_missing_markers_are_left_out() {
+fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
     let (body, motion) = walk();
     let (labels, mut frames) = worn_in(&body, &motion);
     let whole = parse_markers(
@@ -243,7 +243,7 @@ fn gaps_are_filled_with_a_note_and_missing_markers_are_left_out() {
 }
 
 #[test]
-fn unknown_labels_are_listed_and_a_joint_map_resolves_them() {
+fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (mut labels, frames) = centres(&truth);

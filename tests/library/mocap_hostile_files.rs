@@ -1,4 +1,5 @@
-//! For arbitrary bytes, a reader returns a clip or an error: it never panics and never allocates much memory.
+//! Whatever bytes a file holds, its reader answers with a clip or an error: it never panics and never asks for much
+//! memory.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -12,14 +13,14 @@ const MOTION: &str = "#!OML\n:FULLY-SPECIFIED\n:DEGREES\n1\nroot 9.3 17.8 -17.3 
     2\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n3\nroot 0 0 0 0 0 0\nfemur 0 0 0\ntibia 0\n\
     4\nroot 9.3 17.8 -17.3 -2 -7.6 -3.2\nfemur 1 2 4\ntibia 26.5\n";
 
-/// The first rows of a shipped recording, with a corrected header.
+/// The first rows of a recording that ships, its header told so.
 fn bvh() -> String {
     let text = include_str!("../../scenarios/motions/01_01.bvh");
     let head: Vec<&str> = text.lines().take(192).collect();
     head.join("\n").replace("Frames: 2752", "Frames: 5")
 }
 
-/// The first rows of a shipped clip.
+/// The first rows of a clip that ships.
 fn deepmimic() -> String {
     let text = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
     let rows: Vec<&str> = text.lines().take(9).collect();
@@ -31,7 +32,7 @@ fn parse_acclaim(skeleton: &str, motion: &str) -> Result<Clip, MocapError> {
     parse_amc(motion, "f.amc", &skeleton, &ReadOptions::default())
 }
 
-/// An accepted clip satisfies its documented invariants.
+/// A clip that was accepted holds what its documentation promises.
 fn check(result: Result<Clip, MocapError>) {
     match result {
         Ok(clip) => {
@@ -45,7 +46,7 @@ fn check(result: Result<Clip, MocapError>) {
     }
 }
 
-/// Kinds of damage to a text.
+/// What may befall a text.
 #[derive(Clone, Debug)]
 enum Accident {
     CutAt(Index),
@@ -145,12 +146,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn a_damaged_bvh_does_no_harm(accidents in prop::collection::vec(accidents(), 1..4)) {
+    fn a_bvh_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..4)) {
         check(parse_bvh(&befall(bvh(), &accidents), "f.bvh", &ReadOptions::default()));
     }
 
     #[test]
-    fn a_damaged_acclaim_pair_does_no_harm(
+    fn an_acclaim_pair_that_met_with_accidents_does_no_harm(
         skeleton in prop::collection::vec(accidents(), 0..3),
         motion in prop::collection::vec(accidents(), 0..3),
     ) {
@@ -158,12 +159,12 @@ proptest! {
     }
 
     #[test]
-    fn a_damaged_deepmimic_clip_does_no_harm(accidents in prop::collection::vec(accidents(), 1..3)) {
+    fn a_deepmimic_clip_that_met_with_accidents_does_no_harm(accidents in prop::collection::vec(accidents(), 1..3)) {
         check(parse_deepmimic(&befall(deepmimic(), &accidents), "f.txt", &ReadOptions::default()));
     }
 
     #[test]
-    fn arbitrary_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn any_bytes_at_all_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let text = String::from_utf8_lossy(&bytes);
         check(parse_bvh(&text, "f", &ReadOptions::default()));
         check(parse_deepmimic(&text, "f", &ReadOptions::default()));

@@ -1,4 +1,4 @@
-//! Real recordings: counts, rates, heights and speeds of the test data's manifest, and special cases.
+//! Real recordings: counts, rates, heights and speeds as the test data's manifest has them, and its traps.
 
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,8 @@ fn every_cmu_recording_has_the_manifests_frames_speeds_and_heights() {
         let measured =
             [ground_speed(&clip, 0, last), ground_speed(&clip, 0, sixth), ground_speed(&clip, last - sixth, last)];
         for (measured, expected) in measured.iter().zip(speeds) {
-            // the manifest's smoothing is unknown; 16_17 turns and shakes at its end, which lengthens its path by 2.4 %
+            // the manifest does not say how it smooths; 16_17 turns and is shaky at its end, which lengthens its path
+            // by 2.4 %
             assert!((measured - expected).abs() < 0.03, "{name}: {measured:.3} m/s against {expected}");
         }
         for (joint, expected) in ["root", "head"].into_iter().zip(heights) {
@@ -98,7 +99,7 @@ fn every_bvh_has_the_manifests_frames_joints_rate_and_the_height_of_a_human() {
     let table = [
         ("cmu_mb_01_01", 2751, 31, 120.0, 0.0254 / 0.45, "Head"),
         ("cmu_3dsmax_131_01", 994, 31, 120.0, 0.0254 / 0.45, "Head"),
-        // of unusual size: 2.16 m in CMU's unit, the only usual unit that gives a human body
+        // of nobody's size: 2.16 m in CMU's unit, the only usual one that makes a human of it
         ("ad_wave_hello", 839, 27, 1.0 / 0.008342, 0.0254 / 0.45, "Head"),
         ("ad_cmu_jumping_jacks", 125, 31, 30.0, 0.0254 / 0.45, "Head"),
         ("mocapbank_test", 455, 19, 30.0, 0.01, "Head"),
@@ -120,7 +121,7 @@ fn every_bvh_has_the_manifests_frames_joints_rate_and_the_height_of_a_human() {
 }
 
 #[test]
-fn a_z_up_file_with_two_rotation_orders_stands_upright_with_level_feet() {
+fn a_z_up_file_with_two_orders_stands_upright_and_its_feet_on_one_level() {
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/ad_wave_hello.bvh"));
     let (left, right, head) = (joint(&clip, "LeftFoot"), joint(&clip, "RightFoot"), joint(&clip, "Head"));
@@ -131,8 +132,8 @@ fn a_z_up_file_with_two_rotation_orders_stands_upright_with_level_feet() {
 }
 
 #[test]
-fn a_walk_with_mixed_rotation_orders_is_read_correctly() {
-    // with a single rotation order, the arms in these files would swing through each other
+fn mixed_orders_do_not_tear_a_walk_apart() {
+    // Read in one order, the arms of these files swing through each other.
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/cmu_3dsmax_131_01.bvh"));
     let (left, right) = (joint(&clip, "LeftWrist"), joint(&clip, "RightWrist"));
@@ -159,7 +160,8 @@ fn deepmimic_clips_have_the_manifests_frames_rates_and_speeds_and_stand_on_the_g
     }
 }
 
-/// The reader's built-in offsets, against the humanoid in the clips' package (four times as large).
+/// The offsets that the reader has built in, against the humanoid in the package that carries the clips (four times as
+/// large).
 #[test]
 fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
     let Some(path) = crate::support::test_data("robots/pybullet_humanoid/humanoid.urdf") else { return };
@@ -186,7 +188,7 @@ fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
 }
 
 #[test]
-fn knees_bend_backward_and_elbows_forward_in_every_format() {
+fn knees_bend_backward_and_elbows_forward_whatever_the_format() {
     let Some(folder) = recordings() else { return };
     let cases = [
         (shipped().join("humanoid3d_run.txt"), ["right_hip", "right_knee", "right_ankle"]),
@@ -304,7 +306,7 @@ fn a_walk_repeats_without_a_seam() {
         let period = clip.frames.len() - 1;
         let looped = clip.looped(8.0).unwrap();
         assert!(looped.duration() >= 8.0 && looped.duration() < 8.0 + 1.0 / clip.frames_per_second);
-        // maximum change of velocity of any joint, metres per frame: at the seams no more than within the recording
+        // Greatest change of velocity of any joint, metres a frame: at the seams no more than within the recording.
         let change_of_velocity = |clip: &Clip, frame: usize| {
             let [a, b, c] = [frame - 1, frame, frame + 1].map(|f| clip.joint_positions(f));
             (0..a.len()).map(|j| ((c[j] - b[j]) - (b[j] - a[j])).norm()).fold(0.0, f64::max)
@@ -320,7 +322,7 @@ fn a_walk_repeats_without_a_seam() {
 }
 
 #[test]
-fn shipped_recordings_match_their_readme() {
+fn what_ships_is_what_its_readme_says() {
     let readme = std::fs::read_to_string(shipped().join("README.md")).unwrap();
     for name in ["humanoid3d_walk.txt", "humanoid3d_run.txt", "humanoid3d_jump.txt", "01_01.bvh"] {
         let bytes = std::fs::read(shipped().join(name)).unwrap();

@@ -79,7 +79,7 @@ fn projection_equals_opencv_on_ideal_mild_barrel_pincushion_and_tangential_lense
 }
 
 #[test]
-fn rays_through_opencvs_pixels_meet_the_points() {
+fn rays_through_the_pixels_that_opencv_gives_meet_the_points() {
     let mut met = 0;
     for case in &CASES {
         let camera = Camera::from_opencv("c", case.k, case.r, case.t, case.distortion, 1280, 1024).unwrap();

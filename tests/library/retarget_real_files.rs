@@ -1,5 +1,5 @@
-//! Real recordings retargeted to the shipped bodies: landmark errors, foot contact and leaps. Clips are thinned so that
-//! the tests are fast without optimisation.
+//! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything
+//! leaps. Clips are thinned so that the table is quick also unoptimised.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 const THINNING: usize = 6;
 
-/// Every sixth frame of clips with more than 100 frames per second.
+/// Every sixth frame where there are more than 100 a second.
 fn thinned(relative: &str) -> Option<Clip> {
     let path = crate::support::test_data("mocap")?.join(relative);
     let mut clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -24,7 +24,7 @@ fn retargeted(clip: &Clip, body: &str) -> Retargeted {
     retarget(clip, &shipped(body).unwrap(), &RetargetOptions::default()).unwrap()
 }
 
-/// Maximum rotation of any link in the world between successive frames, radians.
+/// Greatest turn of any link in the world from one frame to the next, radians.
 fn greatest_turn(result: &Retargeted) -> f64 {
     let frames: Vec<_> = result.motion.poses.iter().map(|pose| result.humanoid.link_frames(pose)).collect();
     let solid = (0..result.humanoid.links.len()).filter(|&link| !result.humanoid.links[link].solids.is_empty());
@@ -33,7 +33,7 @@ fn greatest_turn(result: &Retargeted) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Maximum rotation of any recorded joint in the world between successive frames, radians, without thumbs and fingers.
+/// Greatest turn of any recorded joint in the world from one frame to the next, radians; thumbs and fingers left out.
 fn greatest_recorded_turn(clip: &Clip) -> f64 {
     let frames: Vec<_> = (0..clip.frames.len()).map(|frame| clip.joint_frames(frame)).collect();
     let is_finger = |name: &str| ["thumb", "finger"].iter().any(|part| name.to_lowercase().contains(part));
@@ -69,7 +69,7 @@ fn walks_come_within_5_mm_on_the_actor_and_17_mm_on_the_tracker() {
 }
 
 #[test]
-fn other_dialects_are_retargeted_closely_and_without_leaps() {
+fn other_dialects_come_near_and_nobody_leaps() {
     for (file, bound_mm) in [
         ("bvh/cmu_3dsmax_131_01.bvh", 5.0),
         ("bvh/ad_cmu_jumping_jacks.bvh", 5.0),
@@ -96,7 +96,7 @@ fn other_dialects_are_retargeted_closely_and_without_leaps() {
 }
 
 #[test]
-fn a_retargeted_walk_is_human_like() {
+fn somebody_walks_as_people_walk() {
     for file in ["cmu_asf_amc/49_01.amc", "deepmimic/humanoid3d_walk.txt", "cmu_asf_amc/35_02.amc"] {
         let Some(clip) = thinned(file) else { return };
         let walk = retargeted(&clip, "actor");
@@ -208,7 +208,7 @@ fn leaps_of_a_recording_are_noted() {
 }
 
 #[test]
-fn overrides_and_missing_joints_are_reported_by_name() {
+fn overrides_and_what_is_missing_are_told_by_name() {
     let Some(mut clip) = thinned("bvh/mocapbank_test.bvh") else { return };
     clip.frames.truncate(1);
     let body = shipped("actor").unwrap();

@@ -1,4 +1,4 @@
-//! A benchmark set, read with its files and OpenCV's formulas only, without this program.
+//! A benchmark set as somebody else sees it, who has its files and OpenCV's formulas but not this program.
 
 use std::fs;
 use std::path::Path;

@@ -1,8 +1,7 @@
-//! Silhouettes drawn by row extents agree with rays cast one by one, for bodies in front of, around and behind the
-//! camera.
+//! Silhouettes drawn by row extents agree with rays cast one by one, for bodies before, around and behind the camera.
 //!
-//! Two independent methods: parry's ray cast on capsules, and, for tapered capsules, the distance between a ray and the
-//! balls that form the solid.
+//! Two other roads to the same mask: parry's ray cast on capsules, and, for tapered capsules, the distance between a
+//! ray and the balls that make up the solid.
 
 use nalgebra::{Point3, Vector3};
 use parry3d::query::{Ray, RayCast};
@@ -26,8 +25,8 @@ fn vector(random: &mut ChaCha8Rng, reach: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.random_range(-reach..reach))
 }
 
-/// A body of sixteen parts in the camera frame, each attached to the end of another. Of five bodies, three are in front
-/// of the camera, one is around it, and one is cut by the near plane or behind it.
+/// A body of sixteen parts in the camera frame, each part growing from the end of another. Of five bodies three stand
+/// before the camera, one around it, one is cut by the near plane or lies behind it.
 fn body(index: u64, tapered: bool) -> Vec<TaperedCapsule> {
     let mut random = stream(index, Purpose::Corruption, 0, 0, 0);
     let root = match index % 5 {
@@ -80,7 +79,7 @@ fn ray_meets(part: &TaperedCapsule, direction: &Vector3<f64>) -> bool {
     false
 }
 
-/// Pixels that a part can touch: those of its bounding ball, or all if the ball reaches the camera's plane.
+/// Pixels that a part can touch: those of its bounding ball, all where that reaches the camera's plane.
 fn window(part: &TaperedCapsule, pinhole: &Pinhole) -> [u32; 4] {
     let radius = 0.5 * (part.b - part.a).norm() + part.radius_a.max(part.radius_b);
     let centre = nalgebra::center(&part.a, &part.b);
@@ -123,7 +122,7 @@ fn is_seen(
     parts.iter().any(|part| meets(part, &Vector3::new(u, v, 1.0)))
 }
 
-/// Maximum distance of the rays' outline from the centre of a different pixel, pixels.
+/// How far the outline by rays may be from the centre of a pixel that differs, pixels.
 const REACH_PX: f64 = 0.01;
 
 /// Whether the outline by rays passes within [`REACH_PX`] of a pixel's centre: some ray so near has the other answer.
@@ -141,8 +140,8 @@ fn outline_passes(
     })
 }
 
-/// Draws and casts bodies. At most one in 20,000 of the pixels in either mask may differ, and the outline must pass
-/// through its centre up to rounding. Returns the number of visible bodies.
+/// Draws and casts bodies. At most one pixel in 20,000 of those that either mask shows may differ, and the outline
+/// passes through its centre but for rounding. Returns how many bodies were seen at all.
 fn agree(
     width: u32,
     bodies: impl Iterator<Item = Vec<TaperedCapsule>>,

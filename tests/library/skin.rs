@@ -31,7 +31,7 @@ fn frames(rows: &[[f64; 7]]) -> Vec<Isometry3<f64>> {
 }
 
 #[test]
-fn missing_and_outside_files_are_reported_with_the_skin_that_names_them() {
+fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that_names_it() {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path().join("skins");
     fs::create_dir(&folder).unwrap();
@@ -98,8 +98,7 @@ fn camera(width: u32, height: u32) -> Camera {
         .unwrap()
 }
 
-/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore's method on every triangle, without an
-/// index.
+/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore, every triangle, no index.
 fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera, [u, v]: [f64; 2]) -> Option<f64> {
     let (x, y) = camera.pinhole.normalised(&Point2::new(u, v));
     let ray = Vector3::new(x, y, 1.0);
@@ -117,7 +116,7 @@ fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera
 }
 
 #[test]
-fn the_skinned_silhouette_agrees_with_rays_except_near_the_outline() {
+fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_the_outline() {
     for (skin, [width, height]) in [("person_coarse", [200, 150]), ("person", [80, 60])] {
         let (body, frames) = posed(skin);
         let camera = camera(width, height);
@@ -147,7 +146,7 @@ fn the_skinned_silhouette_agrees_with_rays_except_near_the_outline() {
 }
 
 #[test]
-fn depth_agrees_with_rays_and_every_large_part_is_visible() {
+fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() {
     let (body, frames) = posed("person_coarse");
     let camera = camera(120, 90);
     let image = SilhouettePainter::new(&camera).depth(&body, &frames);
@@ -175,7 +174,7 @@ fn depth_agrees_with_rays_and_every_large_part_is_visible() {
 }
 
 #[test]
-fn a_body_with_a_skin_is_read_back_bit_for_bit_and_differs_from_one_without() {
+fn a_body_with_a_skin_survives_its_file_to_the_bit_and_is_another_body_than_without() {
     let (body, _) = posed("person_coarse");
     let again = body_from_json("body.json", &body_to_json("body.json", &body).unwrap()).unwrap();
     assert_eq!(again, body);
@@ -212,7 +211,7 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
 }
 
 #[test]
-fn a_skin_read_from_a_glb_has_the_same_surface_and_bends_equally() {
+fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
     let original = shipped_skin("person_coarse").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("figure.glb");
@@ -223,7 +222,7 @@ fn a_skin_read_from_a_glb_has_the_same_surface_and_bends_equally() {
         assert!((a - b).norm() < 1e-6, "{a} {b}");
     }
     for (name, place) in &read.landmarks {
-        // a file has no joint at the top of the head; the highest vertex above the head's joint is used
+        // a file has no joint at the top of a head: there it is the highest vertex above the head's joint
         let tolerance = if name == "head_top" { 0.15 } else { 1e-6 };
         assert!((place - original.landmarks[name]).norm() < tolerance, "{name}: {place}");
     }
@@ -244,7 +243,7 @@ fn a_skin_read_from_a_glb_has_the_same_surface_and_bends_equally() {
 }
 
 #[test]
-fn a_glb_truncated_anywhere_is_refused() {
+fn a_cut_glb_is_refused_wherever_it_is_cut() {
     let whole = crate::glb::bytes(&shipped_skin("person_coarse").unwrap());
     for share in [0.01, 0.1, 0.3, 0.5, 0.9, 0.999] {
         let cut = &whole[..(share * whole.len() as f64) as usize];
@@ -254,7 +253,7 @@ fn a_glb_truncated_anywhere_is_refused() {
 }
 
 #[test]
-fn calibration_improves_a_wrong_skinned_body_and_keeps_a_correct_one() {
+fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_one_is_left_alone() {
     use skiagraph::body::BodyShape;
     use skiagraph::camera::{CameraRig, RingParameters};
     use skiagraph::observation::Observation;
@@ -322,7 +321,7 @@ fn calibration_improves_a_wrong_skinned_body_and_keeps_a_correct_one() {
 }
 
 #[test]
-fn a_skinned_body_has_the_centre_of_mass_of_the_skins_volume() {
+fn a_walker_in_a_skin_has_the_centre_of_mass_of_what_the_skin_holds() {
     for (robot, skin) in [("actor", "person"), ("tracker25", "person_coarse")] {
         let dressed = with_skin(&shipped(robot).unwrap(), &shipped_skin(skin).unwrap()).unwrap();
         let body = dressed.with_masses_of_skin();
@@ -338,7 +337,7 @@ fn a_skinned_body_has_the_centre_of_mass_of_the_skins_volume() {
                 pose.joint_angles[body.find_degree_of_freedom(name).unwrap()] = share * turn;
             }
             let frames = body.link_frames(&pose);
-            // from the deformed surface, by the divergence theorem; bent joints lose some volume
+            // of the deformed surface, by the divergence theorem; joints that bend lose some volume
             let (_, held) = body.skin.as_ref().unwrap().volume(&frames).unwrap();
             worst = worst.max((body.centre_of_mass(&frames).unwrap() - held).norm());
         }

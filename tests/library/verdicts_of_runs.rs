@@ -1,4 +1,5 @@
-//! Verdicts of difficult runs, pictures of the right seed, and matched models regardless of file names.
+//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its
+//! file's name.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
-/// Runs a shipped scenario; returns its record and its page.
+/// Runs a scenario that ships; its record and its page.
 fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Grade) {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
@@ -30,7 +31,7 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
     assert!(grade >= Grade::Poor, "{}", record["verdict"]);
     assert!(!record["verdict"]["line"].as_str().unwrap().contains("follows"));
     assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are on the page");
-    // its silhouettes overlap less than those of a tracker that never moves
+    // its silhouettes overlap less than those of an answer that never moves
     let worse = record["verdict"]["worse_than_frozen"].as_array().unwrap();
     assert!(
         worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")),
@@ -40,9 +41,9 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 }
 
 #[test]
-fn a_run_that_confuses_the_legs_among_props_is_not_good() {
+fn legs_that_lose_each_other_among_props_are_not_good() {
     let room = tempfile::tempdir().unwrap();
-    // the published algorithm loses them; with refinement they are found
+    // the algorithm as printed, which loses them; with refinement they are found
     let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
     assert!(grade > Grade::Good, "{}", record["verdict"]);
     assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());
@@ -51,7 +52,7 @@ fn a_run_that_confuses_the_legs_among_props_is_not_good() {
 }
 
 #[test]
-fn whole_clip_metrics_have_no_spread_and_a_kept_track_has_no_time_of_loss() {
+fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
     let room = tempfile::tempdir().unwrap();
     let seeds = ["seeds=2", "motion.last_frame=39", "rig.ring.count=1"];
     let (record, ..) = ran("scenarios/smoke/oracle.toml", &seeds, &room.path().join("two"));
@@ -72,7 +73,7 @@ fn whole_clip_metrics_have_no_spread_and_a_kept_track_has_no_time_of_loss() {
 }
 
 #[test]
-fn the_worst_frames_of_two_seeds_have_separate_pictures() {
+fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
     let room = tempfile::tempdir().unwrap();
     let (_, page, _) = ran("scenarios/smoke/matched.toml", &["seeds=2"], &room.path().join("seeds"));
     let table = page.split("class=\"worst-frames\"").nth(1).unwrap().split("</table>").next().unwrap();
@@ -91,7 +92,7 @@ fn the_worst_frames_of_two_seeds_have_separate_pictures() {
 }
 
 #[test]
-fn a_copy_of_the_actors_robot_and_a_zero_mismatch_are_matched() {
+fn a_copy_of_the_actors_robot_is_matched_and_a_mismatch_of_nothing_is_too() {
     let room = tempfile::tempdir().unwrap();
     std::fs::copy(shipped("robots/tracker25.urdf"), room.path().join("copy.urdf")).unwrap();
     let scenario = std::fs::read_to_string(shipped("scenarios/smoke/matched.toml")).unwrap();

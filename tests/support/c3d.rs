@@ -1,6 +1,6 @@
-//! C3D files like those of motion capture systems: Intel, DEC and SGI numbers, floating-point or integer.
+//! C3D files as motion capture systems write them: Intel, DEC and SGI numbers, floating or whole.
 
-/// Format of numbers.
+/// How numbers are written.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Numbers {
     IntelFloats,
@@ -33,8 +33,8 @@ impl Numbers {
     }
 }
 
-/// A file of labelled points, mm; `up` is POINT:Y_SCREEN, left out if `None`. Three analogue samples follow the points
-/// of every frame.
+/// A file of labelled points, millimetres; `up` is POINT:Y_SCREEN, `None` leaves it out. Three analogue samples follow
+/// the points of every frame.
 pub(crate) fn bytes(
     labels: &[String],
     frames: &[Vec<Option<[f64; 3]>>],

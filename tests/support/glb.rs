@@ -1,4 +1,4 @@
-//! A skin as a `.glb` in the form of Mixamo's figures: centimetres below a scaling node, with Mixamo's joint names.
+//! A skin as a `.glb` as Mixamo's figures come: centimetres under a node that scales them, joints by Mixamo's names.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, Point3, Vector3};
 use serde_json::json;
 use skiagraph::body::SkinMesh;
 
-/// Segments, the joints that they are exported as, and the landmarks at the joints' positions.
+/// Segments, the joints that they are exported as, and the landmarks at whose places those stand.
 const JOINTS: [(&str, &str, &str); 5] = [
     ("pelvis", "mixamorig:Hips", "pelvis"),
     ("abdomen", "mixamorig:Spine", "pelvis"),
@@ -34,7 +34,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
             (format!("{side}_{segment}"), format!("mixamorig:{word}{name}"), format!("{side}_{landmark}"))
         }));
     }
-    // from X forward, Z up, metres, to Y up, Z forward, centimetres
+    // from X forward, Z up, metres to Y up, Z forward, centimetres
     let turned = |p: &Point3<f64>| Vector3::new(p.y, p.z, p.x) * 100.0;
     let places: Vec<Vector3<f64>> = joints.iter().map(|(.., landmark)| turned(&mesh.landmarks[landmark])).collect();
     let weights = mesh.weights.as_ref().unwrap();
@@ -55,7 +55,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     let floats = |all: &mut dyn Iterator<Item = f32>| all.flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
     let vertices: Vec<Vector3<f64>> = mesh.vertices.iter().map(turned).collect();
     view(floats(&mut vertices.iter().flat_map(|v| [v.x as f32, v.y as f32, v.z as f32])));
-    // the four largest, with a sum of 1
+    // the greatest four, with a sum of 1
     let four = |own: &Vec<(u16, f32)>| -> [(u16, f32); 4] {
         let mut sorted = own.clone();
         sorted.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -73,7 +73,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     view(floats(&mut inverse.collect::<Vec<_>>().into_iter()));
     let count = mesh.vertices.len();
     let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
-    // the root of all joints is the hips
+    // the root of all joints is the hips, the others stand below it
     let node = |index: usize| {
         let offset = if index == 0 { places[0] } else { places[index] - places[0] };
         let mut node = BTreeMap::from([

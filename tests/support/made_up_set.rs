@@ -1,4 +1,4 @@
-//! A set of a few made-up frames of the built-in actor, for tests of the set format.
+//! A set of a few made-up frames of the built-in actor, for tests of files of sets.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, SetParts, Start, Training, TruthFacts};
@@ -31,12 +31,12 @@ pub(crate) fn motion(
     Motion { frames_per_second, poses: poses.collect() }
 }
 
-/// The set of a motion of the actor with exact silhouettes; the tracker has the actor's body.
+/// The set of that motion of the actor, seen exactly by these cameras; the tracker has the actor's body.
 pub(crate) fn assemble(name: &str, cameras: Vec<Camera>, motion: &Motion) -> BenchmarkSet {
     assemble_observed(name, cameras, motion, &ObservationSettings::default())
 }
 
-/// Like [`assemble`], with the observations of these settings.
+/// As [`assemble`], with silhouettes as these settings want them.
 pub(crate) fn assemble_observed(
     name: &str,
     cameras: Vec<Camera>,
@@ -46,8 +46,8 @@ pub(crate) fn assemble_observed(
     assemble_filmed(name, &TimedRig::from(&CameraRig { cameras }), motion, settings)
 }
 
-/// Like [`assemble_observed`], with cameras that may move and have their own timing. The tracker's input has the errors
-/// of the settings.
+/// As [`assemble_observed`], by cameras that may move and take their images at times of their own. What trackers are
+/// told has the errors that the settings say.
 pub(crate) fn assemble_filmed(
     name: &str,
     filming: &TimedRig,

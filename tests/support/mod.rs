@@ -1,4 +1,4 @@
-//! Code shared by several integration tests.
+//! What several integration tests share.
 #![allow(dead_code, unused_imports, reason = "each test binary uses its own part")]
 
 use std::path::PathBuf;
@@ -12,8 +12,8 @@ mod data;
 
 pub(crate) use data::{path as test_data, skip};
 
-/// A Python with NumPy: `$SKIAGRAPH_TEST_PYTHON`, else `python3`; `None` (with the message of [`skip`]) if there is
-/// none.
+/// A Python with NumPy, or `None` (said as [`skip`] does) where there is none: `$SKIAGRAPH_TEST_PYTHON`, else
+/// `python3`.
 pub(crate) fn python_with_numpy() -> Option<PathBuf> {
     let python = std::env::var_os("SKIAGRAPH_TEST_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
     let has_numpy = Command::new(&python).args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
@@ -23,8 +23,8 @@ pub(crate) fn python_with_numpy() -> Option<PathBuf> {
     has_numpy.then_some(python)
 }
 
-/// Distance of `tracker25`, scaled to the body of a motion, from the motion's markers: mean over frames of the root
-/// mean square, m.
+/// How far `tracker25`, scaled to the body of a motion, stays from its markers: mean of the frames' root mean squares,
+/// metres.
 pub(crate) fn refit_to_the_trackers_body_m(truth: &Retargeted) -> f64 {
     let template = shipped("tracker25").unwrap();
     let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));

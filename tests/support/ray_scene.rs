@@ -1,5 +1,5 @@
-//! A body in two poses among props, seen by rays: implemented from the definitions, without the library's kinematics,
-//! skins, intersections or cameras. Only the parts of a body and the numbers of a camera are taken from the library.
+//! A body in two poses among props, seen by rays alone: written from the definitions, without the library's kinematics,
+//! skins, intersections or cameras. Only the parts of a body and the numbers of a camera are taken from it.
 
 use nalgebra::{Matrix2, Matrix3, Matrix4, Point3, Rotation3, Vector2, Vector3, Vector4};
 use parry3d::query::{Ray, RayCast};
@@ -7,23 +7,23 @@ use parry3d::shape::TriMesh;
 use skiagraph::body::{Humanoid, JointKind, Pose, Prop, SkinParts, Solid};
 use skiagraph::camera::Camera;
 
-/// The first hit of a ray.
+/// What a ray meets first.
 pub(crate) struct Hit {
     /// The links whose surface is there; several where solids touch, as thigh and shank do in the ball of a knee. With
     /// each, where the point of that link is a frame later, world.
     pub(crate) parts: Vec<(usize, Point3<f64>)>,
     /// The solids of the links, or the triangle of the skin: two rays with one in common met one smooth surface.
     pub(crate) surfaces: Vec<(usize, usize)>,
-    /// Distance along the camera's axis, m.
+    /// Along the camera's axis, metres.
     pub(crate) depth: f64,
     /// Towards the camera, world.
     pub(crate) normal: Vector3<f64>,
 }
 
-/// Maximum distance between surfaces that count as one, m.
+/// Surfaces this near each other are one, metres.
 const TOUCHING_M: f64 = 1e-6;
 
-/// A camera by the arguments of OpenCV's functions.
+/// A camera by the numbers that OpenCV's functions take.
 pub(crate) struct PlainCamera {
     k: Matrix3<f64>,
     r: Matrix3<f64>,
@@ -55,7 +55,7 @@ impl PlainCamera {
         p * radial + aside
     }
 
-    /// Pixels from the corner of the image; `None` in front of the near plane.
+    /// Pixels from the corner of the image; `None` before the near plane.
     pub(crate) fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
         let p = self.r * point.coords + self.t;
         let bent = self.bent(&Vector2::new(p.x / p.z, p.y / p.z));
@@ -67,7 +67,7 @@ impl PlainCamera {
         -(self.r.transpose() * self.t)
     }
 
-    /// The world direction of unit depth at a pixel: Newton's method with difference quotients.
+    /// The direction of unit depth, in the world, that is seen at a pixel: Newton's method, slopes by differences.
     fn direction(&self, [u, v]: [f64; 2]) -> Option<Vector3<f64>> {
         let wanted =
             Vector2::new((u - 0.5 - self.k[(0, 2)]) / self.k[(0, 0)], (v - 0.5 - self.k[(1, 2)]) / self.k[(1, 1)]);
@@ -202,7 +202,7 @@ impl RaySkin {
         self.parts.triangles[triangle].map(|corner| self.now[corner as usize])
     }
 
-    /// The link of most corners; if all three differ, the first.
+    /// The link of most corners; of three different ones the first.
     fn link(&self, triangle: usize) -> usize {
         let [a, b, c] = self.parts.triangles[triangle].map(|corner| self.link_of_vertex[corner as usize]);
         if b == c { b } else { a }
@@ -213,13 +213,13 @@ impl RaySkin {
         let ray = Ray::new(single(start), single(direction));
         let hit = self.mesh.cast_local_ray_and_get_normal(&ray, most as f32, false)?;
         let triangle = hit.subshape as usize;
-        // the distance in double precision, from the plane of the triangle
+        // the length in double precision, from the plane of the triangle
         let [a, b, c] = self.corners(triangle);
         let normal = (b - a).cross(&(c - a));
         Some((triangle, (a - start).dot(&normal) / direction.dot(&normal)))
     }
 
-    /// The position of the point `p` of a triangle one frame later, from its coordinates along two edges.
+    /// Where the point `p` of a triangle is a frame later: by its coordinates along two edges.
     fn carried(&self, triangle: usize, p: &Vector3<f64>) -> Vector3<f64> {
         let [a, b, c] = self.corners(triangle);
         let basis = Matrix3::from_columns(&[b - a, c - a, (b - a).cross(&(c - a))]);
@@ -237,7 +237,7 @@ impl RaySkin {
         };
         (0..self.parts.triangles.len()).any(|triangle| {
             let [a, b, c] = self.corners(triangle);
-            // from outside, where triangles are counterclockwise, to inside
+            // from outside, where a skin's triangles are counterclockwise, to inside
             let crosses = volume(&a, &b, &c, point) < 0.0 && volume(&a, &b, &c, &end) > 0.0;
             let sides = [volume(point, &end, &a, &b), volume(point, &end, &b, &c), volume(point, &end, &c, &a)];
             let within = sides.iter().all(|v| *v <= 0.0) || sides.iter().all(|v| *v >= 0.0);
@@ -246,7 +246,7 @@ impl RaySkin {
     }
 }
 
-/// A body among props in two poses, of which the first is seen.
+/// A body in two poses, the first of which is seen, among props.
 pub(crate) struct RayScene<'a> {
     body: &'a Humanoid,
     frames: [Vec<Matrix4<f64>>; 2],
@@ -263,7 +263,7 @@ impl<'a> RayScene<'a> {
         Self { body, frames, links_from_world, props, skin }
     }
 
-    /// The hit at a pixel, counted from the corner of the image.
+    /// What is seen at a pixel, counted from the corner of the image.
     pub(crate) fn cast_pixel(&self, camera: &PlainCamera, pixel: [f64; 2]) -> Option<Hit> {
         let direction = camera.direction(pixel)?;
         let start = camera.centre() + direction * camera.near;
@@ -310,7 +310,7 @@ impl<'a> RayScene<'a> {
         Some(Hit { parts, surfaces, depth: near + s, normal })
     }
 
-    /// 0 in view, 1 hidden by the body, 2 hidden by a prop only, 3 out of view.
+    /// 0 in view, 1 hidden by the body, 2 hidden by a prop alone, 3 out of view.
     pub(crate) fn sight(&self, camera: &PlainCamera, point: &Point3<f64>, own: &[usize]) -> usize {
         let inside = |[u, v]: [f64; 2]| u >= 0.0 && v >= 0.0 && u < camera.size[0] && v < camera.size[1];
         if !camera.project(point).is_some_and(inside) {

@@ -1,5 +1,5 @@
-//! Real walks: their stances at several frame rates, and their ground contact after planting the feet. The study
-//! `contact` (`examples/studies/contact.rs`) makes tables of them.
+//! Real walks: their stances at several frame rates, and how they stand on the ground once their feet are planted. The
+//! study `contact` (`examples/studies/contact.rs`) makes tables of the same.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{PlantingReport, plant_feet};
 use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
-/// All CMU walks of the tests.
+/// All walks of CMU that the tests have.
 pub(crate) const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
-/// Recordings that were not used to develop the contact rule: runs, jumps, turns, steps.
+/// Recordings on which the rule of contact was not worked out: runs, jumps, turns, steps.
 pub(crate) const OTHERS: [&str; 8] = ["02_03", "02_04", "16_03", "16_08", "16_35", "16_36", "16_45", "16_57"];
 pub(crate) const RATES: [f64; 3] = [120.0, 60.0, 30.0];
 
-/// A whole clip at a rate on the actor, as in a scenario: first resampled, then retargeted.
+/// A whole clip at a rate on the actor, as a scenario has it: first resampled, then retargeted.
 fn walk(folder: &Path, name: &str, frames_per_second: f64) -> Retargeted {
     let path = folder.join(format!("{name}.amc"));
     let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -37,7 +37,7 @@ fn stances(walk: &Retargeted) -> [Stances; 2] {
     found.feet.map(|foot| foot.stances().into_iter().map(|s| [at(s.start), at(s.end - 1)]).collect())
 }
 
-/// Maximum difference between stances at two rates, frames at 30 Hz; `None` if their numbers differ.
+/// How far stances at two rates are apart, frames at 30 Hz; `None` if there are not as many.
 fn apart(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
     let mut apart = 0.0_f64;
     for (a, b) in of_fast.iter().zip(of_slow) {
@@ -92,7 +92,7 @@ fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
     )
 }
 
-/// Requirements that a planted walk fails; empty if it passes.
+/// What keeps a planted walk from what it must reach; empty if nothing does.
 fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     let mut found = Vec::new();
     for after in [report.after, report.after_in_old_stances] {
@@ -106,8 +106,8 @@ fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     found
 }
 
-/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and the requirements that it
-/// fails, empty if it passes.
+/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and what keeps it from what
+/// it must reach; empty if nothing does.
 pub(crate) fn planted(folder: &Path, name: &str, fps: f64) -> (String, Vec<String>) {
     let walk = walk(folder, name, fps);
     let report = plant_feet(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;

@@ -1,4 +1,4 @@
-//! Small modifications with all hashes corrected.
+//! Small changes by somebody who corrects every hash afterwards.
 
 use serde_json::Value;
 use skiagraph::camera::{CameraRig, TimedRig};
@@ -20,7 +20,7 @@ fn swapped(values: Values, a: usize, b: usize) -> Values {
     Values::Text(names)
 }
 
-/// Increases every radius of the first link with a capsule by 5 %.
+/// Makes every radius of the first link that has a capsule 5 % greater.
 fn fatten(body: &mut Value) {
     let links = body["links"].as_array_mut().unwrap();
     let capsules =
@@ -41,17 +41,17 @@ fn a_start_that_is_5_millimetres_or_half_a_degree_off_is_found() {
         set.json("start/start.json", |json| {
             json["root"]["position"][0] = (0.005 + number(&json["root"]["position"][0])).into();
         });
-        set.found_despite_valid_hashes("start", "start/start.json", &["root", "5.00 mm"]);
+        set.found_in_spite_of_good_hashes("start", "start/start.json", &["root", "5.00 mm"]);
         let set = Copy::of(base);
         set.json("start/start.json", |json| {
             json["angles"][4] = (0.5_f64.to_radians() + number(&json["angles"][4])).into()
         });
-        set.found_despite_valid_hashes("start", "start/start.json", &["0.5000 degrees"]);
+        set.found_in_spite_of_good_hashes("start", "start/start.json", &["0.5000 degrees"]);
     }
 }
 
 #[test]
-fn errors_of_start_and_cameras_equal_those_drawn_from_the_seed() {
+fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
     let settings = "silhouette = \"corrupted\"\nseed = 5\ncorruption = { start_mm = 20.0, start_deg = 2.0, calibration_mm = 9.0, \
                     calibration_px = 2.0 }";
     let settings: ObservationSettings = toml::from_str(settings).unwrap();
@@ -68,9 +68,9 @@ fn errors_of_start_and_cameras_equal_those_drawn_from_the_seed() {
             spoiled
         };
         spoil(&|set| set.text("set.toml", |text| text.replace("start_mm = 20.0", "start_mm = 30.0")))
-            .found_despite_valid_hashes("start", "start/start.json", &["root"]);
+            .found_in_spite_of_good_hashes("start", "start/start.json", &["root"]);
         spoil(&|set| set.text("truth/facts.toml", |text| text.replace("observation_seed = 5", "observation_seed = 6")))
-            .found_despite_valid_hashes("start", "cameras.json", &["front"]);
+            .found_in_spite_of_good_hashes("start", "cameras.json", &["front"]);
         spoil(&|set| {
             set.json("cameras.json", |json| {
                 let k = &mut json["cameras"][1]["K"];
@@ -78,12 +78,12 @@ fn errors_of_start_and_cameras_equal_those_drawn_from_the_seed() {
                 k[1][1] = (0.5 + number(&k[1][1])).into();
             });
         })
-        .found_despite_valid_hashes("start", "cameras.json", &["lens", "focal"]);
+        .found_in_spite_of_good_hashes("start", "cameras.json", &["lens", "focal"]);
         if is_filmed {
             spoil(&|set| {
                 set.array("cameras.npz", "camera_from_world", |v| floats(v, |i, x| if i == 21 { x + 0.004 } else { x }))
             })
-            .found_despite_valid_hashes("cameras", "cameras.npz", &["lens", "1 of 5"]);
+            .found_in_spite_of_good_hashes("cameras", "cameras.npz", &["lens", "1 of 5"]);
         }
     }
 }
@@ -94,14 +94,14 @@ fn refitted_poses_that_are_a_degree_or_a_millimetre_off_are_found() {
     set.array("truth/truth.npz", "refitted_angles", |v| {
         floats(v, |i, x| if i == 50 { x + 1_f64.to_radians() } else { x })
     });
-    set.found_despite_valid_hashes("poses", "truth/truth.npz", &["refitted_angles", "1.0000 degrees"]);
+    set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_angles", "1.0000 degrees"]);
     let set = Copy::of(&LAYERS);
     set.array("truth/truth.npz", "refitted_root", |v| floats(v, |i, x| if i == 15 { x + 0.001 } else { x }));
-    set.found_despite_valid_hashes("poses", "truth/truth.npz", &["refitted_root", "frame 2", "1.00 mm"]);
+    set.found_in_spite_of_good_hashes("poses", "truth/truth.npz", &["refitted_root", "frame 2", "1.00 mm"]);
 }
 
 #[test]
-fn exchanged_names_and_parents_are_found_in_every_file() {
+fn names_and_parents_that_were_exchanged_are_found_in_every_file() {
     for (check, file, array) in [
         ("visibility", "truth/views.npz", "camera_names"),
         ("visibility", "truth/views.npz", "joint_names"),
@@ -112,7 +112,7 @@ fn exchanged_names_and_parents_are_found_in_every_file() {
     ] {
         let set = Copy::new();
         set.array(file, array, |values| swapped(values, 0, 1));
-        set.found_despite_valid_hashes(check, file, &[array, "[0]"]);
+        set.found_in_spite_of_good_hashes(check, file, &[array, "[0]"]);
     }
     let set = Copy::new();
     set.array("truth/truth.npz", "parents", |values| {
@@ -120,14 +120,14 @@ fn exchanged_names_and_parents_are_found_in_every_file() {
         parents.swap(2, 9);
         Values::I64(parents)
     });
-    set.found_despite_valid_hashes("formats", "truth/truth.npz", &["parents[2]"]);
+    set.found_in_spite_of_good_hashes("formats", "truth/truth.npz", &["parents[2]"]);
 }
 
 #[test]
 fn a_body_that_is_5_percent_thicker_is_found_on_both_sides() {
     let set = Copy::new();
     set.json("start/body.json", fatten);
-    set.found_despite_valid_hashes("start", "start/body.json", &["not the actor's own"]);
+    set.found_in_spite_of_good_hashes("start", "start/body.json", &["not the actor's own"]);
     let set = Copy::new();
     set.json("truth/actor.json", fatten);
     set.sign();
@@ -135,18 +135,18 @@ fn a_body_that_is_5_percent_thicker_is_found_on_both_sides() {
 }
 
 #[test]
-fn two_changed_pixels_of_any_kind_of_mask_are_found() {
+fn two_pixels_of_a_mask_are_found_whatever_it_was_made_by() {
     for base in [&LAYERS, &SEGMENTED, &CORRUPTED, &FILMED] {
         let set = Copy::of(base);
         let size = if std::ptr::eq(base, &LAYERS) { [64, 48] } else { [WIDTH, HEIGHT] };
         let two = [(size[0] / 2, size[1] / 2), (size[0] / 2 + 1, size[1] / 2)];
         set.repaint_sized(1, 2, size, |old, x, y| if two.contains(&(x, y)) { 255 - old(x, y) } else { old(x, y) });
-        set.found_despite_valid_hashes("silhouettes", &Copy::mask(1, 2), &["2 of its"]);
+        set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(1, 2), &["2 of its"]);
     }
 }
 
 #[test]
-fn slightly_wrong_flow_coverage_normals_and_depth_are_found() {
+fn flow_coverage_normals_and_depth_that_are_a_little_off_are_found() {
     let set = Copy::of(&LAYERS);
     let flow = set.floats(0, 1, "forward", |c| 1.01 * c);
     let coverage = set.floats(1, 1, "A", |share| if share > 0.0 && share < 1.0 { share + 0.0625 } else { share });
@@ -154,15 +154,15 @@ fn slightly_wrong_flow_coverage_normals_and_depth_are_found() {
     let normal = set.floats(1, 2, "normal.X", |c| if c == 0.0 { c } else { c + 0.0005 });
     let png = "truth/layers/cam00/000003-depth.png".to_owned();
     set.repaint_wide(&png, |mm| if mm == 0 { 0 } else { mm + 1 });
-    set.found_despite_valid_hashes("layers", &flow, &["forward"]);
+    set.found_in_spite_of_good_hashes("layers", &flow, &["forward"]);
     for (file, words) in [(coverage, "A:"), (depth, "depth.Z"), (normal, "normal"), (png, "1 mm too far")] {
         set.found("layers", &file, &[words]);
     }
 }
 
 #[test]
-fn a_few_pixels_may_differ_by_rounding() {
-    // the camera is moved by less than the precision of its numbers; only pixels on an outline can differ
+fn a_few_pixels_may_be_decided_by_rounding_and_then_they_are_no_fault() {
+    // the camera is moved by less than its numbers say; nothing but pixels on an outline can differ
     let directory = tempfile::tempdir().unwrap();
     let mut seen = cameras([WIDTH, HEIGHT]);
     seen.iter_mut().for_each(|camera| camera.pinhole.principal_point[0] += 3e-5);
