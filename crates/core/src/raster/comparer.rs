@@ -14,7 +14,7 @@ use crate::simd::{Dispatched, dispatch};
 pub struct MaskComparison {
     /// Pixel counts of the two masks laid over each other, exact.
     pub overlap: Overlap,
-    /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the
+    /// Mean over all pixels of the model's contour ([`super::contour()`]) of `min(d, tau) / tau`, where `d` is the
     /// distance to the nearest pixel of the observed contour; in `[0, 1]`. A model without contour scores 0 against an
     /// observation without one, else 1. `None` where the comparer was made without `tau`.
     pub contour: Option<f64>,
