@@ -188,9 +188,9 @@ pub mod train;
 pub use artefacts::Destination;
 #[doc(inline)]
 pub use common::ExperimentError;
+pub use interface::{Measured, RunSide, TrackerSource, compare, measure, render, track};
 #[doc(inline)]
 pub use measure::Tracked;
-pub use interface::{Measured, RunSide, TrackerSource, compare, measure, render, track};
 #[doc(inline)]
 pub use scenario::{ScenarioError, ScenarioFile, TrackerSettings};
 

@@ -27,6 +27,7 @@ mod opencv_projection;
 #[path = "../support/ray_scene.rs"]
 mod ray_scene;
 mod retarget_real_files;
+mod root_functions;
 mod set_for_others;
 mod shipped_recordings;
 mod silhouettes_agree_with_rays;

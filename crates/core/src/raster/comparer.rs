@@ -14,7 +14,7 @@ use crate::simd::{Dispatched, dispatch};
 pub struct MaskComparison {
     /// Exact pixel counts of the overlap of the two masks.
     pub overlap: Overlap,
-    /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the
+    /// Mean over all pixels of the model's contour ([`super::contour()`]) of `min(d, tau) / tau`, where `d` is the
     /// distance to the nearest pixel of the observed contour; in `[0, 1]`. A model without a contour scores 0 if the
     /// observation has none either, else 1. `None` if the comparer was created without `tau`.
     pub contour: Option<f64>,
