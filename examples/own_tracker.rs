@@ -4,18 +4,17 @@
 //! cargo run --release --example own_tracker
 //! ```
 //!
-//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers
-//! the energy of the silhouettes. Anything that implements [`Tracker`] can replace it.
+//! The tracker is a simple coordinate search: it changes one coordinate of the pose at a time, and keeps changes that
+//! reduce the energy of the silhouettes. Any implementation of [`Tracker`] can replace it.
 
 use std::error::Error;
 
 use skiagraph::body::{Humanoid, Pose};
-use skiagraph::experiment::{Measures, NoProgress, draw, track_with};
 use skiagraph::observation::Observation;
-use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
+use skiagraph::{ScenarioFile, measure, render, track};
 
-/// Sizes of the steps, metres and radians, tried one after another.
+/// Step sizes, metres and radians, in order of use.
 const STEPS: [f64; 3] = [0.06, 0.02, 0.007];
 
 /// Searches along every coordinate of the pose.
@@ -63,21 +62,20 @@ impl Tracker for CoordinateSearch {
 fn main() -> Result<(), Box<dyn Error>> {
     let short = ["motion.loop_to_s=1.0", "rig.ring.size_px=[160, 120]"].map(str::to_owned);
     let scenario = ScenarioFile::built_in(&short)?;
-    let (set, _) = draw(&scenario, None, &NoProgress)?;
+    let (set, _notes) = render(&scenario, None)?;
 
     // the tracker is given only its body, the cameras and the start pose
     let (body, start) = (&set.blind.start.body, &set.blind.start.pose);
-    let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
-    likelihood()?;
-    let tracked = track_with(&set.blind, &[0], &NoProgress, |_seed| {
-        let likelihood = likelihood().expect("it was made above");
-        Box::new(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
-    })?;
+    let new_tracker = |_seed: u64| {
+        let likelihood = SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default())?;
+        Ok(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
+    };
+    let tracked = track(&set.blind, new_tracker, &[0])?;
 
-    let measures = Measures::new(&set, &tracked, &NoProgress)?;
+    let measured = measure(&set, &tracked)?;
     for name in ["humaneva_mm", "body_orientation_deg", "silhouette_iou"] {
-        let own = &measures.summary.metrics[name];
-        let frozen = &measures.frozen.metrics[name];
+        let own = &measured.summary.metrics[name];
+        let frozen = &measured.frozen.metrics[name];
         println!("{name}: {:.2} (a tracker that never moves: {:.2})", own.mean, frozen.mean);
     }
     Ok(())

@@ -9,22 +9,42 @@
 //!                                     Tracker (sees no truth) --> Estimate --evaluation--> errors --report--> HTML
 //! ```
 //!
+//! At the root are the functions that programs need, which do what the commands do:
+//!
+//! | what | with |
+//! |---|---|
+//! | make a set from a scenario | [`ScenarioFile`], [`render`](fn@render) |
+//! | open a set: its blind side, and its truth | [`BenchmarkSet`], [`BlindSet`], [`TruthSet`] |
+//! | run a tracker on it: one of yours, or a built-in one | [`Tracker`], [`TrackerSettings`], [`track`](fn@track) |
+//! | measure its estimates against the truth | [`Tracked`], [`measure`](fn@measure), [`Measured`] |
+//! | compare two measured runs | [`compare`](fn@compare), [`RunComparison`] |
+//!
+//! ```
+//! use skiagraph::{ScenarioFile, TrackerSettings, measure, render, track};
+//!
+//! let scenario = ScenarioFile::open("scenarios/smoke/matched.toml".as_ref(), &[])?;
+//! let (set, _notes) = render(&scenario, None)?;
+//! let tracked = track(&set.blind, &TrackerSettings::named("frozen")?, &[0])?;
+//! let measured = measure(&set, &tracked)?;
+//! println!("{:.1} mm", measured.summary.metrics["humaneva_mm"].mean);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The modules are for programs that make scenes, trackers and metrics of their own:
+//!
 //! | module | main types |
 //! |---|---|
 //! | [`mocap`] | [`mocap::Clip`]: a recording as its file says it |
 //! | [`body`] | [`body::Humanoid`] (from URDF), [`body::Pose`], [`body::Motion`] |
 //! | [`retarget`](mod@retarget) | [`retarget::retarget()`]: a clip becomes a motion of a humanoid |
-//! | [`editing`] | takes joined, repeated, led along a path, varied |
 //! | [`contact`], [`dynamics`] | contacts of a motion; balance, and the forces that it needs |
 //! | [`physics`] | planted feet, simulation |
-//! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
+//! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`] |
 //! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
-//! | [`motion_model`] | diffusion, GPDM, GPDM graph: how a pose may move from frame to frame |
-//! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
+//! | [`motion_model`] | [`motion_model::MotionModel`]: how a pose may move from frame to frame |
+//! | [`tracker`] | the trait [`Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
 //! | [`benchmark_set`] | a set on disk: observations and truth apart |
 //! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
-//! | [`scenario`], [`experiment`], [`sweep`] | scenarios in TOML; render, track, evaluate, report; many settings |
-//! | [`artefacts`] | [`artefacts::Destination`]: where results go, and what is replaced |
 //!
 //! # Crates
 //!
@@ -32,9 +52,9 @@
 //!
 //! | crate | modules here |
 //! |---|---|
-//! | `skiagraph-core` | [`body`], [`camera`], [`raster`], [`contact`], [`dynamics`], [`npz`], [`rng`] |
+//! | `skiagraph-core` | [`body`], [`camera`], [`raster`], [`contact`], [`dynamics`] |
 //! | `skiagraph-physics` | [`physics`] |
-//! | `skiagraph-truth` | [`mocap`], [`retarget`](mod@retarget), [`editing`], [`scene`], the making of [`observation`] |
+//! | `skiagraph-truth` | [`mocap`], [`retarget`](mod@retarget), [`scene`], the making of [`observation`] |
 //! | `skiagraph-track` | [`motion_model`], [`tracker`]: depends on `skiagraph-core` alone, and cannot name the truth |
 //! | `skiagraph-set` | [`benchmark_set`] |
 //! | `skiagraph-eval` | [`evaluation`] |
@@ -109,9 +129,9 @@
 //!
 //! # What is not promised
 //!
-//! Versions 0.x may change names and signatures. Items marked as hidden from this documentation are not part of the
-//! interface; nor is `cli`. Truth (kinematics, projection, silhouettes) has the same bits on every machine; learned
-//! models only on one type of CPU.
+//! Versions 0.x may change names and signatures. Items hidden from this documentation are not part of the interface:
+//! they are public for the program, other crates of the workspace, tests and studies. Truth (kinematics, projection,
+//! silhouettes) has the same bits on every machine; learned models only on one type of CPU.
 
 #![cfg_attr(
     not(test),
@@ -127,12 +147,30 @@
     )
 )]
 
+mod interface;
+
+// The program's own rooms, public for its tests, benches and studies. Users have the functions below, and the commands.
+#[doc(hidden)]
 pub mod artefacts;
 #[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
+pub mod common;
+#[doc(hidden)]
 pub mod experiment;
+#[doc(hidden)]
+pub mod external;
+#[doc(hidden)]
+pub mod inspect;
+#[doc(hidden)]
+pub mod measure;
+#[doc(hidden)]
+pub mod prepare;
+#[doc(hidden)]
 pub mod report;
+#[doc(hidden)]
 pub mod scenario;
+#[doc(hidden)]
 pub mod sweep;
 #[cfg(test)]
 #[path = "../crates/test_support/bodies.rs"]
@@ -143,14 +181,43 @@ pub mod test_cameras;
 #[cfg(test)]
 #[path = "../crates/test_support/figure.rs"]
 pub mod test_figure;
+#[doc(hidden)]
+pub mod train;
+
+#[doc(inline)]
+pub use artefacts::Destination;
+#[doc(inline)]
+pub use common::ExperimentError;
+pub use interface::{Measured, RunSide, TrackerSource, compare, measure, render, track};
+#[doc(inline)]
+pub use measure::Tracked;
+#[doc(inline)]
+pub use scenario::{ScenarioError, ScenarioFile, TrackerSettings};
+
+pub use skiagraph_eval::RunComparison;
+pub use skiagraph_set::{BenchmarkSet, BlindSet, TruthSet};
+pub use skiagraph_track::tracker::Tracker;
 
 /// The linear algebra of poses, frames and points in this interface.
 pub use nalgebra;
-pub use skiagraph_core::{body, camera, contact, dynamics, npz, raster, rng};
+
+// A link to the pages of the other crates: a copy of them would show what is hidden there.
+#[doc(no_inline)]
+pub use skiagraph_core::{body, camera, contact, dynamics, raster};
+#[doc(no_inline)]
 pub use skiagraph_eval as evaluation;
+#[doc(no_inline)]
 pub use skiagraph_set as benchmark_set;
+#[doc(no_inline)]
 pub use skiagraph_track::tracker;
-pub use skiagraph_truth::{editing, mocap, retarget, scene};
+#[doc(no_inline)]
+pub use skiagraph_truth::{mocap, retarget, scene};
+
+// What only the program, its tests and its studies need of the other crates.
+#[doc(hidden)]
+pub use skiagraph_core::{npz, rng};
+#[doc(hidden)]
+pub use skiagraph_truth::editing;
 
 use skiagraph_core::{input, parallel};
 #[cfg(test)]
@@ -158,18 +225,24 @@ use skiagraph_eval::{Evaluation, Sequence, evaluate};
 
 /// How a pose may move from frame to frame: diffusion, GPDM, GPDM graph (`skiagraph-track`).
 pub mod motion_model {
+    #[doc(no_inline)]
     pub use skiagraph_core::body::{Prediction, ProposalScales};
+    #[doc(no_inline)]
     pub use skiagraph_track::motion_model::*;
 }
 
 /// What a tracker is given of a frame (`skiagraph-core`), and how it is made of the truth (`skiagraph-truth`).
 pub mod observation {
+    #[doc(no_inline)]
     pub use skiagraph_core::observation::Observation;
+    #[doc(no_inline)]
     pub use skiagraph_truth::observing::*;
 }
 
 /// Planted feet and simulation (`skiagraph-physics`); balance and forces ([`dynamics`]).
 pub mod physics {
+    #[doc(no_inline)]
     pub use skiagraph_core::dynamics::*;
+    #[doc(no_inline)]
     pub use skiagraph_physics::*;
 }

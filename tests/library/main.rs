@@ -1,4 +1,4 @@
-//! The library from outside: against independent code, real files, and its own promises.
+//! Tests of the library's public interface: against independent code, recorded files, and its own documentation.
 
 mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]
@@ -13,6 +13,7 @@ mod forward_kinematics;
 #[path = "../support/glb.rs"]
 mod glb;
 mod heel_strikes;
+mod interface;
 mod joint_map_keys;
 mod kinematics_agree_with_rapier;
 mod layering;
@@ -20,13 +21,13 @@ mod layers_agree_with_rays;
 #[path = "../support/made_up_set.rs"]
 mod made_up_set;
 mod markers;
-mod mocap_hostile_files;
+mod mocap_damaged_files;
 mod mocap_real_files;
 mod opencv_projection;
 #[path = "../support/ray_scene.rs"]
 mod ray_scene;
 mod retarget_real_files;
-mod set_for_others;
+mod set_interoperability;
 mod shipped_recordings;
 mod silhouettes_agree_with_rays;
 mod simulated_walks_stay_up;
@@ -37,5 +38,5 @@ mod support;
 mod verdicts_of_runs;
 mod verify_planted_faults;
 #[path = "../support/walks.rs"]
-#[allow(dead_code, reason = "a study uses the rest")]
+#[allow(dead_code, reason = "a study uses the other functions")]
 mod walks;

@@ -13,8 +13,6 @@
 //! | [`contact`] | gaps to the ground and to props, stances, slips, self-collision |
 //! | [`dynamics`] | balance, and the forces that a motion needs |
 //! | [`observation`] | what a tracker is given of a frame |
-//! | [`npz`] | NumPy's arrays and archives |
-//! | [`rng`] | random streams by seed and purpose |
 //!
 //! ```
 //! use nalgebra::{Point3, Vector3};
@@ -50,13 +48,17 @@ pub mod body;
 pub mod camera;
 pub mod contact;
 pub mod dynamics;
+pub mod observation;
+pub mod raster;
+
+// What the other crates share: files, arrays, random streams, and work on all cores. No interface for users.
 #[doc(hidden)]
 pub mod input;
+#[doc(hidden)]
 pub mod npz;
-pub mod observation;
 #[doc(hidden)]
 pub mod parallel;
-pub mod raster;
+#[doc(hidden)]
 pub mod rng;
 #[doc(hidden)]
 pub mod simd;

@@ -83,44 +83,52 @@ mod summary;
 pub mod test_figure;
 mod track_loss;
 
-pub use breakdown::BreakdownGroup;
-pub use breakdown_summary::BreakdownSummary;
-pub use comparison::{
-    AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, IntervalUnit, JointDifference,
-    LostTracks, MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference,
-    RunComparison, SideFacts, changed_settings, compare_runs, difference, holm, lost_tracks, seeds_in_words,
-    should_pair, shown_once,
-};
-pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
-pub use gate::{
-    Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-    MetricMargin, MoreSeeds, gate, seeds_to_decide,
-};
-pub use interval::{FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
-pub use lost_limb::{LOST_LIMB_MM, LostStretch};
-pub use marker_list::{MarkerList, PackedMarkers};
+pub use comparison::{AgainstBase, ComparedMetric, Difference, Finding, NotComparable, RunComparison, SideFacts};
+pub use evaluate::{Evaluation, MetricValue, evaluate};
+pub use interval::Interval;
 use metric::change;
-pub use metric::{Direction, Measurement, Metric, Unit};
-pub use misreading::{
-    AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
-    marker_of_other_side, with_sides_exchanged,
-};
-pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
-pub use per_frame::write_per_frame;
-pub use procrustes::Similarity;
-#[doc(hidden)]
-pub use registry::MAIN_METRICS;
-pub use registry::{METRICS, find_metric};
-pub use reprojection::PerCameraError;
+pub use metric::{Direction, Metric, Unit};
+pub use registry::METRICS;
 pub use seed_run::SeedRun;
-pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline};
-pub use sequence::{
-    ContactMeasures, ContactPair, Energies, EvaluationError, PARTS, PartRotations, RootRotations, Sequence, Views,
+pub use sequence::{EvaluationError, Sequence};
+pub use summary::{MetricSummary, Summary, summarise};
+
+// Parts of metrics, comparisons, gates and hints, for the application, tests and studies: users see them in results.
+#[doc(hidden)]
+pub use self::{
+    breakdown::BreakdownGroup,
+    breakdown_summary::BreakdownSummary,
+    comparison::{
+        ClipValues, DifferenceRule, IntervalUnit, JointDifference, LostTracks, MeasuredClip, MeasuredMetric,
+        MeasuredRuns, MergeError, Rate, RateDifference, changed_settings, compare_runs, difference, holm, lost_tracks,
+        seeds_in_words, should_pair, shown_once,
+    },
+    evaluate::JointError,
+    gate::{
+        Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+        MetricMargin, MoreSeeds, gate,
+    },
+    interval::{FEWEST_RUNS, IntervalRule, ValueRange, mean_interval},
+    lost_limb::LostStretch,
+    marker_list::{MarkerList, PackedMarkers},
+    metric::Measurement,
+    misreading::{
+        AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
+        marker_of_other_side, with_sides_exchanged,
+    },
+    pck::CurvePoint,
+    per_frame::write_per_frame,
+    procrustes::Similarity,
+    registry::{MAIN_METRICS, find_metric},
+    reprojection::PerCameraError,
+    segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline},
+    sequence::{ContactMeasures, ContactPair, Energies, PARTS, PartRotations, RootRotations, Views},
+    silhouette::intersection_over_union,
+    statistics::{FrameSpread, mean, quantile},
+    summary::{JointSummary, LostStretchOfRun, RunKey},
+    track_loss::LOSS_THRESHOLD_MM,
 };
-pub use silhouette::intersection_over_union;
-pub use statistics::{FrameSpread, mean, quantile};
-pub use summary::{JointSummary, LostStretchOfRun, MetricSummary, RunKey, Summary, summarise};
-pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};
+use track_loss::LOSS_FRAMES;
 
 #[cfg(test)]
 use skiagraph_core::rng;

@@ -5,6 +5,7 @@ use crate::input::excerpt;
 
 /// Errors of planting and simulation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PhysicsError {
     /// Contact cannot be computed, or a setting is invalid.
     #[error(transparent)]

@@ -47,7 +47,11 @@ mod simulation;
 pub mod test_bodies;
 
 pub use error::PhysicsError;
-pub use planting::{MostMoved, PlantedMotion, PlantingReport, plant_feet, plant_feet_at_pace};
+pub use planting::{PlantedMotion, PlantingReport, plant_feet};
 pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simulate};
+
+// Variants for the application, and parts of reports.
+#[doc(hidden)]
+pub use self::planting::{MostMoved, plant_feet_at_pace};
 
 use skiagraph_core::{body, contact, dynamics, input, parallel, raster};

@@ -88,33 +88,40 @@ mod verify;
 mod views_file;
 
 pub use blind::BlindSet;
-pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json};
-pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
-pub use estimates::{Articulation, EstimatedSequence, Estimates, FARTHEST_M};
-#[doc(hidden)]
-pub use estimates_reader::with_seed_axis;
-pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
-pub use exr_layers::{Layer, layer_channels};
-pub use identity::{FULL_HASH_COVERS, SET_HASH_COVERS};
-pub use layer_drawing::LAYERS_MEMORY_BYTES;
-pub use layer_files::{LayerFiles, LayerValues};
-pub use leaks::{Leak, find_leaks};
-pub use listing::KEY_FILE;
-pub use manifest::{AGAINST_ROBOT, TruthFacts};
-pub use moments_file::RigMoments;
-pub use public_side::{SetPlace, is_public};
-pub use recording_file::{
-    SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
-};
-pub use retarget_facts::RetargetFacts;
-pub use set::{BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, listed_files, verify_hashes};
-pub use set_drawing::SetDrawing;
-pub use silhouette_png::to_png as silhouette_to_png;
-pub use spread_file::StepSpread;
+pub use estimates::{Articulation, EstimatedSequence, Estimates};
+pub use export::{ExportFormat, ExportWatch, export};
+pub use manifest::TruthFacts;
+pub use set::{BenchmarkSet, TruthSet};
 pub use start_file::Start;
-pub use training_file::{Training, TrainingMotions};
-pub use verify::{CHECKS, Checked, Fault, Verification, VerifyOptions, verify, verify_place};
+pub use verify::{Verification, VerifyOptions, verify};
+
+// Parts of sets' files, for the application, tests and fuzzing: `docs/sets.md` describes the files to users.
+#[doc(hidden)]
+pub use self::{
+    body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
+    contact_facts::{ContactFacts, PushFacts, SimulationFacts},
+    estimates::FARTHEST_M,
+    estimates_reader::with_seed_axis,
+    export::EXPORT_FORMATS,
+    exr_layers::{Layer, layer_channels},
+    identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
+    layer_drawing::LAYERS_MEMORY_BYTES,
+    layer_files::{LayerFiles, LayerValues},
+    leaks::{Leak, find_leaks},
+    listing::KEY_FILE,
+    manifest::AGAINST_ROBOT,
+    moments_file::RigMoments,
+    public_side::{SetPlace, is_public},
+    recording_file::{SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz},
+    retarget_facts::RetargetFacts,
+    set::{SET_ENTRIES, SetParts, holds_only_a_set, is_set, listed_files, verify_hashes},
+    set_drawing::SetDrawing,
+    silhouette_png::to_png as silhouette_to_png,
+    spread_file::StepSpread,
+    training_file::{Training, TrainingMotions},
+    verify::{CHECKS, Checked, Fault, verify_place},
+};
 
 use skiagraph_core::{body, camera, contact, dynamics, input, npz, observation, parallel, raster, rng};
 use skiagraph_truth::{observing, retarget, scene};

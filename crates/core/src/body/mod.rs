@@ -46,35 +46,36 @@ mod tangent;
 mod upright;
 mod urdf;
 
-pub use drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH};
-pub use growth::CHILD_YEARS;
-pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
+pub use humanoid::{DegreeOfFreedom, Humanoid, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
-#[doc(hidden)]
-pub use kinematics::{rotation_about, rotation_from_vector};
-pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
-#[doc(hidden)]
-pub use mismatch::without_side;
-#[doc(hidden)]
-pub use population::girth_segment;
-pub use population::{GIRTH_SPREAD, LENGTH_SPREAD, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
+pub use landmark::{LANDMARKS, Landmark, MarkerCovariances, Markers};
 pub use pose::{Motion, Pose};
-pub use proposal::{Prediction, ProposalScales, TooFewFrames};
-pub use ray::Ray;
-pub use shape::{BodyShape, LinkShape};
+pub use proposal::{Prediction, ProposalScales};
+pub use shape::BodyShape;
 pub use shipped::{SHIPPED_ROBOTS, shipped};
-pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera, draw_silhouette};
-#[doc(hidden)]
-pub use skin::read_skin_allowing;
-pub use skin::{
-    Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
-};
+pub use silhouette::draw_silhouette;
 pub use solid::{Prop, Solid};
-pub use tangent::ROOT_STEP;
-#[doc(hidden)]
-pub use tangent::rotation_vector;
-#[doc(hidden)]
-pub use upright::from_axes;
 pub use urdf::UrdfError;
+
+// Parts of bodies, for the other crates, their tests and the studies: how bodies are read and drawn may change.
 #[doc(hidden)]
-pub use urdf::{MeshParts, mesh_from_bytes};
+pub use self::{
+    drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH},
+    growth::CHILD_YEARS,
+    humanoid::{Drive, Inertia},
+    kinematics::{rotation_about, rotation_from_vector},
+    landmark::LinkPoint,
+    mismatch::without_side,
+    population::{Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment},
+    proposal::TooFewFrames,
+    ray::Ray,
+    shape::LinkShape,
+    silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera},
+    skin::{
+        Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, read_skin_allowing, shipped_skin,
+        skin_from_gltf,
+    },
+    tangent::{ROOT_STEP, rotation_vector},
+    upright::from_axes,
+    urdf::{MeshParts, mesh_from_bytes},
+};

@@ -13,9 +13,9 @@ use crate::rng::{KeyedSeed, Purpose, normal};
 use rand::RngExt;
 
 /// Standard deviation of a segment's share of the stature, relative; assumed.
-pub const LENGTH_SPREAD: f64 = 0.03;
+const LENGTH_SPREAD: f64 = 0.03;
 /// Standard deviation of a segment's girth at a given length and mass, relative; assumed.
-pub const GIRTH_SPREAD: f64 = 0.04;
+const GIRTH_SPREAD: f64 = 0.04;
 
 const METRES_PER_INCH: f64 = 0.0254;
 const KILOGRAMS_PER_POUND: f64 = 0.453_592_37;

@@ -4,6 +4,7 @@ use crate::input::excerpt;
 
 /// Errors of cameras and rigs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// A number is NaN or infinite.
     #[error("camera {}: {what} contains {value}; expected finite numbers", excerpt(camera))]

@@ -28,11 +28,18 @@ mod rig;
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
-pub use filming::{CameraTiming, RigMoment, TimedRig};
+pub use filming::{RigMoment, TimedRig};
 pub use look_at::FieldOfView;
-pub use path::{CameraKeyframe, CameraPath};
-pub use pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE, Pinhole};
+pub use pinhole::Pinhole;
 pub use rig::{CameraRig, RingParameters};
+
+// How cameras move and take images, for the other crates: scenarios describe it to users.
+#[doc(hidden)]
+pub use self::{
+    filming::CameraTiming,
+    path::{CameraKeyframe, CameraPath},
+    pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE},
+};
 
 use nalgebra::{Isometry3, Point2, Point3, Unit, Vector3};
 

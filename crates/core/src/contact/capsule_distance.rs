@@ -15,7 +15,7 @@ const SEARCH_STEPS: usize = 44;
 /// `|a(s) - b(t)| - r_a(s) - r_b(t)`, a convex function of `(s, t)`: a norm of a linear function plus a linear
 /// function. Its minimum is where its derivatives vanish, which has a closed form (`between_sides`), or else at one of
 /// the four end spheres, whose nearest sphere of the other family has a closed form (`least_end_distance`).
-pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
+pub(super) fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
     CapsuleAxis::from_capsule(first).distance(&CapsuleAxis::from_capsule(second))
 }
 

@@ -4,6 +4,7 @@ use crate::input::excerpt;
 
 /// Errors of contact.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ContactError {
     /// The motion has no pose, or no frame rate.
     #[error(

@@ -30,14 +30,18 @@ mod rule;
 mod self_collision;
 mod solid_distance;
 
-pub use capsule_distance::tapered_capsule_distance;
 pub use error::ContactError;
-pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_feet};
+pub use ground_contacts::{ContactTrack, GroundContacts};
+pub use rule::{ContactRule, Stance};
+
+// Parts of the measurement of contacts, for the other crates.
 #[doc(hidden)]
-pub use ground_contacts::{GroundTrackInput, link_frames};
-pub use ground_quality::GroundQuality;
-pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
-pub use prop_contacts::{PropContact, PropContacts, PropTrack};
-pub use rule::{ContactRule, FOOT_NAMES, Pace, Stance, stances};
-pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
-pub use solid_distance::solid_distance;
+pub use self::{
+    ground_contacts::{GroundContact, GroundTrackInput, check_feet, link_frames},
+    ground_quality::GroundQuality,
+    interpenetration::{Depths, Interpenetration, InterpenetrationScratch},
+    prop_contacts::{PropContact, PropContacts, PropTrack},
+    rule::{FOOT_NAMES, Pace, stances},
+    self_collision::{Collision, LeftOut, LinkPair, SelfCollision},
+    solid_distance::solid_distance,
+};

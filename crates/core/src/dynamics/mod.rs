@@ -9,10 +9,6 @@ mod tests;
 #[cfg(test)]
 mod virtual_work;
 
-#[doc(hidden)]
-pub use derivatives::{Derivatives, derivatives};
-pub use inverse::{Efforts, PointForce, inverse_dynamics};
-
 use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
@@ -21,16 +17,24 @@ use crate::input::excerpt;
 use crate::parallel;
 use derivatives::reach_frames;
 use nonnegative::nonnegative_least_squares;
+
+// Steps of inverse dynamics, for the other crates and the tests.
 #[doc(hidden)]
-pub use support::{SupportPoint, support_points};
+pub use self::{
+    derivatives::{Derivatives, derivatives},
+    inverse::{Efforts, PointForce, inverse_dynamics},
+    support::{SupportPoint, support_points},
+};
 use support::{margin, support_polygon};
 
 /// Earth's standard gravity, m/s^2.
+#[doc(hidden)]
 pub const GRAVITY: f64 = 9.80665;
 /// Derivatives are those of a parabola over this time before and after, seconds.
 #[doc(hidden)]
 pub const REACH_S: f64 = 1.0 / 15.0;
 /// Default friction for ground forces: that of a shoe on a dry floor, at the low end.
+#[doc(hidden)]
 pub const GROUND_FRICTION: f64 = 0.8;
 /// Below this share of the body's weight on the ground there is no zero-moment point: flight.
 const FLIGHT: f64 = 0.2;
@@ -44,6 +48,7 @@ const EVEN: f64 = 1e-4;
 
 /// Why dynamics cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DynamicsError {
     /// Contact cannot be computed, or a setting is invalid.
     #[error(transparent)]
@@ -91,6 +96,7 @@ pub struct DynamicsFrame {
 
 /// Summary of a motion's dynamics.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DynamicsSummary {
     /// Mean residual wrench, body weights.
     pub residual: f64,

@@ -44,21 +44,24 @@ mod strips;
 mod tapered_capsule;
 mod triangles;
 
-pub use bounds::PixelBounds;
-pub use capsules::{CapsulePainter, SilhouetteScratch};
-pub use comparer::{MaskComparison, SilhouetteComparer};
-pub use contour::contour;
-pub use distance::DistanceMap;
 pub use mask::Mask;
-pub use mesh_silhouette::{MeshScratch, MeshVertices};
-#[doc(hidden)]
-pub use mesh_topology::MeshEdge;
-pub use mesh_topology::MeshTopology;
-pub use morphology::{closed, grown_by_disc, opened};
-pub use overlap::{Overlap, overlap};
-pub use polygon::paint_polygon;
 pub(crate) use ray_strip::{RayStrip, STRIP_RAYS, entries_of_rays, rays_that_meet};
-pub use signed_distance::{DistanceSample, SignedDistance};
-pub use specks::without_specks;
-pub use tapered_capsule::TaperedCapsule;
-pub use triangles::paint_triangles;
+
+// How silhouettes are drawn and compared, for the other crates, benches and tests: it changes with every speed-up.
+#[doc(hidden)]
+pub use self::{
+    bounds::PixelBounds,
+    capsules::{CapsulePainter, SilhouetteScratch},
+    comparer::{MaskComparison, SilhouetteComparer},
+    contour::contour,
+    distance::DistanceMap,
+    mesh_silhouette::{MeshScratch, MeshVertices},
+    mesh_topology::{MeshEdge, MeshTopology},
+    morphology::{closed, grown_by_disc, opened},
+    overlap::{Overlap, overlap},
+    polygon::paint_polygon,
+    signed_distance::{DistanceSample, SignedDistance},
+    specks::without_specks,
+    tapered_capsule::TaperedCapsule,
+    triangles::paint_triangles,
+};

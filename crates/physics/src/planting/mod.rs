@@ -23,6 +23,7 @@ const PASSES: usize = 3;
 
 /// A motion with planted feet.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlantedMotion {
     /// The motion.
     pub motion: Motion,

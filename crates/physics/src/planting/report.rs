@@ -10,6 +10,7 @@ const LEAST_REPORTED: f64 = 0.001;
 
 /// The changes made by planting.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlantingReport {
     /// Contact before.
     pub before: GroundQuality,

@@ -16,6 +16,7 @@ pub struct Simulated {
 
 /// Report of a simulation.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SimulationReport {
     /// Duration, seconds.
     pub duration_s: f64,

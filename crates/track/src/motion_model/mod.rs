@@ -19,10 +19,14 @@
 
 mod diffusion;
 mod evidence;
+// Learned models, for the application and the studies: scenarios describe them to users.
+#[doc(hidden)]
 pub mod gpdm;
+#[doc(hidden)]
 pub mod gpdm_graph;
 mod latent;
 mod lbfgs;
+#[doc(hidden)]
 pub mod pose_chart;
 
 use nalgebra::DMatrix;
@@ -30,8 +34,14 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 pub use diffusion::{Diffusion, DiffusionSettings};
-pub use evidence::{Evidence, NormalEquations};
-pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
+pub use evidence::Evidence;
+
+// Learned models in latent spaces, for the application and the studies: scenarios describe them to users.
+#[doc(hidden)]
+pub use self::{
+    evidence::NormalEquations,
+    latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion},
+};
 
 use crate::body::{Humanoid, Pose};
 
@@ -106,6 +116,7 @@ pub trait MotionModel: Send + Sync {
 }
 
 /// Occupancy of one latent space in a frame.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelOccupancy {
     /// Number of particles in it, before resampling.
@@ -119,6 +130,7 @@ pub struct ModelOccupancy {
 /// A setting of a motion model or tracker is out of range.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: expected {expected}, found {found}")]
+#[non_exhaustive]
 pub struct SettingError {
     /// The setting's key in a scenario.
     pub key: &'static str,

@@ -48,6 +48,7 @@ pub struct LayerRecord {
 
 /// Why tracking could not go on.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrackError {
     /// The observation has another number of views than the rig, or a mask of another size than its camera.
     #[error("set frame {frame} (from 0): the observation does not fit the cameras: {detail}")]

@@ -36,19 +36,26 @@ mod settings;
 mod silhouette_likelihood;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
-pub use annealing::{Selection, select, systematic};
-pub use calibration::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
-    CalibrationVerdict, calibrate,
-};
 pub use estimate::{Estimate, LayerRecord, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
-pub use partition::Partition;
-pub use plausibility::PlausibilitySettings;
-pub use refinement::{Refinement, RefinementSettings};
-pub use settings::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
-pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
+pub use settings::{FilterSettings, SilhouetteSettings};
+pub use silhouette_likelihood::SilhouetteLikelihood;
+
+// Parts of the filter, for the application, tests and studies.
+#[doc(hidden)]
+pub use self::{
+    annealing::{Selection, select, systematic},
+    calibration::{
+        BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
+        CalibrationVerdict, calibrate,
+    },
+    partition::Partition,
+    plausibility::PlausibilitySettings,
+    refinement::{Refinement, RefinementSettings},
+    settings::{ContourTerm, Estimator, Kernel, SilhouetteTerm},
+    silhouette_likelihood::LikelihoodScratch,
+};
 
 use crate::body::Pose;
 use crate::observation::Observation;

@@ -1,7 +1,7 @@
-//! Readers of recordings: BVH, ASF/AMC, DeepMimic, and markers of C3D and TRC become one [`Clip`].
+//! Readers of motion recordings: BVH, ASF/AMC, DeepMimic, and C3D or TRC markers are all read into a [`Clip`].
 //!
-//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
-//! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
+//! A `Clip` is always in metres, Z up, right-handed, with rotations as unit quaternions of continuous sign.
+//! [`Clip::notes`] lists everything a reader guessed or repaired.
 //!
 //! ```no_run
 //! use skiagraph_truth::mocap::{ReadOptions, read};
@@ -30,14 +30,18 @@ mod rotation;
 mod stature;
 mod text_cursor;
 
-pub use amc::parse_amc;
-pub use asf::{AcclaimSkeleton, parse_asf};
-pub use bvh::parse_bvh;
-pub use clip::{Clip, Skeleton, SkeletonJoint};
-pub use deepmimic::parse_deepmimic;
+pub use clip::Clip;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};
-pub use points::parse_markers;
-#[doc(hidden)]
-pub use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
 pub use read::read;
+
+// Parsers of single formats, for tests and fuzzing: `read` chooses among them.
+#[doc(hidden)]
+pub use self::{
+    amc::parse_amc,
+    asf::{AcclaimSkeleton, parse_asf},
+    bvh::parse_bvh,
+    clip::{Skeleton, SkeletonJoint},
+    deepmimic::parse_deepmimic,
+    points::{MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
+};

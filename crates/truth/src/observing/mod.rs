@@ -1,7 +1,7 @@
-//! The making of observations: one silhouette per view and frame, exact or corrupted.
+//! Observations: one silhouette per view and frame, exact or corrupted.
 //!
-//! [`observe`] draws exact silhouettes, [`CorruptedObserver`] corrupts them along the axes of [`AXES`],
-//! [`SegmentedObserver`] cuts them out of simulated images, and [`LayerObserver`] draws the truth of every pixel.
+//! [`observe`] renders exact silhouettes, [`CorruptedObserver`] corrupts them along [`AXES`], [`SegmentedObserver`]
+//! segments them from simulated images, and [`LayerObserver`] renders the truth of every pixel.
 //!
 //! ```
 //! use nalgebra::Point3;
@@ -43,14 +43,21 @@ mod observe;
 mod settings;
 mod silhouette_observer;
 
-pub use self::image::Image;
-pub use background::{
-    BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
-    Segmenter, ShadowRule,
-};
-pub use corruption::{AXES, CorruptedObserver, Corruption, CorruptionAxis, tracker_rig, tracker_start};
-pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
-pub use layers::{LayerImages, LayerObserver, WantedLayers};
+pub use corruption::{CorruptedObserver, Corruption};
 pub use observe::{Observer, observe};
-pub use settings::{ObservationFacts, ObservationSettings, SilhouetteSource};
-pub use silhouette_observer::SilhouetteObserver;
+pub use settings::ObservationSettings;
+
+// Kinds of observers and their parts, for the application and the studies: scenarios describe them to users.
+#[doc(hidden)]
+pub use self::{
+    background::{
+        BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
+        Segmenter, ShadowRule,
+    },
+    corruption::{AXES, CorruptionAxis, tracker_rig, tracker_start},
+    image::Image,
+    imaging::{ImageSettings, SceneCamera, SegmentedObserver},
+    layers::{LayerImages, LayerObserver, WantedLayers},
+    settings::{ObservationFacts, SilhouetteSource},
+    silhouette_observer::SilhouetteObserver,
+};

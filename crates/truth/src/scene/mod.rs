@@ -1,4 +1,4 @@
-//! The truth: an actor, a motion and a rig give exact [`GroundTruth`] for every frame.
+//! The truth: exact [`GroundTruth`] for every frame, from an actor, a motion and a rig.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};
@@ -31,7 +31,13 @@ mod shot;
 mod sight;
 mod truth;
 
-pub use clock::{SceneClock, SceneFigure};
-pub use shot::{Shot, ShotPoint};
-pub use sight::{Occluders, Sight, SightLines};
-pub use truth::{Distractor, GroundTruth, SceneError, TruthFrame};
+pub use truth::{GroundTruth, SceneError, TruthFrame};
+
+// Times between frames and sight lines, for the other crates and tests.
+#[doc(hidden)]
+pub use self::{
+    clock::{SceneClock, SceneFigure},
+    shot::{Shot, ShotPoint},
+    sight::{Occluders, Sight, SightLines},
+    truth::Distractor,
+};

@@ -4,6 +4,7 @@ use crate::input::{excerpt, limits, plain};
 
 /// Why a URDF cannot be used. Every message names the file, and the line and the link or joint if known.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum UrdfError {
     /// The file cannot be read.
     #[error("{}: cannot be read: {source}", plain(file))]

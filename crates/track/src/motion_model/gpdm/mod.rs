@@ -11,7 +11,8 @@
 //! | `W` | [`Gpdm::scales`] |
 //!
 //! Eqs. 3 to 6 of `[GPDM graph]` are only partly legible; the kernels are Wang's. Learning minimises the negative log
-//! posterior by alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
+//! posterior by alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms
+//! ([`train()`]).
 
 mod kernel;
 mod layout;
