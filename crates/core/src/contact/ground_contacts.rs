@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, stances};
-use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::body::{Humanoid, LinkFrames, Motion, Pose};
 use crate::parallel;
 
 /// Contact of every link with geometry, and of the two feet, in every frame of a motion.
@@ -159,21 +159,22 @@ pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, 
     if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
         return Err(ContactError::EmptyMotion { poses, frames_per_second });
     }
-    let of_pose = |(frame, pose): (usize, &crate::body::Pose)| {
-        let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
-        if found != expected {
-            return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
-        }
-        let frames = body.link_frames(pose);
-        let is_finite = |f: &nalgebra::Isometry3<f64>| {
-            f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
-        };
-        match frames.0.iter().position(|f| !is_finite(f)) {
-            Some(invalid) => Err(ContactError::NotFinite { frame, link: body.links[invalid].name.clone() }),
-            None => Ok(frames),
-        }
+    motion.poses.iter().enumerate().map(|(frame, pose)| checked_link_frames(body, frame, pose)).collect()
+}
+
+fn checked_link_frames(body: &Humanoid, frame: usize, pose: &Pose) -> Result<LinkFrames, ContactError> {
+    let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
+    if found != expected {
+        return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
+    }
+    let frames = body.link_frames(pose);
+    let is_finite = |f: &nalgebra::Isometry3<f64>| {
+        f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
     };
-    motion.poses.iter().enumerate().map(of_pose).collect()
+    match frames.0.iter().position(|f| !is_finite(f)) {
+        Some(invalid) => Err(ContactError::NotFinite { frame, link: body.links[invalid].name.clone() }),
+        None => Ok(frames),
+    }
 }
 
 /// The input from which contact tracks are computed.

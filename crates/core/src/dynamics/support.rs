@@ -129,21 +129,23 @@ pub(super) fn convex_hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
     if points.len() < 3 {
         return points;
     }
-    let turns_left = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a)) > 0.0;
-    let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
-        let mut chain: Vec<Point2<f64>> = Vec::new();
-        for point in points {
-            while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
+    let mut hull = half_hull(points.iter().copied());
+    hull.extend(half_hull(points.iter().rev().copied()));
     hull
+}
+
+/// One side of the convex hull of sorted points, without its last point.
+fn half_hull(points: impl Iterator<Item = Point2<f64>>) -> Vec<Point2<f64>> {
+    let turns_left = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a)) > 0.0;
+    let mut chain: Vec<Point2<f64>> = Vec::new();
+    for point in points {
+        while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) {
+            chain.pop();
+        }
+        chain.push(point);
+    }
+    chain.pop();
+    chain
 }
 
 /// Signed distance of a point to the nearest edge of a convex hull, metres, negative outside; minus infinity for an

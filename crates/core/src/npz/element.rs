@@ -24,34 +24,36 @@ enum NumberKind {
 impl Element {
     /// Parses a `descr`; the error lists the supported types.
     pub(super) fn parse(descr: &str) -> Result<Self, String> {
-        let known = || {
-            let (order, rest) = descr.split_at_checked(1)?;
-            let (kind, size) = rest.split_at_checked(1)?;
-            let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
-            let kind = match (kind, size) {
-                ("f", 4 | 8) => NumberKind::Float,
-                ("i", 1 | 2 | 4 | 8) => NumberKind::Signed,
-                ("u", 1 | 2 | 4 | 8) => NumberKind::Unsigned,
-                ("b", 1) => NumberKind::Bool,
-                ("U", _) => NumberKind::Text,
-                _ => return None,
-            };
-            let size = if let NumberKind::Text = kind { size.checked_mul(4)? } else { size };
-            let big_endian = match order {
-                "<" => false,
-                ">" => true,
-                "|" if size == 1 => false,
-                _ => return None,
-            };
-            Some(Self { kind, size, big_endian })
-        };
-        known().ok_or_else(|| {
+        Self::supported(descr).ok_or_else(|| {
             format!(
                 "element type {:?} is not supported; expected floats of 4 or 8 bytes, integers, booleans or \
                  strings (no pickled objects)",
                 excerpt(descr)
             )
         })
+    }
+
+    /// The type of a `descr`; `None` if it is not supported.
+    fn supported(descr: &str) -> Option<Self> {
+        let (order, rest) = descr.split_at_checked(1)?;
+        let (kind, size) = rest.split_at_checked(1)?;
+        let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
+        let kind = match (kind, size) {
+            ("f", 4 | 8) => NumberKind::Float,
+            ("i", 1 | 2 | 4 | 8) => NumberKind::Signed,
+            ("u", 1 | 2 | 4 | 8) => NumberKind::Unsigned,
+            ("b", 1) => NumberKind::Bool,
+            ("U", _) => NumberKind::Text,
+            _ => return None,
+        };
+        let size = if let NumberKind::Text = kind { size.checked_mul(4)? } else { size };
+        let big_endian = match order {
+            "<" => false,
+            ">" => true,
+            "|" if size == 1 => false,
+            _ => return None,
+        };
+        Some(Self { kind, size, big_endian })
     }
 
     /// `count` elements, which must fill `bytes` exactly; this is checked before memory is allocated.

@@ -35,22 +35,23 @@ struct PixelRun {
 
 /// The runs of set pixels in every row, or of unset ones.
 fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<PixelRun>> {
-    let of_row = |y| {
-        let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
-        if !unset {
-            return set.collect();
+    (0..mask.height()).map(|y| runs_of_row(mask, y, unset)).collect()
+}
+
+fn runs_of_row(mask: &Mask, y: u32, unset: bool) -> Vec<PixelRun> {
+    let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
+    if !unset {
+        return set.collect();
+    }
+    let mut gaps = Vec::new();
+    let mut from = 0;
+    for run in set.chain([PixelRun { y, from: mask.width(), to: mask.width() }]) {
+        if run.from > from {
+            gaps.push(PixelRun { y, from, to: run.from });
         }
-        let mut gaps = Vec::new();
-        let mut from = 0;
-        for run in set.chain([PixelRun { y, from: mask.width(), to: mask.width() }]) {
-            if run.from > from {
-                gaps.push(PixelRun { y, from, to: run.from });
-            }
-            from = run.to;
-        }
-        gaps
-    };
-    (0..mask.height()).map(of_row).collect()
+        from = run.to;
+    }
+    gaps
 }
 
 /// A connected component: its number of pixels and its bounds.

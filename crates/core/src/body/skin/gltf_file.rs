@@ -144,34 +144,39 @@ fn buffers(
     read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
 ) -> Result<Buffers, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    let of = |buffer: gltf::Buffer<'_>| {
-        let bytes = match buffer.source() {
-            gltf::buffer::Source::Bin => {
-                blob.map(<[u8]>::to_vec).ok_or_else(|| malformed("the binary chunk is missing".to_owned()))?
-            }
-            gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
-                return Err(malformed(
-                    "buffers embedded as text (data:) are not supported; save it as .glb".to_owned(),
-                ));
-            }
-            gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
-                let uri = excerpt(uri);
-                return Err(malformed(format!(
-                    "buffer `{uri}` is outside the file's folder; expected a file in its own folder or below"
-                )));
-            }
-            gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
-        };
-        if bytes.len() < buffer.length() {
-            let (found, expected) = (bytes.len(), buffer.length());
-            return Err(malformed(format!("buffer {}: expected {expected} bytes, found {found}", buffer.index())));
-        }
-        Ok(bytes)
-    };
     if document.buffers().len() > 16 {
         return Err(malformed(format!("{} buffers; expected at most 16", document.buffers().len())));
     }
-    document.buffers().map(of).collect()
+    document.buffers().map(|buffer| buffer_bytes(file, &buffer, blob, read)).collect()
+}
+
+fn buffer_bytes(
+    file: &str,
+    buffer: &gltf::Buffer<'_>,
+    blob: Option<&[u8]>,
+    read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
+) -> Result<Vec<u8>, SkinError> {
+    let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
+    let bytes = match buffer.source() {
+        gltf::buffer::Source::Bin => {
+            blob.map(<[u8]>::to_vec).ok_or_else(|| malformed("the binary chunk is missing".to_owned()))?
+        }
+        gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
+            return Err(malformed("buffers embedded as text (data:) are not supported; save it as .glb".to_owned()));
+        }
+        gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
+            let uri = excerpt(uri);
+            return Err(malformed(format!(
+                "buffer `{uri}` is outside the file's folder; expected a file in its own folder or below"
+            )));
+        }
+        gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
+    };
+    if bytes.len() < buffer.length() {
+        let (found, expected) = (bytes.len(), buffer.length());
+        return Err(malformed(format!("buffer {}: expected {expected} bytes, found {found}", buffer.index())));
+    }
+    Ok(bytes)
 }
 
 /// Decodes percent-encoding (`%20`) in a URI; returned unchanged if the result is not valid text.
