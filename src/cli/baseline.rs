@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, mean, seeds_in_words};
+use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, describe_seeds, mean};
 use crate::experiment::{BASELINES, Baseline};
 
 /// Save, list and show baselines for skiagraph gate
@@ -121,7 +121,7 @@ fn summary_line(baseline: &Baseline) -> String {
             1 => String::new(),
             draws => format!("{draws} draws, "),
         };
-        format!("{name} ({draws}seeds {})", seeds_in_words(&clip.seeds))
+        format!("{name} ({draws}seeds {})", describe_seeds(&clip.seeds))
     };
     let clips: Vec<String> = baseline.runs.clips.iter().map(of_clip).collect();
     let mut trackers: Vec<&str> = baseline.runs.clips.values().map(|clip| clip.tracker.as_str()).collect();

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::Baseline;
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
-use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, seeds_in_words};
+use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, describe_seeds};
 use crate::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use crate::input::{self, limits, shell_word};
 use crate::measure::tracked::TRACK_FILE;
@@ -99,7 +99,7 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
     let record = input::read(&folder.join(EXTERNAL_FILE), limits::RECORD).ok();
     let record = record.and_then(|bytes| serde_json::from_slice::<ExternalRecord>(&bytes).ok());
     let Some(record) = record else {
-        return format!("{cannot}; run it with the seeds {}, and evaluate them again", seeds_in_words(seeds));
+        return format!("{cannot}; run it with the seeds {}, and evaluate them again", describe_seeds(seeds));
     };
     let blocks = seeds.chunk_by(|seed, next| seed.saturating_add(1) == *next);
     let commands: Vec<String> = blocks

@@ -132,7 +132,7 @@ impl SetSummary {
             matched: facts.map(|facts| facts.matched),
             mismatch: facts.map(|facts| facts.mismatch.clone()),
             motion: facts.map(|facts| facts.motion.clone()),
-            observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.in_words()),
+            observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.describe()),
             retargeting: facts.and_then(|facts| facts.retargeting.clone()),
             contact: facts.and_then(|facts| facts.contact.clone()).map(Box::new),
             training_frames: blind.start.training.frames(),

@@ -412,8 +412,8 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
     let words = match (&set.blind.observation, names.is_empty()) {
         (None, true) => "clean: no noise, no occlusion".to_owned(),
         (None, false) => format!("clean: no noise; {hidden}"),
-        (Some(facts), true) => facts.in_words(),
-        (Some(facts), false) => format!("{}; {hidden}", facts.in_words()),
+        (Some(facts), true) => facts.describe(),
+        (Some(facts), false) => format!("{}; {hidden}", facts.describe()),
     };
     let quality = segmentation.map(SegmentationQuality::describe).unwrap_or_default();
     [vec![("silhouettes", words)], quality].concat()

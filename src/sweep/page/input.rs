@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use crate::common::ExperimentError;
-use crate::evaluation::{Direction, Metric, Unit, find_metric, seeds_in_words};
+use crate::evaluation::{Direction, Metric, Unit, describe_seeds, find_metric};
 use crate::input::shell_word;
 use crate::scenario::ScenarioError;
 use crate::sweep::definition::{Expansion, Sweep};
@@ -206,7 +206,7 @@ fn seeds(all: &[u64]) -> String {
     if all.len() <= MOST_SEEDS {
         all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     } else {
-        seeds_in_words(all)
+        describe_seeds(all)
     }
 }
 

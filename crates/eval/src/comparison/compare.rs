@@ -8,7 +8,7 @@ use super::compared::{
 use super::interval_unit::IntervalUnit;
 use super::judge::judge;
 use super::matched_runs::{MatchedRuns, MatchedSet};
-use super::measured_runs::{MeasuredClip, MeasuredRuns, seeds_in_words};
+use super::measured_runs::{MeasuredClip, MeasuredRuns, describe_seeds};
 use super::rate::Rate;
 use crate::body::LANDMARKS;
 use crate::{METRICS, Metric, mean};
@@ -51,7 +51,7 @@ fn facts((name, runs): (&str, &MeasuredRuns)) -> SideFacts {
 
 /// Seeds of the draws of a clip: `0 to 9`, `0 to 9 of each of 3 draws`, `0 to 9, 0 to 4 of 2 draws`.
 fn describe_draws(sets: &[&MeasuredClip]) -> String {
-    let mut seeds: Vec<String> = sets.iter().map(|set| seeds_in_words(&set.seeds)).collect();
+    let mut seeds: Vec<String> = sets.iter().map(|set| describe_seeds(&set.seeds)).collect();
     seeds.dedup();
     match (sets.len(), seeds.len()) {
         (0 | 1, _) => seeds.concat(),
@@ -153,7 +153,7 @@ impl<'a> TwoSides<'a> {
                         lacking.push(format!(
                             "`{}`, seed {} of `{side}` has no value",
                             set.clip,
-                            seeds_in_words(&seeds)
+                            describe_seeds(&seeds)
                         ));
                     }
                 }

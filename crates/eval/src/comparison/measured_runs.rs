@@ -246,7 +246,7 @@ impl MeasuredRuns {
 }
 
 /// `0 to 9` for consecutive seeds, otherwise a list.
-pub fn seeds_in_words(seeds: &[u64]) -> String {
+pub fn describe_seeds(seeds: &[u64]) -> String {
     let mut sorted = seeds.to_vec();
     sorted.sort_unstable();
     match sorted.as_slice() {
@@ -362,7 +362,7 @@ mod tests {
     #[test]
     fn consecutive_seeds_are_described_as_a_range() {
         assert_eq!(
-            [seeds_in_words(&[2, 0, 1]), seeds_in_words(&[4]), seeds_in_words(&[0, 5])],
+            [describe_seeds(&[2, 0, 1]), describe_seeds(&[4]), describe_seeds(&[0, 5])],
             ["0 to 2", "4", "0, 5"]
         );
     }

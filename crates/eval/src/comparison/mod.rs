@@ -35,5 +35,5 @@ pub use judge::holm;
 pub(crate) use matched_runs::MatchedRuns;
 #[cfg(test)]
 pub(crate) use measured_runs::fixture;
-pub use measured_runs::{MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, seeds_in_words};
+pub use measured_runs::{MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, describe_seeds};
 pub use rate::{Rate, RateDifference};

@@ -2,7 +2,7 @@
 
 use super::interval_unit::IntervalUnit;
 use super::matched_runs::{MatchedRuns, MatchedSet};
-use super::measured_runs::{MeasuredClip, seeds_in_words};
+use super::measured_runs::{MeasuredClip, describe_seeds};
 use crate::interval::FEWEST_RUNS;
 use crate::interval_words::WITHOUT_SEEDS;
 
@@ -27,7 +27,7 @@ impl MatchedRuns<'_> {
             let unshared = set.unshared_seeds().into_iter().zip(names).filter(|(seeds, _)| !seeds.is_empty());
             let describe = |(seeds, name): (Vec<u64>, &str)| {
                 let (plural, are, have) = if seeds.len() == 1 { ("", "is", "has") } else { ("s", "are", "have") };
-                format!("seed{plural} {} of {place} {are} in `{name}` only and {have} no pair", seeds_in_words(&seeds))
+                format!("seed{plural} {} of {place} {are} in `{name}` only and {have} no pair", describe_seeds(&seeds))
             };
             unshared.map(describe).collect()
         };
@@ -107,7 +107,7 @@ fn repeated(matched: &MatchedRuns<'_>) -> String {
     let Some((clip, seeds)) = found else { return String::new() };
     format!(
         "; seed {} of `{clip}` is bit-identical to an earlier seed: if it is a copy, intervals are too narrow",
-        seeds_in_words(&seeds)
+        describe_seeds(&seeds)
     )
 }
 

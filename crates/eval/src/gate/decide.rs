@@ -6,8 +6,8 @@ use super::more_seeds::seeds_to_decide;
 use super::sides::Sides;
 use super::{Check, CheckKind, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::comparison::{
-    Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, holm, lost_tracks,
-    seeds_in_words,
+    Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, describe_seeds, holm,
+    lost_tracks,
 };
 use crate::{Direction, Interval, Unit, find_metric};
 
@@ -72,7 +72,7 @@ impl<'a> Sides<'a> {
             let lacking = run.seeds.iter().filter(|seed| lacks(&now, seed) && !excused(seed));
             let lacking: Vec<u64> = lacking.copied().collect();
             if !lacking.is_empty() && !before.is_empty() {
-                lacking_runs.push(format!("`{name}`, seed {}", seeds_in_words(&lacking)));
+                lacking_runs.push(format!("`{name}`, seed {}", describe_seeds(&lacking)));
             }
             valued |= !before.is_empty();
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{FEWEST_SEEDS, GateRefusal, GateRules};
 use crate::comparison::{
-    IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, seeds_in_words, set_difference,
+    IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, describe_seeds, set_difference,
 };
 
 /// A run and a baseline, matched set by set.
@@ -72,15 +72,15 @@ impl<'a> Sides<'a> {
         for (clip, base, run) in self.sets().filter(|_| self.matched.unit == IntervalUnit::Seeds) {
             let [known, new] = [base, run].map(|side| side.seeds.iter().collect::<BTreeSet<_>>());
             if !self.rules.other_seeds && !new.is_superset(&known) {
-                let [baseline, run] = [base, run].map(|side| seeds_in_words(&side.seeds));
+                let [baseline, run] = [base, run].map(|side| describe_seeds(&side.seeds));
                 return Err(GateRefusal::SeedPolicy { clip: clip.to_owned(), baseline, run });
             }
             if known != new {
                 let how = if self.matched.paired() { "those in common are paired" } else { "they are not paired" };
                 notes.push(format!(
                     "`{clip}`: seeds {} against the baseline's {}: {how}",
-                    seeds_in_words(&run.seeds),
-                    seeds_in_words(&base.seeds)
+                    describe_seeds(&run.seeds),
+                    describe_seeds(&base.seeds)
                 ));
             }
         }

@@ -42,7 +42,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
     let (faults, skipped) = (faults.concat(), skipped.iter().sum::<usize>());
     let taken = |frame: &usize| (0..rig.cameras.len()).filter(|camera| filming.has_image(*camera, *frame)).count();
     let redrawn: usize = numbers.iter().map(taken).sum();
-    let how_made = if exact { String::new() } else { format!(", {}", facts.in_words()) };
+    let how_made = if exact { String::new() } else { format!(", {}", facts.describe()) };
     with_skipped(skipped, "silhouettes", format!("{redrawn} silhouettes redrawn{how_made}"), faults)
 }
 

@@ -156,7 +156,7 @@ impl ReadParts {
     /// Describes how silhouettes differ from the truth, if set.toml states it.
     pub(super) fn inexact_silhouettes(&self) -> Option<String> {
         let facts = self.manifest.as_ref()?.observation.as_ref()?;
-        (facts.silhouette != SilhouetteSource::Exact).then(|| facts.in_words())
+        (facts.silhouette != SilhouetteSource::Exact).then(|| facts.describe())
     }
 
     /// The file of the true cameras; trackers may have been given others.

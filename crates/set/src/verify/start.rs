@@ -47,7 +47,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let errors = if facts.corruption.is_none() {
         String::new()
     } else {
-        format!(" with the errors of {}", facts.corruption.in_words())
+        format!(" with the errors of {}", facts.corruption.describe())
     };
     let pose = match first_pose(parts) {
         Some(_) => "the start pose",

@@ -126,7 +126,7 @@ impl ObservationSettings {
 
 impl ObservationFacts {
     /// Description for reports.
-    pub fn in_words(&self) -> String {
+    pub fn describe(&self) -> String {
         let source = match self.silhouette {
             SilhouetteSource::Exact => "exact",
             SilhouetteSource::Corrupted => "corrupted",
@@ -140,7 +140,7 @@ impl ObservationFacts {
         if self.corruption.is_none() {
             format!("{source}{others}")
         } else {
-            format!("{source}{others}: {}", self.corruption.in_words())
+            format!("{source}{others}: {}", self.corruption.describe())
         }
     }
 }

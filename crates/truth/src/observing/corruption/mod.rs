@@ -102,7 +102,7 @@ impl Corruption {
     }
 
     /// Description of the nonzero axes: `boundary_px 2 px, holes 0.1`.
-    pub fn in_words(&self) -> String {
+    pub fn describe(&self) -> String {
         let nonzero = AXES.iter().filter(|axis| (axis.strength)(self) != 0.0);
         let words = nonzero.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
         words.map(|words| words.trim_end().to_owned()).collect::<Vec<_>>().join(", ")
