@@ -89,7 +89,7 @@ pub(super) struct Arguments {
     /// Whether to calibrate the tracker's body on the first frames [default: the set's setting]
     ///
     /// Lengths, girths, joint positions and one scale of all radii are estimated together with the poses of the first
-    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better.
+    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better in the next 10.
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
