@@ -1,8 +1,8 @@
-//! One frame of the annealed particle filter, and its part without energies: 200 particles x 5 layers x 4 views of a
-//! person who fills half the image's height. `cargo bench --bench annealed_particle_filter`
+//! One frame of the annealed particle filter, with and without energies: 200 particles x 5 layers x 4 views of a person
+//! who fills half the image's height. `cargo bench --bench annealed_particle_filter`
 //!
-//! On one thread (`RAYON_NUM_THREADS=1`) the time of `frame` over that of `bookkeeping` is the cost of the filter
-//! itself; `bookkeeping` is a frame with a likelihood without cost.
+//! `bookkeeping` is a frame with a likelihood of negligible cost: the filter's own share of `frame` on one thread
+//! (`RAYON_NUM_THREADS=1`).
 
 mod scene;
 
@@ -16,7 +16,7 @@ fn main() {
     divan::main();
 }
 
-/// Almost free, but different for every particle.
+/// A likelihood of negligible cost that differs between particles.
 struct Height;
 
 impl Likelihood for Height {
@@ -50,7 +50,7 @@ fn frame(bencher: Bencher<'_, '_>, size: [u32; 2]) {
     let rig = ring(size);
     let observation = seen(&body, &rig);
     let settings = SilhouetteSettings::default();
-    let likelihood = |body: &Humanoid| SilhouetteLikelihood::new(body.clone(), &rig, settings).expect("sound settings");
+    let likelihood = |body: &Humanoid| SilhouetteLikelihood::new(body.clone(), &rig, settings).expect("valid settings");
     bench_frames(bencher, likelihood, &observation);
 }
 

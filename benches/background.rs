@@ -1,6 +1,6 @@
-//! Background subtraction and images of the scene, 640x480, on one thread: `cargo bench --bench background`. The aims:
-//! a frozen mixture of three components in 0.7 ms a colour image, the online mixture in 1.8 ms, 60 images of the scene
-//! a second.
+//! Background subtraction and simulated images, 640x480, on one thread: `cargo bench --bench background`. Targets: a
+//! frozen mixture of three components in 0.7 ms per colour image, the online mixture in 1.8 ms, 60 simulated images per
+//! second.
 
 use nalgebra::Point3;
 use skiagraph::body::{Humanoid, Motion};
@@ -13,17 +13,17 @@ use skiagraph::scene::GroundTruth;
 
 fn main() {
     if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(1).build_global() {
-        eprintln!("the times are those of several threads: {error}");
+        eprintln!("times are for several threads: {error}");
     }
     divan::main();
 }
 
-struct Stage {
+struct TestScene {
     truth: GroundTruth,
     rig: CameraRig,
 }
 
-fn stage() -> Stage {
+fn stage() -> TestScene {
     let body = Humanoid::tracker25().expect("a shipped body");
     let mut pose = body.zero_pose();
     pose.world_from_root.translation.z = 0.93;
@@ -37,13 +37,13 @@ fn stage() -> Stage {
         image_size: [640, 480],
         near: 0.05,
     };
-    let rig = CameraRig::ring(&ring).expect("a sound ring");
+    let rig = CameraRig::ring(&ring).expect("a valid ring");
     let motion = Motion { frames_per_second: 60.0, poses: vec![pose; 10] };
-    Stage { truth: GroundTruth::from_motion(body, &motion, &rig).expect("a sound scene"), rig }
+    TestScene { truth: GroundTruth::from_motion(body, &motion, &rig).expect("a valid scene"), rig }
 }
 
 /// Three periods of background, and frames.
-fn images(stage: &Stage, settings: &ImageSettings) -> (Vec<Vec<Image>>, Vec<Image>) {
+fn images(stage: &TestScene, settings: &ImageSettings) -> (Vec<Vec<Image>>, Vec<Image>) {
     let camera = SceneCamera::new(&stage.truth, &stage.rig, settings, 1);
     let period = |period| (0..20).map(|number| camera.background(0, period, number)).collect();
     ((0..3).map(period).collect(), (0..10).flat_map(|frame| camera.images(frame)).collect())

@@ -7,11 +7,11 @@ use std::path::Path;
 
 use faer::Mat;
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 use skiagraph::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph::train::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 
 fn main() {
     divan::main();
@@ -71,7 +71,7 @@ fn swinging(body: &Humanoid, frames: usize) -> Motion {
     Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
 }
 
-/// Table 1 of `[GPDM graph]` from the first clip to the last: all segments grown, all candidates found.
+/// Table 1 of `[GPDM graph]` for all clips: all segments grown, all candidates found.
 #[divan::bench(args = [480], sample_count = 3, sample_size = 1)]
 fn training_a_whole_graph(bencher: divan::Bencher<'_, '_>, frames: usize) {
     let Ok(body) = Humanoid::tracker25() else { return };

@@ -1,13 +1,13 @@
-//! Plausibility of a pose, from its angles to its depths: poses per second on one thread, kinematics included; and its
-//! cost in a frame of the annealed particle filter. `cargo bench --bench plausibility`
+//! Penetration depths of a pose, including kinematics, in poses per second on one thread; and the cost of the
+//! plausibility term in a frame of the annealed particle filter. `cargo bench --bench plausibility`
 //!
-//! The cost is a small difference of large times, which is lost in noise on a shared machine if one is measured after
-//! the other. So frames with and without the term are tracked alternately, and the quartiles of their ratio are printed
-//! (`SKIAGRAPH_PAIRS`, default 400; 0 skips this).
+//! The cost is a small difference of large times, which on a shared machine is lost in noise if they are measured one
+//! after the other. Frames with and without the term are therefore tracked alternately, and the quartiles of their
+//! ratio are printed (`SKIAGRAPH_PAIRS`, default 400; 0 skips this).
 //!
-//! Sixteen capsules are tracker25 without its head and one of the trunk's, with plain instead of tapered capsules; all
-//! pairs that are neither adjacent nor touch in the bind pose are tested, and the ground. Poses are those of
-//! `benches/silhouette.rs`.
+//! The body with sixteen capsules is tracker25 without its head and one capsule of the trunk, with plain instead of
+//! tapered capsules. The ground and all pairs that are neither adjacent nor touch in the bind pose are tested. Poses
+//! are those of `benches/silhouette.rs`.
 
 #[path = "scene/jittered.rs"]
 mod jittered;
@@ -25,7 +25,7 @@ use skiagraph::tracker::{PlausibilitySettings, SilhouetteLikelihood, SilhouetteS
 fn main() {
     let body = sixteen_capsules();
     let pairs = SelfCollision::new(&body);
-    println!("sixteen capsules: {} pairs, {} left out", pairs.pairs().len(), pairs.left_out().len());
+    println!("sixteen capsules: {} pairs, {} excluded", pairs.pairs().len(), pairs.left_out().len());
     let pairs = std::env::var("SKIAGRAPH_PAIRS").map_or(400, |number| number.parse().expect("a number of pairs"));
     if pairs > 0 && std::env::args().any(|argument| argument == "--bench") {
         rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread").install(|| cost_of_the_term(pairs));
@@ -33,13 +33,14 @@ fn main() {
     divan::main();
 }
 
-/// Prints the quartiles of the time of a frame with the term over that of one without, one thread, 160x120, and of one
-/// without over another without, which bounds the noise of the first.
+/// Prints the quartiles of the ratio of frame times with and without the term, one thread, 160x120; and of the ratio of
+/// two frames without it, which indicates the noise.
 fn cost_of_the_term(pairs: usize) {
     let (body, rig) = (tracker25(), ring([160, 120]));
     let seen = seen(&body, &rig);
-    let silhouettes = || SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
-    let with_the_term = silhouettes().with_plausibility(PlausibilitySettings::default()).expect("sound");
+    let silhouettes =
+        || SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("valid settings");
+    let with_the_term = silhouettes().with_plausibility(PlausibilitySettings::default()).expect("valid settings");
     let (mut plain, mut plausible) = (filter(&body, silhouettes()), filter(&body, with_the_term));
     let mut other = filter(&body, silhouettes());
     let run: [&mut dyn Tracker; 3] = [&mut plain, &mut plausible, &mut other];
@@ -47,7 +48,7 @@ fn cost_of_the_term(pairs: usize) {
     for pair in 0..pairs {
         let mut seconds = [0.0; 3];
         for turn in 0..3 {
-            let which = (turn + pair) % 3; // each comes first, second and third as often
+            let which = (turn + pair) % 3; // each is first, second and third equally often
             let start = std::time::Instant::now();
             divan::black_box(run[which].track(&seen)).expect("an observation of this rig");
             seconds[which] = start.elapsed().as_secs_f64();
@@ -55,7 +56,7 @@ fn cost_of_the_term(pairs: usize) {
         ratios[0].push(seconds[1] / seconds[0]);
         ratios[1].push(seconds[2] / seconds[0]);
     }
-    for (name, ratios) in ["with the term over without", "without over without"].iter().zip(&mut ratios) {
+    for (name, ratios) in ["time with the term / without", "time without / without"].iter().zip(&mut ratios) {
         ratios.sort_by(f64::total_cmp);
         let at = |share: f64| ratios[(ratios.len() as f64 * share) as usize];
         println!("{name}: {:.3}, quartiles {:.3} to {:.3}, {pairs} frames each", at(0.5), at(0.25), at(0.75));
@@ -84,7 +85,7 @@ fn sixteen_capsules() -> Humanoid {
     body
 }
 
-/// Kinematics alone.
+/// Kinematics only.
 #[divan::bench]
 fn kinematics(bencher: Bencher<'_, '_>) {
     let body = tracker25();
@@ -120,13 +121,14 @@ fn depths_of_tracker25(bencher: Bencher<'_, '_>) {
     depths(bencher, &tracker25());
 }
 
-/// One frame again and again, 200 particles x 5 layers x 4 views.
+/// One frame repeatedly, 200 particles x 5 layers x 4 views.
 fn frames(bencher: Bencher<'_, '_>, size: [u32; 2], plausibility: Option<PlausibilitySettings>) {
     let (body, rig) = (tracker25(), ring(size));
     let seen = seen(&body, &rig);
-    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
+    let mut likelihood =
+        SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("valid settings");
     if let Some(settings) = plausibility {
-        likelihood = likelihood.with_plausibility(settings).expect("sound settings");
+        likelihood = likelihood.with_plausibility(settings).expect("valid settings");
     }
     let mut filter = filter(&body, likelihood);
     bencher.bench_local(|| filter.track(divan::black_box(&seen)));

@@ -1,5 +1,5 @@
-//! What a refined frame is made of, beside the plain one: 640 x 480, four views, a person who fills half the image's
-//! height. `cargo bench --bench refinement`; on one thread with `RAYON_NUM_THREADS=1`.
+//! A frame with refinement and its parts, compared with a frame without: 640 x 480, four views, a person who fills half
+//! the image's height. `cargo bench --bench refinement`; on one thread with `RAYON_NUM_THREADS=1`.
 
 mod scene;
 
@@ -18,31 +18,31 @@ fn main() {
 }
 
 fn likelihood() -> SilhouetteLikelihood {
-    SilhouetteLikelihood::new(tracker25(), &ring(SIZE), SilhouetteSettings::default()).expect("sound settings")
+    SilhouetteLikelihood::new(tracker25(), &ring(SIZE), SilhouetteSettings::default()).expect("valid settings")
 }
 
 fn model() -> Diffusion {
     let body = tracker25();
     let scales = ProposalScales::for_human(&body, 60.0);
-    Diffusion::new(body, &scales, &DiffusionSettings::default()).expect("sound scales")
+    Diffusion::new(body, &scales, &DiffusionSettings::default()).expect("valid scales")
 }
 
-/// A frame again and again: every frame starts from the particles that the last one left.
+/// One frame repeatedly: every frame starts from the particles of the previous one.
 fn frames(bencher: Bencher<'_, '_>, particles: usize, refined: bool) {
     let body = tracker25();
     let observation = seen(&body, &ring(SIZE));
     let likelihood = if refined { likelihood().with_descent() } else { likelihood() };
     let mut filter = filter_of(particles, &body, likelihood);
     if refined {
-        // limbs are due in every frame or in none: with every second one, half of the difference
+        // limbs are searched in every frame; searching in every second one costs half the difference
         let settings = RefinementSettings { limb_every: 1, ..RefinementSettings::default() };
-        let refinement = Refinement::new(settings, &body, Vec::new(), 1).expect("sound settings");
-        filter = filter.with_refinement(refinement).expect("silhouettes can be descended");
+        let refinement = Refinement::new(settings, &body, Vec::new(), 1).expect("valid settings");
+        filter = filter.with_refinement(refinement).expect("silhouettes support descent");
     }
     bencher.bench_local(|| filter.track(divan::black_box(&observation)));
 }
 
-/// Once a run: twenty frames of four views.
+/// Done once per run: twenty frames of four views.
 #[divan::bench(sample_count = 3)]
 fn calibration_of_the_body(bencher: Bencher<'_, '_>) {
     let body = tracker25();
@@ -82,7 +82,7 @@ fn prepare_for_descent(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 200)]
 fn energy(bencher: Bencher<'_, '_>) {
     let (body, mut likelihood) = (tracker25(), likelihood());
-    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("it fits");
+    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("an observation of this rig");
     let (pose, mut scratch) = (standing(&body), likelihood.scratch());
     bencher.bench_local(|| likelihood.energy(divan::black_box(&pose), &mut scratch));
 }
@@ -90,7 +90,7 @@ fn energy(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 200)]
 fn step_of_descent(bencher: Bencher<'_, '_>) {
     let (body, model, mut likelihood) = (tracker25(), model(), likelihood().with_descent());
-    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("it fits");
+    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("an observation of this rig");
     let step: Vec<f64> = (0..body.step_len()).map(|i| if i % 2 == 0 { 0.02 } else { -0.02 }).collect();
     let (pose, mut scratch) = (body.step(&standing(&body), &step), likelihood.scratch());
     bencher.bench_local(|| {

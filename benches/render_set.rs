@@ -18,19 +18,20 @@ fn main() {
     divan::main();
 }
 
-struct Stage {
+struct RenderedScene {
     rig: CameraRig,
     truth: GroundTruth,
     start: Start,
 }
 
-/// The shipped actor in the middle of four cameras at 4.5 m; `what` names a lens and a skin, if it shall have them.
-fn stage(what: &str) -> Option<Stage> {
+/// The shipped actor amid four cameras at 4.5 m, with a lens or a skin if `what` names them.
+fn stage(what: &str) -> Option<RenderedScene> {
     let distortion = if what.contains("lens") { lens() } else { Distortion::default() };
     let bare = shipped("actor").ok()?;
-    let actor = match what.contains("skin") {
-        true => with_skin(&bare, &shipped_skin("person").ok()?).ok()?.with_masses_of_skin(),
-        false => bare,
+    let actor = if what.contains("skin") {
+        with_skin(&bare, &shipped_skin("person").ok()?).ok()?.with_masses_of_skin()
+    } else {
+        bare
     };
     let cameras = (0..CAMERAS).map(|i| {
         let angle = std::f64::consts::TAU * i as f64 / CAMERAS as f64;
@@ -48,10 +49,14 @@ fn stage(what: &str) -> Option<Stage> {
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
     let training = Training::none(&actor);
-    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false } })
+    Some(RenderedScene {
+        rig,
+        truth,
+        start: Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false },
+    })
 }
 
-impl Stage {
+impl RenderedScene {
     fn with_parts<T>(&self, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
         let parts = SetParts {
             name: "bench",
@@ -80,7 +85,7 @@ fn camera_frames() -> divan::counter::ItemsCount {
     divan::counter::ItemsCount::new(FRAMES * CAMERAS)
 }
 
-/// Silhouettes alone, not yet files. Items are camera-frames, here and below.
+/// Silhouettes only, without files. Items are camera-frames, here and below.
 #[divan::bench(args = ["ideal", "lens", "skin", "skin and lens"])]
 fn observe(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };
@@ -95,8 +100,8 @@ fn assemble(bencher: Bencher<'_, '_>, what: &str) {
     bencher.counter(camera_frames()).bench(|| black_box(stage.set()));
 }
 
-/// A set drawn straight to disk, frame by frame, with hashes, journal and synchronisation: what `skiagraph render` does
-/// after staging.
+/// A set rendered to disk frame by frame, with hashes, journal and synchronisation, as by `skiagraph render` after
+/// preparing the scene.
 #[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 10)]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };

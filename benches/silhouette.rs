@@ -1,5 +1,5 @@
-//! From a pose to its energy terms: kinematics, silhouette and comparison with an observed mask, in particle-views a
-//! second on one thread. `cargo bench --bench silhouette`
+//! Energy terms of a pose: kinematics, silhouette and comparison with an observed mask, in particle-views per second on
+//! one thread. `cargo bench --bench silhouette`
 //!
 //! tracker25 (18 tapered capsules), 256 poses jittered around the standing pose, four cameras on a ring of 4.5 m, the
 //! figure 265 pixels tall at 640x480.
@@ -34,7 +34,7 @@ fn rig(image_size: [u32; 2]) -> CameraRig {
         image_size,
         near: 0.05,
     })
-    .expect("a sound ring")
+    .expect("a valid ring")
 }
 
 struct Workload {
@@ -84,7 +84,7 @@ fn bench(bencher: Bencher<'_, '_>, image_size: [u32; 2], contour_tau: Option<f64
         .bench_local(|| workload.run(&mut frames, &mut capsules, &mut scratch));
 }
 
-/// Exact two-sided overlap.
+/// Exact bidirectional overlap.
 #[divan::bench(args = SIZES)]
 fn overlap(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     bench(bencher, image_size, None);
@@ -96,7 +96,7 @@ fn overlap_and_contour(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     bench(bencher, image_size, Some(f64::from(image_size[1]) / 24.0));
 }
 
-/// The cost of a frame before its first particle: the comparer of one view with its distance map.
+/// Preparation of a frame: the comparer of one view with its distance map.
 #[divan::bench(args = SIZES)]
 fn prepare_one_view(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     let workload = Workload::new(image_size, None);
@@ -109,7 +109,7 @@ fn prepare_one_view(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     bencher.bench_local(|| SilhouetteComparer::new(&camera.pinhole, &observed, Some(f64::from(image_size[1]) / 24.0)));
 }
 
-/// Kinematics alone, for comparison.
+/// Kinematics only, for comparison.
 #[divan::bench]
 fn kinematics(bencher: Bencher<'_, '_>) {
     let workload = Workload::new(SIZES[1], None);

@@ -1,6 +1,6 @@
-//! Deforming and drawing skins: `cargo bench --bench skin`. One thread; unit of energies: one particle x one view.
+//! Deforming and rendering skins: `cargo bench --bench skin`. One thread; energies are per particle and view.
 //!
-//! Beside the skins that ship, one of 7,000 triangles, which is `person` with its longest edges halved.
+//! Besides the shipped skins, one of 7,000 triangles is used: `person` with its longest edges split.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,13 +22,13 @@ const SKINS: [&str; 3] = ["person_coarse", "person", "person_7000"];
 fn body(skin: &str) -> Humanoid {
     let robot = if skin == "person_coarse" { "tracker25" } else { "actor" };
     let mesh = match skin {
-        "person_7000" => refined(shipped_skin("person").expect("ships"), 7000),
-        name => shipped_skin(name).expect("ships"),
+        "person_7000" => refined(shipped_skin("person").expect("is shipped"), 7000),
+        name => shipped_skin(name).expect("is shipped"),
     };
-    with_skin(&shipped(robot).expect("ships"), &mesh).expect("fits")
+    with_skin(&shipped(robot).expect("is shipped"), &mesh).expect("fits the body")
 }
 
-/// The same surface of so many triangles: the longest edges are halved in turns.
+/// The same surface with at least this many triangles, by repeatedly splitting the longest edges.
 fn refined(mut mesh: SkinMesh, triangles: usize) -> SkinMesh {
     while mesh.triangles.len() < triangles {
         let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
@@ -36,16 +36,16 @@ fn refined(mut mesh: SkinMesh, triangles: usize) -> SkinMesh {
         let length = |e: &[u32; 2]| (mesh.vertices[e[0] as usize] - mesh.vertices[e[1] as usize]).norm();
         let mut edges: Vec<[u32; 2]> = edges.into_iter().collect();
         edges.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        // a fifth of what is missing, so that no halved edge stays among the longest
+        // a fifth of the missing triangles, so that no split edge stays among the longest
         let wanted = ((triangles - mesh.triangles.len()) / 5).max(1);
         for edge in edges.into_iter().take(wanted) {
-            halve(&mut mesh, edge);
+            split_edge(&mut mesh, edge);
         }
     }
     mesh
 }
 
-fn halve(mesh: &mut SkinMesh, [a, b]: [u32; 2]) {
+fn split_edge(mesh: &mut SkinMesh, [a, b]: [u32; 2]) {
     let middle = mesh.vertices.len() as u32;
     mesh.vertices.push(nalgebra::center(&mesh.vertices[a as usize], &mesh.vertices[b as usize]));
     for shares in mesh.weights.iter_mut().flat_map(BTreeMap::values_mut) {
@@ -112,8 +112,8 @@ fn energy_640x480(bencher: Bencher<'_, '_>, skin: &str) {
     let frames = body.link_frames(&pose);
     let silhouettes = rig.cameras.iter().map(|camera| SilhouettePainter::new(camera).silhouette(&body, &frames));
     let seen = Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None };
-    let mut likelihood = SilhouetteLikelihood::new(body, &rig, SilhouetteSettings::default()).expect("sound");
-    likelihood.prepare(&seen).expect("fits");
+    let mut likelihood = SilhouetteLikelihood::new(body, &rig, SilhouetteSettings::default()).expect("valid settings");
+    likelihood.prepare(&seen).expect("fits the body");
     let mut scratch = likelihood.scratch();
     bencher.counter(ItemsCount::new(rig.cameras.len())).bench_local(|| likelihood.energy(&pose, &mut scratch));
 }

@@ -4,7 +4,7 @@
 //! cargo run --release --example make_a_set -- sets/walk
 //! ```
 //!
-//! Without a folder the set is only made in memory. The program prints what the set contains.
+//! Without a folder the set is only made in memory. The program prints a summary of the set.
 
 use std::error::Error;
 use std::path::Path;
@@ -36,12 +36,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     notes.iter().for_each(|note| println!("note: {note}"));
     println!("{} frames of {} cameras", set.blind.frame_count, set.blind.rig.cameras.len());
 
-    // what a tracker is given: silhouettes, one mask per camera
+    // input of a tracker: silhouettes, one mask per camera
     let first = set.blind.observation(0)?;
     for (camera, mask) in set.blind.rig.cameras.iter().zip(&first.silhouettes) {
         println!("{}: {} pixels of the body in frame 0", camera.name, mask.count());
     }
-    // what only the evaluation is given
+    // input of the evaluation only
     let truth = &set.truth.ground_truth.frames[0];
     println!("the root is at {:.3?} m", truth.pose.world_from_root.translation.vector.as_slice());
     Ok(())

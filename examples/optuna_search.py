@@ -1,4 +1,4 @@
-"""Lets Optuna choose the tracker's settings. Needs: pip install optuna; skiagraph on the PATH.
+"""Tunes the tracker's settings with Optuna. Requires `pip install optuna`, and skiagraph on the PATH.
 
     python3 examples/optuna_search.py scenarios/walk.toml
 """

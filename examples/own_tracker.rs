@@ -4,8 +4,8 @@
 //! cargo run --release --example own_tracker
 //! ```
 //!
-//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers
-//! the energy of the silhouettes. Anything that implements [`Tracker`] can replace it.
+//! The tracker is a simple coordinate search: it changes one coordinate of the pose at a time, and keeps changes that
+//! reduce the energy of the silhouettes. Any implementation of [`Tracker`] can replace it.
 
 use std::error::Error;
 
@@ -14,7 +14,7 @@ use skiagraph::observation::Observation;
 use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 use skiagraph::{ScenarioFile, measure, render, track};
 
-/// Sizes of the steps, metres and radians, tried one after another.
+/// Step sizes, metres and radians, in order of use.
 const STEPS: [f64; 3] = [0.06, 0.02, 0.007];
 
 /// Searches along every coordinate of the pose.

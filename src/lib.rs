@@ -155,7 +155,17 @@ pub mod artefacts;
 #[doc(hidden)]
 pub mod cli;
 #[doc(hidden)]
+pub mod common;
+#[doc(hidden)]
 pub mod experiment;
+#[doc(hidden)]
+pub mod external;
+#[doc(hidden)]
+pub mod inspect;
+#[doc(hidden)]
+pub mod measure;
+#[doc(hidden)]
+pub mod prepare;
 #[doc(hidden)]
 pub mod report;
 #[doc(hidden)]
@@ -171,12 +181,16 @@ pub mod test_cameras;
 #[cfg(test)]
 #[path = "../crates/test_support/figure.rs"]
 pub mod test_figure;
+#[doc(hidden)]
+pub mod train;
 
 #[doc(inline)]
 pub use artefacts::Destination;
 #[doc(inline)]
-pub use experiment::{ExperimentError, Tracked};
+pub use common::ExperimentError;
 pub use interface::{Measured, RunSide, TrackerSource, compare, measure, render, track};
+#[doc(inline)]
+pub use measure::Tracked;
 #[doc(inline)]
 pub use scenario::{ScenarioError, ScenarioFile, TrackerSettings};
 

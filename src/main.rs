@@ -11,22 +11,22 @@ fn main() -> ExitCode {
         let payload = panic.payload();
         let message = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
         let message = message.unwrap_or("no message");
-        say(&format!(
-            "skiagraph {}: a bug of ours{place}: {message}\n\
-             Please report it, with the command and the scenario that led here.",
+        print_error(&format!(
+            "skiagraph {}: internal error{place}: {message}\n\
+             This is a bug: please report it with the command and the scenario that caused it.",
             env!("CARGO_PKG_VERSION"),
         ));
     }));
     match cli::run_command() {
         Ok(code) => code,
         Err(error) => {
-            say(&format!("error: {error}"));
+            print_error(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
 }
 
-/// Tells the user; if nobody listens, there is nothing else to do.
-fn say(message: &str) {
+/// Prints to standard error; a failure to write could not be reported anywhere.
+fn print_error(message: &str) {
     writeln!(std::io::stderr(), "{message}").ok();
 }

@@ -1,10 +1,10 @@
-"""F1 and time of OpenCV's MOG2 and KNN on the images that `cargo run --release --example studies -- background` wrote.
+"""F1 and time of OpenCV's MOG2 and KNN on images written by `cargo run --release --example studies -- background`.
 
     pip install opencv-python-headless
     python background_opencv.py FOLDER
 
-FOLDER/camNN/{background,frames,exact}/*.png. Both learn the background images in order with their own rate, then
-classify with learning off. Shadows that they find count as background. Prints JSON: for each method the F1 over all
+FOLDER contains camNN/{background,frames,exact}/*.png. Both methods learn the background images in order at their own
+rate, then classify without learning. Detected shadows count as background. Prints JSON: for each method the F1 over all
 pixels, raw and after an opening with 3 x 3 and a closing with 5 x 5, and the mean time of a classification in ms.
 """
 

@@ -1,11 +1,11 @@
-"""The loss of crates/track/src/motion_model/gpdm/objective.rs with its gradient, and predictions, in NumPy and SciPy: what they are timed against.
+"""The loss of crates/track/src/motion_model/gpdm/objective.rs with its gradient, and predictions, in NumPy and SciPy, for comparison of times.
 
-The workload is that of benches/gpdm.rs, number by number. Run with one thread:
+The workload is identical to that of benches/gpdm.rs. Run with one thread:
 
     OPENBLAS_NUM_THREADS=1 python benches/reference/gpdm_numpy.py
 
-It checks its gradient against central differences, prints loss and gradient norm (to be held against the other program's) and
-the fastest of many samples.
+Checks the gradient against central differences; prints loss and gradient norm (to compare with the Rust program) and the
+fastest of many samples.
 """
 
 import argparse
@@ -19,7 +19,7 @@ SCALE_PRIOR_VARIANCE = 1e6
 
 
 def motion(frames):
-    """A motion of slowly drifting cycles of 65 frames, as of a walk at 60 Hz."""
+    """A motion of slowly drifting cycles of 65 frames, like a walk at 60 Hz."""
     i, j = np.arange(frames)[:, None], np.arange(DIMENSIONS)[None, :]
     phase = i * 2 * np.pi / 65
     drift = 1 + 0.2 * np.sin(i * 0.013 + j)
@@ -35,7 +35,7 @@ def start(frames):
 
 
 def squared_distances(a, b):
-    """Of all pairs of rows, by the expansion of the square: one product of matrices."""
+    """Squared distances of all pairs of rows, by expanding the square: a single matrix product."""
     squared = (a * a).sum(1)[:, None] + (b * b).sum(1)[None, :] - 2 * a @ b.T
     return np.maximum(squared, 0, out=squared)
 
@@ -52,7 +52,7 @@ def inverse(covariance):
 
 
 def radial_gradient(weights, width, x):
-    """By the inputs and by the logarithm of the width, of a loss whose derivative by the kernel, times the kernel, is given."""
+    """Gradient by the inputs and by the log width, given the derivative of the loss by the kernel, times the kernel."""
     gradient = -2 * width * (weights.sum(1)[:, None] * x - weights @ x)
     return gradient, 0.5 * (x * gradient).sum()
 
@@ -96,7 +96,7 @@ def value_and_gradient(theta, scaled, scales):
 
 
 class Model:
-    """What makes prediction fast, worked out beforehand."""
+    """Precomputed quantities for fast prediction."""
 
     def __init__(self, latents, observations, width, precision):
         self.latents, self.width, self.mean = latents, width, observations.mean(0)
@@ -106,14 +106,14 @@ class Model:
         self.weights = np.linalg.solve(covariance, observations - self.mean)
 
     def moments(self, points):
-        """Means (one row a point) and variances of a dimension of unit scale."""
+        """Means (one row per point) and variances of a dimension of unit scale."""
         cross = np.exp(-0.5 * self.width * squared_distances(self.latents, points))
         white = solve_triangular(self.factor, cross, lower=True, check_finite=False)
         return self.mean + cross.T @ self.weights, np.maximum(1 - np.einsum("ij,ij->j", white, white), 0)
 
 
 def check(frames=20, step=1e-5):
-    """Greatest relative error of the gradient against fourth-order central differences."""
+    """Maximum relative error of the gradient against fourth-order central differences."""
     theta, scaled, scales = start(frames), motion(frames), np.ones(DIMENSIONS)
     gradient = value_and_gradient(theta, scaled, scales)[1]
     worst = 0.0

@@ -1,4 +1,4 @@
-//! Poses for benches of silhouettes and plausibility: jittered around the standing pose.
+//! Poses for the silhouette and plausibility benchmarks: jittered around the standing pose.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;

@@ -1,4 +1,4 @@
-//! What benches of tracking look at: a person who stands amid four cameras and fills half the image's height.
+//! Scene of the tracking benchmarks: a person standing amid four cameras, filling half the image's height.
 
 use nalgebra::Point3;
 use skiagraph::body::{Humanoid, Pose, draw_silhouette};
@@ -38,7 +38,7 @@ pub(crate) fn ring(image_size: [u32; 2]) -> CameraRig {
         image_size,
         near: 0.05,
     };
-    CameraRig::ring(&ring).expect("a sound ring")
+    CameraRig::ring(&ring).expect("a valid ring")
 }
 
 pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
@@ -50,7 +50,7 @@ pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
     Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
 }
 
-/// A filter that has started on the standing person.
+/// A filter started at the standing pose.
 pub(crate) fn filter<L: Likelihood>(body: &Humanoid, likelihood: L) -> AnnealedParticleFilter<Diffusion, L> {
     filter_of(SETTINGS.particles, body, likelihood)
 }
@@ -63,8 +63,8 @@ pub(crate) fn filter_of<L: Likelihood>(
 ) -> AnnealedParticleFilter<Diffusion, L> {
     let settings = FilterSettings { particles, ..SETTINGS };
     let scales = ProposalScales::for_human(body, 60.0);
-    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
-    let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1).expect("sound settings");
+    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("valid scales");
+    let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1).expect("valid settings");
     filter.start(&standing(body));
     filter
 }

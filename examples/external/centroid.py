@@ -10,7 +10,7 @@ import numpy as np
 
 
 def centre_of(view, camera):
-    """The centre of a silhouette, pixels; None if the body is not seen."""
+    """The centre of a silhouette, pixels; None if it is empty."""
     lengths = np.array(view["rle"])
     mask = np.repeat(np.arange(len(lengths)) % 2 == 1, lengths).reshape(camera["height"], camera["width"])
     rows, columns = np.nonzero(mask)
@@ -33,24 +33,24 @@ def triangulate(views, cameras):
     return point[:3] / point[3]
 
 
-def answer(message):
-    print(json.dumps(message), flush=True)
+def answer(reply):
+    print(json.dumps(reply), flush=True)
 
 
 cameras, markers, first = {}, {}, None
 for line in sys.stdin:
-    told = json.loads(line)
-    if told["type"] == "hello":
-        cameras = {camera["name"]: camera for camera in told["cameras"]}
-        markers = {name: np.array(place) for name, place in told["start"]["markers"].items() if place}
+    message = json.loads(line)
+    if message["type"] == "hello":
+        cameras = {camera["name"]: camera for camera in message["cameras"]}
+        markers = {name: np.array(place) for name, place in message["start"]["markers"].items() if place}
         answer({"type": "ready", "name": "centroid", "version": "1"})
-    elif told["type"] == "frame":
-        centre = triangulate(told["views"], cameras)
+    elif message["type"] == "frame":
+        centre = triangulate(message["views"], cameras)
         if centre is None:
-            answer({"type": "lost", "frame": told["frame"]})
+            answer({"type": "lost", "frame": message["frame"]})
             continue
         first = centre if first is None else first
         moved = {name: (place + centre - first).tolist() for name, place in markers.items()}
-        answer({"type": "pose", "frame": told["frame"], "markers": moved})
-    elif told["type"] == "end":
+        answer({"type": "pose", "frame": message["frame"], "markers": moved})
+    elif message["type"] == "end":
         break

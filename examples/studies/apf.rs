@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{NoProgress, RunRecord, run};
+use skiagraph::experiment::run;
+use skiagraph::measure::RunRecord;
 use skiagraph::report::plots::{Bar, BarGroup, BarPlot, Colour};
 use skiagraph::scenario::ScenarioFile;
 
@@ -128,7 +130,7 @@ fn plot(results: &Results) -> BarPlot {
     }
 }
 
-/// Range of the mean errors with these bodies, in words.
+/// Text with the range of the mean errors with these bodies.
 fn range(results: &Results, bodies: &str) -> String {
     let errors: Vec<f64> = results.values().filter_map(|of| of.get(bodies)).map(|a| a.humaneva_mm.mean).collect();
     let (low, high) = (errors.iter().copied().reduce(f64::min), errors.iter().copied().reduce(f64::max));

@@ -1,19 +1,19 @@
-//! Segmentation of the scene's images, compared with OpenCV on the same images: regenerates `results/background.md`.
+//! Background subtraction on simulated images, compared with OpenCV: regenerates `results/background.md`.
 //!
-//! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has
-//! opencv-python-headless. The images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are
-//! seeds 11 to 13.
+//! `cargo run --release --example studies -- background`; `SKIAGRAPH_TEST_PYTHON` must be a Python with
+//! opencv-python-headless. The images are written to `runs/background/`. Settings were tuned on seed 1; seeds 11 to 13
+//! are reported.
 
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
 use skiagraph::benchmark_set::silhouette_to_png;
-use skiagraph::experiment::PreparedScene;
 use skiagraph::observation::{
     BackgroundMixture, BackgroundSettings, Cleaning, Image, ImageSettings, Observer, OnlineBackground, OnlineSettings,
     Risk, SceneCamera, Segmenter,
 };
+use skiagraph::prepare::PreparedScene;
 use skiagraph::raster::{Mask, overlap};
 use skiagraph::scenario::ScenarioFile;
 
@@ -23,7 +23,7 @@ const STRIDE: usize = 15;
 /// Contrasts of clothing with the background, grey values.
 const CONTRASTS: [f64; 3] = [30.0, 60.0, 100.0];
 
-/// True positives, false positives and false negatives, in pixels; and seconds.
+/// True positives, false positives and false negatives in pixels, and seconds.
 #[derive(Clone, Copy, Default)]
 struct Count {
     both: u64,
@@ -52,30 +52,30 @@ impl Count {
     }
 }
 
-const OURS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "online, cleaned"];
+const METHODS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "online, cleaned"];
 
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or("python3".to_owned());
-    let staged = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
-    let (mut tables, mut ours_f1, mut theirs_f1) = (String::new(), Vec::new(), Vec::new());
+    let prepared = PreparedScene::new(&ScenarioFile::built_in(&[])?, None)?;
+    let (mut tables, mut library_f1, mut opencv_f1) = (String::new(), Vec::new(), Vec::new());
     for contrast in CONTRASTS {
         tables += &format!(
             "## Clothing {contrast} grey values from the background\n\n| method | F1 | ms per image |\n|---|---|---|\n"
         );
         let folder = root.join(format!("runs/background/{contrast}"));
         if folder.exists() {
-            // the script reads all files there, including those left by another choice of frames
+            // the script reads all files in the folder, including old ones
             std::fs::remove_dir_all(&folder)?;
         }
-        let ours = ours(&staged, contrast, &folder)?;
-        for (name, count) in OURS.iter().zip(&ours) {
+        let counts = count_by_library(&prepared, contrast, &folder)?;
+        for (name, count) in METHODS.iter().zip(&counts) {
             tables += &format!("| {name} | {:.4} | {:.2} |\n", count.f1(), count.ms());
         }
         let (rows, best) = opencv(&python, root, &folder)?;
         tables += &format!("{rows}\n");
-        ours_f1.push(ours[1].f1());
-        theirs_f1.push(best);
+        library_f1.push(counts[1].f1());
+        opencv_f1.push(best);
     }
     let list = |f1: &[f64]| f1.iter().map(|f1| format!("{f1:.3}")).collect::<Vec<_>>().join(", ");
     let page = format!(
@@ -93,25 +93,25 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
          of one thread on a busy machine: compare them only with each other.\n\n\
          Made by `SKIAGRAPH_TEST_PYTHON=PYTHON cargo run --release --example studies -- background`, with opencv-python-headless in \
          PYTHON.\n",
-        list(&ours_f1),
+        list(&library_f1),
         CONTRASTS.map(|contrast| contrast.to_string()).join(", "),
-        list(&theirs_f1),
+        list(&opencv_f1),
     );
     std::fs::write(root.join("results/background.md"), page)?;
     Ok(())
 }
 
 /// Writes the images for OpenCV and segments them.
-fn ours(staged: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
+fn count_by_library(prepared: &PreparedScene, contrast: f64, folder: &Path) -> Result<[Count; 4], Box<dyn Error>> {
     let mut counts = [Count::default(); 4];
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observer::new(&prepared.ground_truth, &prepared.rig);
     for seed in SEEDS {
         let settings = ImageSettings { clothing_contrast: contrast, ..ImageSettings::default() };
-        let scene = SceneCamera::new(&staged.ground_truth, staged.rig.rig(), &settings, seed);
-        let numbers: Vec<usize> = (0..staged.frames()).step_by(STRIDE).collect();
+        let scene = SceneCamera::new(&prepared.ground_truth, prepared.rig.rig(), &settings, seed);
+        let numbers: Vec<usize> = (0..prepared.frames()).step_by(STRIDE).collect();
         let frames: Vec<(Vec<Image>, Vec<Mask>)> =
             numbers.iter().map(|frame| (scene.images(*frame), observer.observe(*frame).silhouettes)).collect();
-        for camera in 0..staged.rig.cameras() {
+        for camera in 0..prepared.rig.cameras() {
             let place = folder.join(format!("cam{seed}{camera:02}"));
             let period = |period| (0..20).map(|number| scene.background(camera, period, number)).collect();
             let periods: Vec<Vec<Image>> = (0..scene.periods()).map(period).collect();

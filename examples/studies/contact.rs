@@ -1,8 +1,8 @@
-//! Contact of real walks at 120, 60 and 30 Hz: prints the tables of `results/contact.md` and fails if a walk misses its
-//! limits.
+//! Ground contact of real walks at 120, 60 and 30 Hz: prints the tables of `results/contact.md`, and fails if a walk
+//! exceeds its limits.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- contact`, where DIR holds CMU's 49_01, 16_15, 16_17,
-//! 16_22, 02_01, 35_02, 35_08 and 35_34, eight other takes that are hardly walks, and their skeletons. Takes some
+//! 16_22, 02_01, 35_02, 35_08 and 35_34, eight other takes that are not regular walks, and their skeletons. Takes some
 //! minutes. Without DIR nothing is run.
 
 #[path = "../../tests/support/walks.rs"]

@@ -1,4 +1,4 @@
-//! How trackers degrade along every axis of corruption: regenerates `results/degradation.md`, its plots and `.json`.
+//! Tracking error along every corruption axis: regenerates `results/degradation.md`, its plots and `.json`.
 //!
 //! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed
 //! draws both the corruption and the tracker's numbers. Outcomes are kept in `runs/degradation/outcomes.jsonl`, so that
@@ -14,15 +14,19 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use skiagraph::camera::{Camera, Distortion};
-use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, draw, track};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Measures;
 use skiagraph::observation::{AXES, CorruptionAxis};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 /// Name, and override of the tracker's table: the algorithm as printed, and the default.
 const TRACKERS: [(&str, &str); 2] = [("paper", "tracker.annealed_particle_filter.paper=true"), ("default", "")];
 /// Seconds of the default walk at 60 Hz.
 const SECONDS: &str = "1.5";
-/// The lens that is ignored along the axis `lens_ignored`.
+/// The lens distortion for the axis `lens_ignored`.
 const LENS: Distortion = Distortion { k1: -0.2, k2: 0.05, p1: 0.0, p2: 0.0, k3: 0.0 };
 
 /// The outcome of one tracker on one set.
@@ -44,7 +48,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let text = if ledger.is_file() { std::fs::read_to_string(&ledger)? } else { String::new() };
     let mut known: Known =
         text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, serde_json::Error>>()?;
-    // seed by seed, so that an interrupted study has all axes with fewer seeds
+    // by seed, so that an interrupted study covers all axes with fewer seeds
     for seed in 0..seeds {
         for axis in AXES.iter().filter(|axis| wanted.is_empty() || wanted.split(',').any(|w| w == axis.name)) {
             for level in [0.0].iter().chain(&axis.levels) {
@@ -57,7 +61,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 }
 
 fn key(axis: &CorruptionAxis, level: f64, tracker: &str, seed: u64) -> String {
-    // without corruption all axes are the same, except that of the lens
+    // without corruption all axes are equal, except that of the lens
     let name = if level == 0.0 && axis.name != "lens_ignored" { "exact" } else { axis.name };
     format!("{name}|{level}|{tracker}|{seed}|{SECONDS} s")
 }
@@ -106,8 +110,8 @@ fn scenario(axis: &CorruptionAxis, level: f64, seed: u64, tracker: &str) -> Resu
     if axis.name != "lens_ignored" {
         return Ok(ScenarioFile::built_in(&overrides)?);
     }
-    let staged = PreparedScene::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
-    let cameras: String = staged.rig.rig().cameras.iter().map(with_lens).collect();
+    let prepared = PreparedScene::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
+    let cameras: String = prepared.rig.rig().cameras.iter().map(with_lens).collect();
     let walk = skiagraph::scenario::DEFAULT_SCENARIO;
     let (before, ring) = walk.split_once("[rig.ring]").ok_or("a ring")?;
     let (_, after) = ring.split_once("[tracker").ok_or("a tracker")?;

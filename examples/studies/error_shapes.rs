@@ -1,9 +1,9 @@
-//! How the errors of runs may be distributed: shared by the studies of intervals and of the gate.
+//! Distributions of the errors of runs, shared by the studies of intervals and of the gate.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
-/// Mean, and median where it is not the mean, of what is not lost, mm.
+/// Mean, or median of log-normal distributions, of the errors of tracked bodies, mm.
 const CENTRE: f64 = 40.0;
 
 /// A distribution of errors with a known mean, mm.
@@ -15,7 +15,7 @@ pub(crate) enum ErrorShape {
     LogNormal(f64),
     /// Mean 40.
     Exponential,
-    /// Log-normal about 40 with 0.1; this share about 300 with 0.3: the body is lost.
+    /// Log-normal about 40 with 0.1; this share about 300 with 0.3, for lost bodies.
     Lost(f64),
 }
 

@@ -22,21 +22,22 @@ pub(crate) struct Study {
     pub(crate) real: Option<real::Real>,
 }
 
-/// Both parts.
+/// Runs both parts.
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let json = folder.join("gate.json");
     let wanted = std::env::var("SKIAGRAPH_GATE").unwrap_or_default();
-    let is_left = |part: &str| !wanted.is_empty() && wanted != part;
-    let old: Option<Study> = match is_left("simulated") || is_left("real") {
-        true => Some(serde_json::from_slice(&std::fs::read(&json)?)?),
-        false => None,
+    let is_skipped = |part: &str| !wanted.is_empty() && wanted != part;
+    let old: Option<Study> = if is_skipped("simulated") || is_skipped("real") {
+        Some(serde_json::from_slice(&std::fs::read(&json)?)?)
+    } else {
+        None
     };
     let (old_simulated, old_shapes, old_real) =
         old.map_or((None, None, None), |old| (Some(old.simulated), old.shapes, old.real));
-    let simulated = old_simulated.filter(|_| is_left("simulated")).unwrap_or_else(simulated::run);
-    let shapes = if is_left("simulated") { old_shapes } else { Some(shapes::run()) };
-    let real = if is_left("real") { old_real } else { Some(real::run()?) };
+    let simulated = old_simulated.filter(|_| is_skipped("simulated")).unwrap_or_else(simulated::run);
+    let shapes = if is_skipped("simulated") { old_shapes } else { Some(shapes::run()) };
+    let real = if is_skipped("real") { old_real } else { Some(real::run()?) };
     let study = Study { simulated, shapes, real };
     std::fs::write(&json, serde_json::to_string_pretty(&study)? + "\n")?;
     std::fs::write(folder.join("gate.md"), page::render(&study))?;

@@ -1,4 +1,4 @@
-//! How often an honest run gets a hint that it was misread, and a misread one does not: regenerates `results/hints.md`.
+//! False alarms and misses of the hint that a run was misread: regenerates `results/hints.md`.
 //!
 //! `cargo run --release --example studies -- hints`. Twenty seeds of five settings with few particles, one of them with
 //! a single camera, in small images; a minute or two on two cores. Every seed is a separate run.
@@ -10,11 +10,14 @@ use std::path::Path;
 use nalgebra::Point3;
 use skiagraph::body::Markers;
 use skiagraph::camera::Camera;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{
     AxisOrder, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading, with_sides_exchanged,
 };
-use skiagraph::experiment::{Measures, Models, NoProgress, Tracked, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::{Measures, Tracked};
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 const SEEDS: u64 = 20;
 
@@ -63,32 +66,32 @@ fn shifted(markers: &[Markers], by: i64) -> Vec<Markers> {
 #[derive(Default)]
 struct Count {
     errors: Vec<f64>,
-    /// The hints of honest runs.
-    told: Vec<String>,
-    /// For each deliberate misreading, in how many runs the hint named it and nothing else.
-    right: [usize; PLANTS.len()],
+    /// Hints given for honest runs.
+    hints: Vec<String>,
+    /// For each deliberate misreading, the number of runs whose hint names it and nothing else.
+    detected: [usize; PLANTS.len()],
 }
 
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let mut table = "| runs | HumanEva error, mm | false alarms |".to_owned();
     PLANTS.iter().for_each(|(name, ..)| write!(table, " {name}: detected |").unwrap_or_default());
     write!(table, "\n|---|---|---|{}\n", "---|".repeat(PLANTS.len()))?;
-    let (mut alarms, mut runs, mut told) = (Vec::new(), 0, [0; PLANTS.len()]);
+    let (mut alarms, mut runs, mut detected) = (Vec::new(), 0, [0; PLANTS.len()]);
     for (name, overrides) in SETTINGS {
         let count = of_setting(overrides)?;
         let [low, high] =
             [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| count.errors.iter().copied().reduce(pick));
         let (low, high) = (low.unwrap_or(f64::NAN), high.unwrap_or(f64::NAN));
-        let right: Vec<String> = count.right.iter().map(|right| format!(" {right} of {SEEDS} |")).collect();
-        let row = format!("| {name} | {low:.0} to {high:.0} | {} of {SEEDS} |{}", count.told.len(), right.concat());
+        let cells: Vec<String> = count.detected.iter().map(|count| format!(" {count} of {SEEDS} |")).collect();
+        let row = format!("| {name} | {low:.0} to {high:.0} | {} of {SEEDS} |{}", count.hints.len(), cells.concat());
         eprintln!("{row}");
         writeln!(table, "{row}")?;
         runs += count.errors.len();
-        told.iter_mut().zip(count.right).for_each(|(sum, right)| *sum += right);
-        alarms.extend(count.told.into_iter().map(|told| format!("- {name}: {told}\n\n")));
+        detected.iter_mut().zip(count.detected).for_each(|(sum, count)| *sum += count);
+        alarms.extend(count.hints.into_iter().map(|hint| format!("- {name}: {hint}\n\n")));
     }
     let planted: Vec<String> =
-        PLANTS.iter().zip(told).map(|((name, ..), told)| format!("{name} in {told} of {runs}")).collect();
+        PLANTS.iter().zip(detected).map(|((name, ..), count)| format!("{name} in {count} of {runs}")).collect();
     let page = format!(
         "# Hints that a run may have been misread\n\n\
          {} of {runs} honest runs get a hint (a false alarm). Deliberate misreadings get exactly the right hint: {}. The larger the \
@@ -127,16 +130,16 @@ fn of_setting(overrides: &[&str]) -> Result<Count, Box<dyn Error>> {
         let measures = Measures::new(&set, &one, &NoProgress)?;
         count.errors.push(measures.seeds[0].evaluation.metrics["humaneva_mm"].mean);
         let honest = &one.estimates.sequences[0].markers;
-        count.told.extend(found(&truth, honest, &cameras).map(|found| format!("{:?}", found.correction.kinds())));
-        for (right, (_, plant, kind)) in count.right.iter_mut().zip(PLANTS) {
+        count.hints.extend(found(&truth, honest, &cameras).map(|found| format!("{:?}", found.correction.kinds())));
+        for (detected, (_, plant, kind)) in count.detected.iter_mut().zip(PLANTS) {
             let found = found(&truth, &plant(honest), &cameras);
-            *right += usize::from(found.is_some_and(|found| found.correction.kinds() == [kind]));
+            *detected += usize::from(found.is_some_and(|found| found.correction.kinds() == [kind]));
         }
     }
     Ok(count)
 }
 
-/// The hint about markers, as if they had been read from a file.
+/// The hint for markers, as if they had been read from a file.
 fn found(truth: &[Markers], markers: &[Markers], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
     let swapped: Vec<Markers> = markers.iter().map(with_sides_exchanged).collect();
     let given = vec![GivenPositions { markers, swapped: &swapped, roots: None }];

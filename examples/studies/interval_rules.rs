@@ -1,4 +1,4 @@
-//! Rules for a 95 % interval of the mean of a sample that are compared with the one in use.
+//! Rules for the 95 % interval of a sample mean, compared with the one in use.
 
 use rand::{Rng, RngExt};
 use skiagraph::evaluation::{Interval, mean, quantile};
@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 1000;
 
-/// A rule; `None` if it has no interval.
+/// A rule; `None` if it gives no interval.
 pub(crate) type IntervalOfMean = fn(&[f64]) -> Option<Interval>;
 
 /// Size, mean, standard error, and the 97.5 % quantile of Student's t.
@@ -39,7 +39,7 @@ pub(crate) fn student(values: &[f64]) -> Option<Interval> {
     Some(Interval { low: centre - t * error, high: centre + t * error })
 }
 
-/// Student's t, moved by the skewness of the sample (`[Johnson 1978]`).
+/// Student's t, shifted by the skewness of the sample (`[Johnson 1978]`).
 pub(crate) fn johnson(values: &[f64]) -> Option<Interval> {
     let SampleSize { n, centre, error, t } = SampleSize::new(values)?;
     let cubes: f64 = values.iter().map(|x| (x - centre).powi(3)).sum();

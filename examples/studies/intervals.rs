@@ -1,7 +1,7 @@
-//! Coverage of intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
+//! Coverage of the intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
-//! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than
-//! [`TRIALS`]. Every trial draws the errors of `n` seeds from a distribution whose mean is known, and computes 95 %
+//! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` sets the number of trials (default
+//! [`TRIALS`]). Every trial draws the errors of `n` seeds from a distribution whose mean is known, and computes 95 %
 //! intervals by the rule in use (`evaluation::mean_interval`) and by those of `interval_rules.rs`.
 
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ struct Row {
     distribution: String,
     seeds: usize,
     now: Coverage,
-    /// Student's t, whatever the errors.
+    /// Student's t for any distribution.
     student: Coverage,
     /// The modified Cox interval, and the bootstrap.
     cox: Coverage,

@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{MethodRecord, NoProgress, compare};
+use skiagraph::experiment::{MethodRecord, compare};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";
@@ -36,13 +37,13 @@ const COLUMNS: [(&str, &str, usize); 7] = [
 ];
 const PLAIN: &str = "without";
 
-/// Of one metric of one method.
+/// Results of one metric and method.
 #[derive(Clone, Serialize)]
 struct Value {
     mean: f64,
     ci95: Option<[f64; 2]>,
     per_seed: Vec<Option<f64>>,
-    /// Of the ground truth, if the metric exists for it.
+    /// Value of the ground truth, if the metric exists for it.
     truth: Option<f64>,
 }
 

@@ -1,5 +1,5 @@
-//! How long a long estimate takes to score, and in how much memory; prints only. `SKIAGRAPH_FRAMES` is the number of
-//! frames, a million unless it is set; it takes a minute or two. The numbers are in `results/speed.md`.
+//! Time and memory for scoring a long estimate; prints only. `SKIAGRAPH_FRAMES` is the number of frames (default one
+//! million). Takes a minute or two. The numbers are in `results/speed.md`.
 
 use std::error::Error;
 use std::time::Instant;
@@ -23,20 +23,20 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     };
     let truth: PackedMarkers = (0..frames).map(|frame| moved(frame, 0.0)).collect();
     let estimate: PackedMarkers = (0..frames).map(|frame| moved(frame, 0.02)).collect();
-    let (given, begin) = (peak_mib(), Instant::now());
+    let (given, begin) = (peak_memory_mib(), Instant::now());
     let evaluation = evaluate(&Sequence::from_markers(60.0, &truth, &estimate))?;
     println!(
         "{frames} frames: {} metrics in {:.1} s; markers of truth and estimate {given} MiB, at most {} MiB in all; HumanEva {:.3} mm",
         evaluation.metrics.len(),
         begin.elapsed().as_secs_f64(),
-        peak_mib(),
+        peak_memory_mib(),
         evaluation.metrics["humaneva_mm"].mean
     );
     Ok(())
 }
 
-/// The greatest memory of the process, MiB; 0 if the system does not report it.
-fn peak_mib() -> u64 {
+/// Peak memory of the process, MiB; 0 if the system does not report it.
+fn peak_memory_mib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
     line.split_whitespace().next().and_then(|number| number.parse::<u64>().ok()).unwrap_or(0) / 1024

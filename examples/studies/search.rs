@@ -1,4 +1,4 @@
-//! What descent on outlines, the search for limbs and a calibrated body find: regenerates `results/search.md` and
+//! Effect of descent on outlines, limb search and body calibration: regenerates `results/search.md` and
 //! `results/search.json`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs`
@@ -10,8 +10,8 @@
 //! are printed, and nothing is written. `SKIAGRAPH_TAKES` selects takes, `SKIAGRAPH_BODIES` kinds of bodies,
 //! `SKIAGRAPH_CONDITION` a condition, and `SKIAGRAPH_SIZE` the height of the images. Without DIR nothing is run.
 
+mod condition;
 mod page;
-mod spoiled;
 mod takes;
 mod units;
 
@@ -19,24 +19,24 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use condition::Condition;
 use page::Results;
-use spoiled::Condition;
 use units::{BODIES, Case, Ledger, Method};
 
 /// The algorithm as printed.
 const PAPER: Method = Method { name: "paper", settings: "paper = true", calibrate: false };
 /// The default.
 const REFINED: Method = Method { name: "refined", settings: "", calibrate: false };
-/// The default with a body that the tracker calibrates.
+/// The default with calibration of the tracker's body.
 const CALIBRATED: Method = Method { name: "calibrated", settings: "", calibrate: true };
 /// Frames at 60 Hz of the reported takes, and under stress.
-const MOST_FRAMES: usize = 120;
+const MAX_FRAMES: usize = 120;
 const STRESS_FRAMES: usize = 60;
 /// Takes that are tracked under stress.
 const STRESSED: [&str; 4] = ["49_01", "02_04", "16_36", "35_08"];
 const SIZE_PX: [u32; 2] = [640, 480];
 
-/// What is measured, in order of importance: condition, kind of bodies, method.
+/// All measurements in order of importance: condition, kind of bodies, method.
 fn plan() -> Vec<(Condition, &'static str, Method)> {
     let [matched, mismatch, alike] = BODIES.map(|(name, _)| name);
     let clean = [
@@ -59,8 +59,8 @@ fn plan() -> Vec<(Condition, &'static str, Method)> {
 fn cases(condition: Condition, bodies: &'static str) -> Vec<Case<'static>> {
     let stressed = condition != Condition::Clean;
     let takes = takes::REPORTED.iter().filter(|take| !stressed || STRESSED.contains(&take.name));
-    let most_frames = if stressed { STRESS_FRAMES } else { MOST_FRAMES };
-    takes.map(|take| Case { take, bodies, condition, most_frames, size_px: SIZE_PX }).collect()
+    let max_frames = if stressed { STRESS_FRAMES } else { MAX_FRAMES };
+    takes.map(|take| Case { take, bodies, condition, max_frames, size_px: SIZE_PX }).collect()
 }
 
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
@@ -99,10 +99,11 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 fn tune(settings: &'static str, seeds: u32, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut ledger = Ledger::open(root.join("runs/search/tuning.jsonl"))?;
-    let said = |name: &str| std::env::var(name).unwrap_or_default();
-    let (wanted, condition, kinds) = (said("SKIAGRAPH_TAKES"), said("SKIAGRAPH_CONDITION"), said("SKIAGRAPH_BODIES"));
+    let variable = |name: &str| std::env::var(name).unwrap_or_default();
+    let (wanted, condition, kinds) =
+        (variable("SKIAGRAPH_TAKES"), variable("SKIAGRAPH_CONDITION"), variable("SKIAGRAPH_BODIES"));
     let condition = Condition::STRESS.into_iter().find(|c| c.name() == condition).unwrap_or(Condition::Clean);
-    let height: u32 = said("SKIAGRAPH_SIZE").parse().unwrap_or(240);
+    let height: u32 = variable("SKIAGRAPH_SIZE").parse().unwrap_or(240);
     let is_wanted = |wanted: &str, name: &str| wanted.is_empty() || wanted.split(';').any(|w| w == name);
     let methods = [false, true].map(|calibrate| Method {
         name: if calibrate { "calibrated" } else { "tuned" },
@@ -113,7 +114,7 @@ fn tune(settings: &'static str, seeds: u32, mocap: &Path) -> Result<(), Box<dyn 
     for (bodies, _) in BODIES.iter().filter(|(name, _)| is_wanted(&kinds, name)) {
         for take in takes::TUNING.iter().filter(|take| is_wanted(&wanted, take.name)) {
             let size_px = [height / 3 * 4, height];
-            let case = Case { take, bodies, condition, most_frames: MOST_FRAMES, size_px };
+            let case = Case { take, bodies, condition, max_frames: MAX_FRAMES, size_px };
             let outcomes = case.outcomes(&methods, seeds, mocap, &mut ledger)?;
             for method in &methods {
                 let error = units::mean(&outcomes[method.name].humaneva_mm);

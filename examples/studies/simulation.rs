@@ -1,4 +1,4 @@
-//! How long simulated recordings stay upright, and with how much residual wrench: regenerates `results/simulation.md`
+//! Durations for which simulated recordings stay upright, and residual wrenches: regenerates `results/simulation.md`
 //! and `results/simulation.json`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- simulation`, where DIR holds CMU's clips and their
@@ -47,9 +47,9 @@ const CLIPS: [(&str, &str, bool); 25] = [
 /// Bounds of the residual root wrench, body weights; the last is the greatest that a scenario may allow.
 const BOUNDS: [f64; 4] = [0.0, 0.05, 0.2, 10.0];
 /// Longest part of a recording that is simulated, seconds.
-const LONGEST_S: f64 = 10.0;
+const MAX_DURATION_S: f64 = 10.0;
 
-/// What is simulated.
+/// One simulation.
 #[derive(Clone, Serialize)]
 struct Case {
     kind: &'static str,
@@ -110,11 +110,11 @@ fn cases() -> Vec<Case> {
 }
 
 fn outcomes(mocap: &Path, case: Case) -> Result<Vec<Outcome>, Box<dyn Error>> {
-    let performed = performed(mocap, &case)?;
+    let retargeted = retargeted(mocap, &case)?;
     let mut outcomes = Vec::new();
     for bound in BOUNDS {
         let settings = SimulationSettings { root_wrench: bound, ..SimulationSettings::default() };
-        let found = simulate(&performed.humanoid, &performed.motion, &settings)?;
+        let found = simulate(&retargeted.humanoid, &retargeted.motion, &settings)?;
         let report = &found.report;
         eprintln!("{} ({}), bound {bound}: {report}", case.clip, case.robot);
         outcomes.push(Outcome {
@@ -125,19 +125,19 @@ fn outcomes(mocap: &Path, case: Case) -> Result<Vec<Outcome>, Box<dyn Error>> {
             root_wrench_percent_mean: 100.0 * report.root_wrench_mean,
             root_wrench_percent_most: 100.0 * report.root_wrench_most,
             skate_mm_per_s: report.quality.skate_mm_per_s,
-            joints_off_mm_rms: off_mm(&performed, &found.motion, report.fell_at_frame),
+            joints_off_mm_rms: off_mm(&retargeted, &found.motion, report.fell_at_frame),
         });
     }
     Ok(outcomes)
 }
 
 /// A recording on a robot, as in a scenario: cut or repeated, resampled, then retargeted.
-fn performed(mocap: &Path, case: &Case) -> Result<Retargeted, Box<dyn Error>> {
+fn retargeted(mocap: &Path, case: &Case) -> Result<Retargeted, Box<dyn Error>> {
     let clip = read(&find(mocap, case.clip)?, &ReadOptions::default())?.without_inserted_rest_pose();
     let is_cycle = ["humanoid3d_walk", "humanoid3d_run"].contains(&case.clip);
     let clip = if is_cycle { clip.looped(5.0)? } else { clip };
     let first = (case.from * clip.frames.len() as f64) as usize;
-    let last = clip.frames.len().min(first + (LONGEST_S * clip.frames_per_second) as usize);
+    let last = clip.frames.len().min(first + (MAX_DURATION_S * clip.frames_per_second) as usize);
     let clip = clip.crop(first..last)?.resampled(case.frames_per_second)?;
     Ok(retarget(&clip, &shipped(case.robot)?, &RetargetOptions::default())?)
 }
@@ -155,11 +155,11 @@ fn find(mocap: &Path, clip: &str) -> Result<PathBuf, String> {
 }
 
 /// Root of the mean square distance of joints from the recording before the fall, mm.
-fn off_mm(performed: &Retargeted, simulated: &Motion, fell_at: Option<usize>) -> f64 {
+fn off_mm(retargeted: &Retargeted, simulated: &Motion, fell_at: Option<usize>) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
-    let pairs = performed.motion.poses.iter().zip(&simulated.poses);
+    let pairs = retargeted.motion.poses.iter().zip(&simulated.poses);
     for (a, b) in pairs.take(fell_at.unwrap_or(usize::MAX).max(1)) {
-        let [a, b] = [a, b].map(|pose| performed.humanoid.link_frames(pose));
+        let [a, b] = [a, b].map(|pose| retargeted.humanoid.link_frames(pose));
         for (a, b) in a.0.iter().zip(&b.0) {
             sum += (a.translation.vector - b.translation.vector).norm_squared();
             count += 1;
@@ -168,7 +168,7 @@ fn off_mm(performed: &Retargeted, simulated: &Motion, fell_at: Option<usize>) ->
     1000.0 * (sum / count.max(1) as f64).sqrt()
 }
 
-/// How many of a group stay upright with a bound, and the size of the group.
+/// Number of simulations in a group that stay upright with a bound, and size of the group.
 fn up(outcomes: &[Outcome], is_in: fn(&Case) -> bool, bound: f64) -> (usize, usize) {
     let of: Vec<&Outcome> = outcomes.iter().filter(|o| is_in(&o.case) && o.bound_percent == 100.0 * bound).collect();
     (of.iter().filter(|o| o.fell_at_s.is_none()).count(), of.len())
@@ -213,7 +213,7 @@ fn page(outcomes: &[Outcome]) -> Result<String, std::fmt::Error> {
             "| {} | {:.0} | {} | {wrench} | {:.1} | {:.1} |",
             name(&o.case),
             o.bound_percent,
-            kept_up(o),
+            upright_time(o),
             o.skate_mm_per_s.abs(),
             o.joints_off_mm_rms
         )?;
@@ -260,7 +260,7 @@ fn name(case: &Case) -> String {
     name + ")"
 }
 
-fn kept_up(o: &Outcome) -> String {
+fn upright_time(o: &Outcome) -> String {
     match o.fell_at_s {
         Some(at) => format!("{at:.2} of {:.2}, fell", o.duration_s),
         None => format!("**{0:.2}** of {0:.2}", o.duration_s),

@@ -10,8 +10,10 @@ use std::path::Path;
 use serde::Serialize;
 use skiagraph::artefacts::Destination;
 use skiagraph::body::SilhouettePainter;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{Interval, ValueRange, intersection_over_union, mean_interval};
-use skiagraph::experiment::{NoProgress, PreparedScene, run};
+use skiagraph::experiment::run;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/walk.toml";
@@ -47,7 +49,7 @@ struct Overlap {
     poses: Vec<(usize, f64)>,
 }
 
-/// Of one metric.
+/// Results of one metric.
 #[derive(Clone, Serialize)]
 struct Value {
     mean: f64,
@@ -95,12 +97,12 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 
 /// The overlap of actor and tracker's body in the refitted true poses.
 fn overlap(file: &ScenarioFile) -> Result<Overlap, Box<dyn Error>> {
-    let staged = PreparedScene::new(file, None)?;
-    let (actor, body, cameras) = (&staged.ground_truth.actor, &staged.start.body, &staged.rig.rig().cameras);
+    let prepared = PreparedScene::new(file, None)?;
+    let (actor, body, cameras) = (&prepared.ground_truth.actor, &prepared.start.body, &prepared.rig.rig().cameras);
     let mut painters: Vec<SilhouettePainter> = cameras.iter().map(SilhouettePainter::new).collect();
-    let motion = staged.ground_truth.motion();
+    let motion = prepared.ground_truth.motion();
     let mut of_frame = |frame: usize| {
-        let (own, believed) = (&motion.poses[frame], &staged.refitted.poses[frame]);
+        let (own, believed) = (&motion.poses[frame], &prepared.refitted.poses[frame]);
         let (own, believed) = (actor.link_frames(own), body.link_frames(believed));
         let each = painters.iter_mut().filter_map(|painter| {
             intersection_over_union(&painter.silhouette(actor, &own), &painter.silhouette(body, &believed))

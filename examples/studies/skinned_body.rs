@@ -15,7 +15,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::BenchmarkSet;
-use skiagraph::experiment::{NoProgress, draw};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::draw;
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/long_walk.toml";

@@ -8,10 +8,10 @@
 //!
 //! Keys are those of `[tracker.gpdm_graph]` and its like, as in `gpdm_graph,root_motion=planted,root_noise_scale=1`.
 //! Three seeds, or as many as `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it measures how fast a root
-//! drifts that follows the recording's own feet, and one that follows the velocities of the most similar training
-//! frames. The method `depth` tracks nothing either: it measures at which depth the silhouette fits the refitted truth
-//! best. With `subject_measures` the tracker's body has the lengths of the actor's (no mismatch), with `matched` the
-//! actor is the tracker's body itself.
+//! drifts that follows the recording's feet, and one that follows the velocities of the most similar training frames.
+//! The method `depth` tracks nothing either: it measures at which depth the silhouette fits the refitted truth best.
+//! With `subject_measures` the tracker's body has the lengths of the actor's (no mismatch), with `matched` the actor is
+//! the tracker's body itself.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -19,13 +19,17 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use skiagraph::body::{Landmark, LinkFrames, Motion, Pose, Solid};
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::{Models, NoProgress, PreparedScene, Tracked, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Tracked;
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph::train::Models;
 
-/// Name, recording, skeleton, frames learned from and frames tracked, as the files count them.
+/// Name, recording, skeleton, training frames and tracked frames, numbered as in the files.
 type Take = (&'static str, &'static str, &'static str, [usize; 2], [usize; 2]);
 const TAKES: [Take; 8] = [
     ("jogA", "14_14_f0401-1100.amc", "14.asf", [90, 245], [246, 390]),
@@ -40,7 +44,7 @@ const TAKES: [Take; 8] = [
 
 /// The `[actor]` and `[tracker_body]` of a scenario.
 const STANDARD: &str = "[actor]\nrobot = \"actor\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"standard\"\n";
-/// The same by the argument that asks for it.
+/// Alternatives, by argument.
 const BODIES: [(&str, &str); 2] = [
     ("subject_measures", "[actor]\nrobot = \"actor\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"none\"\n"),
     ("matched", "[actor]\nrobot = \"tracker25\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"none\"\n"),
@@ -110,8 +114,8 @@ fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) ->
     Ok(())
 }
 
-/// Where the silhouette fits the refitted truth best, if it is only moved along the view and upwards, or only leant
-/// away from the camera about its ankles: mean and deviation over frames.
+/// Displacement of the refitted truth along the view and upwards, or lean about its ankles away from the camera, that
+/// fits the silhouette best: mean and deviation over frames.
 fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
     let (set, _) = draw(&file, Some(mocap), &NoProgress)?;
@@ -137,7 +141,7 @@ fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
             likelihood.energy(&pose, &mut scratch)
         };
         let there = energy(0.0, 0.0, 0.0);
-        let (mut moved, mut leant) = ([0.0, 0.0, there], [0.0, there]);
+        let (mut moved, mut leaning) = ([0.0, 0.0, there], [0.0, there]);
         for (depth, up) in (-30..=30).flat_map(|i| (-10..=10).map(move |j| (0.01 * f64::from(i), 0.01 * f64::from(j))))
         {
             let here = energy(depth, up, 0.0);
@@ -147,11 +151,19 @@ fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
         }
         for lean in (-20..=20).map(|i| (0.5 * f64::from(i)).to_radians()) {
             let here = energy(0.0, 0.0, lean);
-            if here < leant[1] {
-                leant = [lean.to_degrees(), here];
+            if here < leaning[1] {
+                leaning = [lean.to_degrees(), here];
             }
         }
-        found.push([moved[0], moved[1], moved[2], there, leant[0], leant[1], energy(0.0, 0.0, 4.0_f64.to_radians())]);
+        found.push([
+            moved[0],
+            moved[1],
+            moved[2],
+            there,
+            leaning[0],
+            leaning[1],
+            energy(0.0, 0.0, 4.0_f64.to_radians()),
+        ]);
     }
     let mean = |i: usize| found.iter().map(|f| f[i]).sum::<f64>() / found.len() as f64;
     let spread = |i: usize| (found.iter().map(|f| (f[i] - mean(i)).powi(2)).sum::<f64>() / found.len() as f64).sqrt();
@@ -172,11 +184,11 @@ fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
     Ok(())
 }
 
-/// Millimetres a second, over the frames tracked.
+/// Drift over the tracked frames, mm/s.
 fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let staged =
+    let prepared =
         PreparedScene::new(&ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?, Some(mocap))?;
-    let (body, motion) = (&staged.start.body, &staged.refitted);
+    let (body, motion) = (&prepared.start.body, &prepared.refitted);
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
     let seconds = (frames.len() - 1) as f64 / motion.frames_per_second;
     let shanks = body.foot_links();
@@ -203,20 +215,20 @@ fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
         };
         1000.0 * (0..frames.len() - 1).map(step).sum::<Vector3<f64>>().xy().norm() / seconds
     };
-    let learned = staged.start.training.motions();
+    let learned = prepared.start.training.motions();
     let chart = PoseChart::learn(body, learned);
     let rows = |motion: &Motion| -> Vec<Vec<f64>> {
         let observed = chart.observe(motion);
         (0..observed.nrows()).map(|t| observed.row(t).iter().copied().collect()).collect()
     };
     let known: Vec<Vec<f64>> = learned.iter().flat_map(rows).collect();
-    let apart = |a: &[f64], b: &[f64]| -> f64 {
+    let squared_distance = |a: &[f64], b: &[f64]| -> f64 {
         a.iter().zip(b).take(a.len() - ROOT_DIMENSIONS).map(|(a, b)| (a - b) * (a - b)).sum()
     };
-    let astray = rows(motion).iter().skip(1).fold((0.0, 0.0), |sum: (f64, f64), here| {
-        let near = known.iter().min_by(|a, b| apart(a, here).total_cmp(&apart(b, here)));
-        let (said, truth) = (chart.planar_step(near.unwrap_or(here)), chart.planar_step(here));
-        (sum.0 + said.forward - truth.forward, sum.1 + said.left - truth.left)
+    let drift = rows(motion).iter().skip(1).fold((0.0, 0.0), |sum: (f64, f64), here| {
+        let near = known.iter().min_by(|a, b| squared_distance(a, here).total_cmp(&squared_distance(b, here)));
+        let (learned_step, truth) = (chart.planar_step(near.unwrap_or(here)), chart.planar_step(here));
+        (sum.0 + learned_step.forward - truth.forward, sum.1 + learned_step.left - truth.left)
     });
     println!(
         "| {} | {:.0} | {:.0} | {:.0} | {:.0} |",
@@ -224,7 +236,7 @@ fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
         net(&|foot, _| [middle(foot); 2]),
         net(&|foot, t| [lowest(foot, t), lowest(foot, t + 1)]),
         net(&|foot, _| [ankle(foot); 2]),
-        1000.0 * f64::hypot(astray.0, astray.1) / seconds
+        1000.0 * f64::hypot(drift.0, drift.1) / seconds
     );
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! An artefact: a file or folder that appears in its place in one step, when it is whole.
+//! An artefact: a file or folder that appears at its output path in one step, when it is complete.
 
 use std::fs;
 use std::io::Read;
@@ -10,48 +10,47 @@ use super::place::{LockedPlace, backup_of, keep_aside, replace, sync_parent, wri
 use super::provenance::{ArtefactKind, Listing, sign, sign_written};
 use super::unfinished::{self, Unfinished};
 
-/// Where a result goes.
+/// Output path of a result.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
     /// The file or directory.
     pub path: &'a Path,
-    /// Replace a set that the same command made and move aside anything else, instead of refusing.
+    /// Replace a set made by the same command, and rename anything else, instead of refusing.
     pub force: bool,
 }
 
-/// A file or folder that is being written beside its place, which no other process writes to meanwhile. Dropped before
-/// it is finished it disappears, and what stands in its place is untouched.
+/// A file or folder that is being written beside its output path, which is locked against other processes. If dropped
+/// before it is finished, it is removed, and the output path is left untouched.
 #[derive(Debug)]
 pub(crate) struct Artefact {
     kind: ArtefactKind,
-    /// Where a folder is written meanwhile.
+    /// Temporary path of a folder.
     folder: PathBuf,
-    /// The folder, unless another removes what is left of it.
+    /// The temporary folder, unless the caller removes it.
     unfinished: Option<Unfinished>,
     place: LockedPlace,
-    /// Whether what stands in the place is moved aside although it is ours: other settings made it.
+    /// Whether to rename an existing result of this program instead of replacing it, because it has other settings.
     keeps_other: bool,
-    /// What was written into a folder, as it was written.
+    /// Listing of the files written into a folder.
     written: Mutex<Listing>,
 }
 
 impl Artefact {
-    /// Begins what shall become a file or folder. What is there already must be of that kind and ours, as it was
-    /// written, and will be replaced; with `force` anything else is moved aside to `NAME~` instead of refused.
-    /// Directories above are made.
+    /// Begins a file or folder and creates its parent directories. An existing unmodified output of this program and
+    /// kind will be replaced; anything else is refused, or with `force` renamed to `NAME~`.
     ///
     /// # Errors
-    /// [`ArtefactError::Occupied`] if something else is there, [`ArtefactError::Busy`] while another process writes
-    /// there, [`ArtefactError::Output`] if nothing can be written.
+    /// [`ArtefactError::Occupied`] if something else exists, [`ArtefactError::Busy`] while another process writes to
+    /// the path, [`ArtefactError::Output`] if nothing can be written.
     pub(crate) fn begin(to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
         Self::begin_unless(to, kind, None)
     }
 
-    /// As [`Self::begin`], where a result of ours that is there may have been made with other settings: by the first
-    /// `difference`. Such a one is refused too, or moved aside with `force`.
+    /// Like [`Self::begin`]; `difference` is the first difference if an existing result was made with other settings.
+    /// It is then refused, or with `force` renamed.
     ///
     /// # Errors
-    /// As [`Self::begin`], and [`ArtefactError::OtherResult`].
+    /// Those of [`Self::begin`], and [`ArtefactError::OtherResult`].
     pub(crate) fn begin_unless(
         to: Destination<'_>,
         kind: ArtefactKind,
@@ -63,7 +62,7 @@ impl Artefact {
             if !to.force {
                 return Err(ArtefactError::OtherResult { path: to.path.to_owned(), difference });
             }
-            // report before the work if it cannot be moved aside
+            // report before the work if it cannot be renamed
             backup_of(to.path)?;
         }
         if kind != ArtefactKind::File {
@@ -73,24 +72,24 @@ impl Artefact {
         Ok(this)
     }
 
-    /// As [`Self::begin`], in `folder`, on the same file system: the caller makes it afterwards and removes what is
-    /// left of it.
+    /// Like [`Self::begin`], with the temporary path `folder` on the same file system, which the caller creates and
+    /// removes.
     ///
     /// # Errors
-    /// As [`Self::begin`].
+    /// Those of [`Self::begin`].
     pub(super) fn begin_in(folder: PathBuf, to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
         Ok(Self { folder, ..Self::claim(to, kind)? })
     }
 
     fn claim(to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
         let path = to.path;
-        let is_others = path.symlink_metadata().is_ok() && !kind.is_own(path);
+        let is_foreign = path.symlink_metadata().is_ok() && !kind.is_own(path);
         let is_impossible = path.file_name().is_none() || (kind == ArtefactKind::File && path.is_dir());
-        if is_impossible || (is_others && !to.force) {
+        if is_impossible || (is_foreign && !to.force) {
             return Err(ArtefactError::occupied(path));
         }
-        if is_others {
-            // report before the work if it cannot be moved aside
+        if is_foreign {
+            // report before the work if it cannot be renamed
             backup_of(path)?;
         }
         let place = LockedPlace::take(path)?;
@@ -98,17 +97,17 @@ impl Artefact {
         Ok(Self { kind, folder, unfinished: None, place, keeps_other: false, written: Mutex::default() })
     }
 
-    /// Has what stands in the place moved aside although it is ours: other settings made it.
+    /// Renames an existing result of this program instead of replacing it, because it has other settings.
     pub(crate) fn keep_other(&mut self) {
         self.keeps_other = true;
     }
 
-    /// Where to write what belongs into a folder.
+    /// Temporary path to write the content of a folder to.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes one file of a folder and makes sure that it is on the disk.
+    /// Writes one file of a folder and syncs it to the disk.
     ///
     /// # Errors
     /// [`ArtefactError::Output`] if it cannot be written.
@@ -119,22 +118,22 @@ impl Artefact {
         Ok(())
     }
 
-    /// Writes files of a folder, in their order.
+    /// Writes files of a folder, in order.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// Those of [`Self::write`].
     pub(crate) fn write_all(&self, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
         files.iter().try_for_each(|(name, bytes)| self.write(name, bytes))
     }
 
-    /// Puts a folder in its place. Of a run it holds what was written by [`Self::write`] and nothing that another
-    /// process put there.
+    /// Moves a folder to its output path. The folder of a run contains only the files written with [`Self::write`];
+    /// files from other processes are removed.
     ///
     /// # Errors
-    /// [`ArtefactError::Output`] if it cannot be moved; then what stood there stands there again.
+    /// [`ArtefactError::Output`] if it cannot be moved; the previous content is then restored.
     pub(crate) fn finish(self) -> Result<(), ArtefactError> {
         match self.kind {
-            // a set lists its files itself
+            // a set has its own listing
             ArtefactKind::Set | ArtefactKind::File => {}
             ArtefactKind::Export | ArtefactKind::Figures => sign(&self.folder)?,
             ArtefactKind::Run => {
@@ -144,17 +143,17 @@ impl Artefact {
         self.move_in(&self.folder)
     }
 
-    /// Puts a file with these bytes in its place. May be called again.
+    /// Writes a file with these bytes to its output path. May be called repeatedly.
     ///
     /// # Errors
     /// [`ArtefactError::Output`] that names the file.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<(), ArtefactError> {
-        let meanwhile = Unfinished::begin(self.place.beside("writing"));
-        write_synced(meanwhile.path(), bytes).map_err(output(&self.place.path, "write"))?;
-        self.move_in(meanwhile.path())
+        let temporary = Unfinished::begin(self.place.beside("writing"));
+        write_synced(temporary.path(), bytes).map_err(output(&self.place.path, "write"))?;
+        self.move_in(temporary.path())
     }
 
-    /// Moves what is whole into the place, where the system can in one step.
+    /// Moves a complete result to the output path, in one step if the system can.
     fn move_in(&self, whole: &Path) -> Result<(), ArtefactError> {
         let path = &self.place.path;
         unfinished::finish(whole, path, || {
@@ -171,17 +170,17 @@ impl Artefact {
     }
 }
 
-/// Writes one file, whole: what is there is replaced if this program wrote it, else refused or, with `force`, moved
-/// aside.
+/// Writes one file atomically. An existing file is replaced if this program wrote it, else refused, or with `force`
+/// renamed.
 ///
 /// # Errors
-/// [`ArtefactError::Occupied`] if something else is there, [`ArtefactError::Output`] if nothing can be written.
+/// [`ArtefactError::Occupied`] if something else exists, [`ArtefactError::Output`] if nothing can be written.
 pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ArtefactError> {
     Artefact::begin(to, ArtefactKind::File)?.put(bytes)
 }
 
-/// Refuses, before any work, a place for JUnit XML where something else than such a file of ours is; with `force` what
-/// we did not write is moved aside later.
+/// Refuses, before any work, an output path for JUnit XML that has anything but JUnit XML written by this program; with
+/// `force`, a file that this program did not write is accepted, and renamed later.
 ///
 /// # Errors
 /// [`ArtefactError::Occupied`].
@@ -213,8 +212,8 @@ mod tests {
         Artefact::begin(Destination { path, force }, ArtefactKind::Run)
     }
 
-    /// A directory with a run of ours whose page says `text`.
-    fn run_of_ours(target: &Path, text: &str) {
+    /// A run written by this program, whose page is `text`.
+    fn own_run(target: &Path, text: &str) {
         let partial = begin(target, false).unwrap();
         partial.write("track.json", TRACK).unwrap();
         partial.write("report.html", text.as_bytes()).unwrap();
@@ -225,23 +224,23 @@ mod tests {
     fn an_abandoned_folder_leaves_nothing_and_touches_nothing() {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("deep/er/a");
-        run_of_ours(&target, "old");
+        own_run(&target, "old");
         let partial = begin(&target, false).unwrap();
         partial.write("report.html", b"new").unwrap();
         drop(partial);
         assert_eq!(names(&root.path().join("deep/er")), ["a"]);
         assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), "old");
-        // the directories that were made for it go with it
+        // the directories that were created for it are removed as well
         drop(begin(&root.path().join("runs/deep/a"), false).unwrap());
         assert_eq!(names(root.path()), ["deep"]);
     }
 
     #[test]
-    fn what_is_not_ours_is_refused_and_with_force_moved_aside() {
+    fn foreign_content_is_refused_and_with_force_renamed() {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
-        run_of_ours(&target, "old");
-        // a file of a name of ours, changed, and one of somebody else's
+        own_run(&target, "old");
+        // a changed file of this program, and a foreign file
         for (name, aside) in [("track.json", "a~"), ("thesis.tex", "a~2")] {
             fs::write(target.join(name), "years of work").unwrap();
             assert!(matches!(begin(&target, false).unwrap_err(), ArtefactError::Occupied { .. }));
@@ -252,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn junit_replaces_only_junit_of_ours() {
+    fn junit_replaces_only_junit_written_by_this_program() {
         let root = tempfile::tempdir().unwrap();
         let free = |text: &str, force| {
             let path = root.path().join("gate.xml");
@@ -267,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_cannot_be_written_is_named() {
+    fn an_unwritable_path_is_named() {
         let root = tempfile::tempdir().unwrap();
         let put = |path: &Path, force| put_file(Destination { path, force }, b"one");
         fs::write(root.path().join("a"), "").unwrap();

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use crate::input::plain;
 
-/// What is said of an interruption that leaves nothing.
+/// Message for an interruption that leaves nothing.
 pub(crate) const NOTHING_WRITTEN: &str = "interrupted; nothing was written";
 
-/// Why nothing is written to a place, or what is left there.
+/// An error of writing a result, or an interruption that leaves progress.
 #[derive(Debug, thiserror::Error)]
 pub enum ArtefactError {
     /// A result cannot be written.
@@ -51,10 +51,9 @@ pub enum ArtefactError {
         /// The path.
         path: PathBuf,
     },
-    /// A result of skiagraph exists at the output path that was made otherwise.
+    /// A skiagraph result that was made with other settings exists at the output path.
     #[error(
-        "{}: a result exists here that was made otherwise ({}); choose another --out, or use --force to move it aside, to \
-        NAME~",
+        "{}: this is a result made with other settings ({}); choose another --out, or use --force to rename it to NAME~",
         plain(path.display()),
         plain(difference)
     )]
@@ -64,16 +63,16 @@ pub enum ArtefactError {
         /// The first difference.
         difference: String,
     },
-    /// The user interrupted work that can be resumed: a training, a sweep, a set that is drawn, seeds that are tracked.
+    /// The user interrupted work that can be resumed: training, a sweep, rendering a set, tracking several seeds.
     #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     ProgressSaved {
         /// The file or directory with the progress.
         partial: PathBuf,
     },
-    /// Something else was begun at a place.
+    /// Unfinished work with other settings exists for the output path.
     #[error(
-        "{}: another result was begun here and interrupted, which differs ({}); repeat that command to resume it, or \
-        remove it with --force",
+        "{}: an interrupted command with other settings saved its progress here ({}); repeat that command to resume it, or \
+         use --force to discard the progress",
         plain(partial.display()),
         plain(difference)
     )]
@@ -90,11 +89,11 @@ impl ArtefactError {
         Self::Occupied { path: path.to_owned() }
     }
 
-    /// The process's exit code: 75 where another process is at work or no room is left, 130 after an interruption.
+    /// The process's exit code: 75 if another process is writing or no space is left, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Busy { .. } => 75,
-            // there may be room later
+            // there may be space later
             Self::Output { source, .. } if is_no_room(source) => 75,
             Self::ProgressSaved { .. } => 130,
             _ => 2,
@@ -102,14 +101,14 @@ impl ArtefactError {
     }
 }
 
-/// Whether nothing more can be written for now: the disk is full, or a quota or `ulimit -f` is reached.
+/// Whether writing failed for lack of space: the disk is full, or a quota or `ulimit -f` is reached.
 pub(crate) fn is_no_room(error: &io::Error) -> bool {
-    // our own limits of files that are read are told without the system's number
+    // errors of this program's own size limits for inputs have no error number of the operating system
     let is_too_large = error.kind() == io::ErrorKind::FileTooLarge && error.raw_os_error().is_some();
     is_too_large || matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }
 
-/// The failed action on a file or directory, as in "cannot ...".
+/// Converts an error of an action on a file or directory, worded as in "cannot ...".
 pub(crate) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ArtefactError {
     let path = path.to_owned();
     move |source| ArtefactError::Output { path, action, source }

@@ -14,7 +14,7 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Of these paths; those that are not there are left out.
+    /// The existing ones of these paths.
     pub(crate) fn new(paths: impl IntoIterator<Item = PathBuf>) -> Self {
         Self { paths: paths.into_iter().filter(|path| path.exists()).collect() }
     }
@@ -24,13 +24,13 @@ impl Inputs {
         self.paths
     }
 
-    /// An error if to write `target` would change an input: if it is one, holds one, or lies in a set that is one.
+    /// Refuses a `target` that is an input, contains one, or lies in a set that is one.
     ///
     /// # Errors
     /// [`ArtefactError::IsInput`].
     pub(crate) fn keep_from(&self, target: &Path) -> Result<(), ArtefactError> {
         if target.file_name().is_none() {
-            // a root or `..`: nothing can be written there at all, which is said elsewhere
+            // a root or `..`: refused elsewhere, since nothing can be written there
             return Ok(());
         }
         let place = resolved(target);
@@ -47,7 +47,7 @@ impl Inputs {
     }
 }
 
-/// The path without links; of what is not there yet, by the nearest directory that is.
+/// The path without links; for a path that does not exist, relative to its nearest existing directory.
 fn resolved(path: &Path) -> PathBuf {
     if let Ok(real) = fs::canonicalize(path) {
         return real;
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_input_is_kept_whatever_it_is_called() {
+    fn an_input_is_protected_under_every_name() {
         let root = tempfile::tempdir().unwrap();
         let at = |name: &str| root.path().join(name);
         fs::create_dir_all(at("data/set")).unwrap();

@@ -1,5 +1,5 @@
-//! Safe artefacts: what commands write appears in its place in one step, replaces nothing but unmodified output of this
-//! program, and leaves nothing behind when it is interrupted, but for work that the same command goes on with.
+//! Safe output: results appear at their output path in one step, replace only unmodified output of this program, and an
+//! interruption removes partial output, except progress that the same command can resume.
 
 mod artefact;
 mod error;

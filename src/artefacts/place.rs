@@ -1,4 +1,4 @@
-//! An output path that only one process writes to: its lock, and the directories created for it.
+//! A locked output path, and the directories created for it.
 
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
@@ -8,21 +8,21 @@ use std::path::{Path, PathBuf};
 use super::error::{ArtefactError, output};
 use super::unfinished::{self, Unfinished};
 
-/// How often a lock is tried whose file the process before removes at that moment.
+/// Maximum number of attempts to lock, since the previous process may remove the lock's file at that moment.
 const TRIES: usize = 100;
 
-/// A file's or directory's place, which no other process of this program writes to meanwhile.
+/// The path of a file or directory, locked against other processes of this program.
 #[derive(Debug)]
 pub(crate) struct LockedPlace {
     pub(crate) path: PathBuf,
-    /// Directories above that were not there before, innermost first.
+    /// Parent directories that were created, innermost first.
     made: Vec<PathBuf>,
-    /// `None` where the file system has no locks.
+    /// `None` if the file system has no locks.
     lock: Option<Lock>,
 }
 
 impl LockedPlace {
-    /// Makes the directories above `path`, locks the place, and removes what processes that died left beside it.
+    /// Creates the parent directories of `path`, locks it, and removes leftovers of killed processes beside it.
     ///
     /// # Errors
     /// [`ArtefactError::Busy`] while another process writes there, [`ArtefactError::Output`] if nothing can be
@@ -46,8 +46,8 @@ impl LockedPlace {
         of_this_process(&self.path, purpose)
     }
 
-    /// The lock is held, so no other process works here, and all siblings of that kind are leftovers of processes that
-    /// ended. What was being replaced when its process died goes back to its place if nothing is there.
+    /// Removes leftovers: since the lock is held, all siblings of these kinds belong to processes that ended. A result
+    /// that was being replaced when its process died is restored if nothing exists at the path.
     fn clear_leftovers(&self) {
         for leftover in self.siblings("replaced") {
             if self.path.symlink_metadata().is_err() {
@@ -78,10 +78,10 @@ impl Drop for LockedPlace {
     }
 }
 
-/// A locked file `.NAME.lock`, removed when dropped. The system frees the lock when the process ends, however it ends.
+/// A locked file `.NAME.lock`, removed when dropped. The system releases the lock when the process ends in any way.
 #[derive(Debug)]
 struct Lock {
-    // dropped first, and so removed while it is locked: nobody else can hold a lock on this file
+    // dropped first, so that the file is removed while locked and no other process can hold a lock on it
     _path: Unfinished,
     _file: File,
 }
@@ -93,11 +93,11 @@ impl Lock {
             let file = File::options().create(true).write(true).truncate(false).open(&path);
             let file = file.map_err(output(parent_of(target), "write into the directory"))?;
             match file.try_lock() {
-                // where the system does not tell, an open file cannot be removed
+                // where identity is unknown, the system cannot remove an open file
                 Ok(()) if are_same(file.metadata(), fs::metadata(&path)) != Some(false) => {
                     return Ok(Some(Self { _path: Unfinished::begin(path), _file: file }));
                 }
-                // whoever had the lock has removed its file meanwhile
+                // the previous owner has removed the file in between
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(_)) => {
@@ -110,7 +110,7 @@ impl Lock {
     }
 }
 
-/// Whether two files are one, by whatever link; `None` where the system does not tell.
+/// Whether two files are the same, also through links; `None` if the system does not report it.
 #[cfg(unix)]
 pub(super) fn are_same(a: io::Result<fs::Metadata>, b: io::Result<fs::Metadata>) -> Option<bool> {
     use std::os::unix::fs::MetadataExt;
@@ -118,13 +118,13 @@ pub(super) fn are_same(a: io::Result<fs::Metadata>, b: io::Result<fs::Metadata>)
     Some(matches!((a.map(identity), b.map(identity)), (Ok(a), Ok(b)) if a == b))
 }
 
-/// Whether two files are one, by whatever link; `None` where the system does not tell.
+/// Whether two files are the same, also through links; `None` if the system does not report it.
 #[cfg(not(unix))]
 pub(super) fn are_same(_: io::Result<fs::Metadata>, _: io::Result<fs::Metadata>) -> Option<bool> {
     None
 }
 
-/// Exchanges what is at two paths in one step; `false` where system or file system cannot.
+/// Exchanges two paths in one step; `false` if the system or file system cannot.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
 fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
@@ -136,17 +136,17 @@ fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
     }
 }
 
-/// Exchanges what is at two paths in one step; `false` where system or file system cannot.
+/// Exchanges two paths in one step; `false` if the system or file system cannot.
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
 fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Puts `new` in the place of `old`, a result of ours, in one step where the system can exchange them; `aside` is
-/// used where it cannot.
+/// Replaces `old`, a result of this program, by `new`: in one step if the system can exchange them, else by way of
+/// `aside`.
 ///
 /// # Errors
-/// [`ArtefactError::Output`]; then `old` stands where it stood, or beside as what is replaced.
+/// [`ArtefactError::Output`]; `old` is then still at its path, or beside it with the suffix `replaced`.
 pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<(), ArtefactError> {
     let left = if exchange(new, old).map_err(output(old, "replace"))? {
         new
@@ -157,13 +157,14 @@ pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<(), Artefa
     unfinished::remove(left).map_err(output(left, "remove what was replaced"))
 }
 
-/// Puts `new` in the place of `old`, which is kept as `NAME~`. Wherever this stops, nothing of others is hidden.
+/// Replaces `old` by `new` and keeps `old` as `NAME~`. If this is interrupted at any point, `old` is never left under a
+/// hidden name.
 ///
 /// # Errors
-/// As [`replace`] and [`backup_of`].
+/// Those of [`replace`] and [`backup_of`].
 pub(super) fn keep_aside(new: &Path, old: &Path) -> Result<(), ArtefactError> {
     let aside = backup_of(old)?;
-    // under its later name before it is exchanged
+    // rename to the backup's name first, so that the exchange gives `old` that name
     fs::rename(new, &aside).map_err(output(&aside, "move the finished result here"))?;
     let exchanged = exchange(&aside, old).map_err(output(old, "replace"));
     if !matches!(exchanged, Ok(true)) {
@@ -184,7 +185,7 @@ fn move_aside(new: &Path, old: &Path, aside: &Path) -> Result<(), ArtefactError>
 /// The first free one of `NAME~`, `NAME~2`, `NAME~3` and so on.
 ///
 /// # Errors
-/// [`ArtefactError::Occupied`] if something is at a thousand of them.
+/// [`ArtefactError::Occupied`] if a thousand of them exist.
 pub(crate) fn backup_of(path: &Path) -> Result<PathBuf, ArtefactError> {
     let first = sibling(path, "", "~");
     let names = std::iter::once(first.clone()).chain((2..=1000).map(|number| sibling(path, "", &format!("~{number}"))));
@@ -192,24 +193,24 @@ pub(crate) fn backup_of(path: &Path) -> Result<PathBuf, ArtefactError> {
     free.next().ok_or(ArtefactError::Occupied { path: first })
 }
 
-/// Writes a file and makes sure that it is on the disk.
+/// Writes a file and syncs it to the disk.
 pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(bytes)?;
     file.sync_all()
 }
 
-/// Writes a file of ours, which no other process writes to meanwhile, whole: what is there stays until then.
+/// Writes a file atomically; no other process may write to it at the same time.
 ///
 /// # Errors
 /// [`ArtefactError::Output`] that names the file.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ArtefactError> {
-    let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
-    let written = write_synced(meanwhile.path(), bytes).and_then(|()| fs::rename(meanwhile.path(), path));
+    let temporary = Unfinished::begin(of_this_process(path, "writing"));
+    let written = write_synced(temporary.path(), bytes).and_then(|()| fs::rename(temporary.path(), path));
     written.map_err(output(path, "write"))
 }
 
-/// Makes sure that a renamed entry is on the disk.
+/// Syncs the directory of a renamed entry to the disk.
 pub(crate) fn sync_parent(path: &Path) {
     if let Ok(parent) = File::open(parent_of(path)) {
         parent.sync_all().ok();
@@ -220,7 +221,7 @@ pub(crate) fn parent_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The path beside, on the same file system, whose name has more before and behind.
+/// The path in the same directory whose name has this prefix and suffix.
 pub(crate) fn sibling(path: &Path, before: &str, behind: &str) -> PathBuf {
     let mut name = OsString::from(before);
     name.push(path.file_name().unwrap_or_default());
@@ -245,13 +246,13 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_taken_once_at_a_time_and_leaves_nothing() {
+    fn a_path_is_locked_by_one_owner_at_a_time_and_leaves_nothing() {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("deep/er/a");
         let first = LockedPlace::take(&path).unwrap();
         let refused = LockedPlace::take(&path).unwrap_err();
         assert!(matches!(refused, ArtefactError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
-        // another place beside it is free
+        // a sibling is not locked
         drop(LockedPlace::take(&root.path().join("deep/er/b")).unwrap());
         drop(first);
         assert!(names(root.path()).is_empty());
@@ -259,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lock_of_a_process_that_died_is_free() {
+    fn the_lock_of_a_dead_process_is_free() {
         let root = tempfile::tempdir().unwrap();
         fs::write(root.path().join(".a.lock"), "").unwrap();
         drop(LockedPlace::take(&root.path().join("a")).unwrap());
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_the_dead_are_removed_and_those_of_the_living_kept() {
+    fn leftovers_of_dead_processes_are_removed_and_those_of_running_ones_kept() {
         let root = tempfile::tempdir().unwrap();
         for name in [".a.partial-17", ".a.replaced-17", ".b.partial-18", ".a.partial-mine", "a"] {
             fs::create_dir(root.path().join(name)).unwrap();
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_moved_aside_when_its_process_died_goes_back() {
+    fn a_result_that_was_being_replaced_when_its_process_died_is_restored() {
         let root = tempfile::tempdir().unwrap();
         fs::create_dir(root.path().join(".a.replaced-17")).unwrap();
         fs::write(root.path().join(".a.replaced-17/run.json"), "old").unwrap();
@@ -293,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn directories_are_exchanged_in_one_step_where_the_system_can() {
+    fn directories_are_exchanged_in_one_step_if_the_system_can() {
         let root = tempfile::tempdir().unwrap();
         let [a, b] = ["a", "b"].map(|name| root.path().join(name));
         for path in [&a, &b] {
@@ -305,13 +306,13 @@ mod tests {
         assert_eq!(names(root.path()), ["b"]);
         if cfg!(target_os = "linux") {
             fs::create_dir(&a).unwrap();
-            assert!(exchange(&a, &b).unwrap(), "no file system of a Linux that runs tests lacks it");
+            assert!(exchange(&a, &b).unwrap(), "Linux file systems support it");
             assert_eq!(fs::read_to_string(a.join("name")).unwrap(), "a");
         }
     }
 
     #[test]
-    fn where_the_system_cannot_exchange_what_is_there_is_moved_aside_first() {
+    fn without_an_exchange_the_old_result_is_moved_aside_first() {
         let root = tempfile::tempdir().unwrap();
         let [new, old, aside] = ["new", "old", "old~"].map(|name| root.path().join(name));
         fs::write(&new, "new").unwrap();

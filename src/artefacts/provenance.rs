@@ -1,7 +1,7 @@
-//! What this program wrote. Folders have a listing, `skiagraph.sha256`, as `sha256sum` writes and checks it: one is
-//! ours if everything in it is listed and unchanged. A folder inside that has a listing of its own (the run of a
-//! method) answers for itself. Files are ours by a mark in their content. Only what is ours is replaced without
-//! --force.
+//! Provenance: recognises output of this program. Folders have a listing, `skiagraph.sha256`, in the format of
+//! `sha256sum`: a folder is own output if everything in it is listed and unchanged. A subfolder with its own listing
+//! (the run of a method) is checked by that listing. Files are recognised by a mark in their content. Only own output
+//! is replaced without --force.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -17,13 +17,13 @@ use crate::npz::{Npz, Values};
 /// The name of a folder's listing.
 pub(crate) const LISTING: &str = "skiagraph.sha256";
 
-/// How much of a file is looked at for the mark of this program.
+/// Number of bytes at the beginning of a file in which the mark is searched.
 const HEAD_BYTES: u64 = 1024;
 
-/// How a manual page of this program begins, its version left out.
+/// The beginning of a manual page of this program, up to its version.
 pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 
-/// What this program writes.
+/// The kind of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ArtefactKind {
     /// The folder of a run, of one tracker or of several methods.
@@ -39,7 +39,7 @@ pub(crate) enum ArtefactKind {
 }
 
 impl ArtefactKind {
-    /// Whether what is at `path` was written by this program and is as it was; an empty folder may be replaced too.
+    /// Whether `path` is unmodified output of this program, or an empty folder.
     pub(crate) fn is_own(self, path: &Path) -> bool {
         if self == Self::File {
             return is_own_file(path);
@@ -50,15 +50,15 @@ impl ArtefactKind {
         let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         is_empty
             || match self {
-                Self::Figures => is_signed(path) && holds_figures_alone(path),
+                Self::Figures => is_signed(path) && holds_only_figures(path),
                 Self::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
                 _ => is_signed(path),
             }
     }
 }
 
-/// Whether a folder holds pictures in SVG, their captions and a listing: a run is no figure, and not replaced by some.
-fn holds_figures_alone(folder: &Path) -> bool {
+/// Whether a folder holds only SVG pictures, their captions and a listing, so that figures never replace a run.
+fn holds_only_figures(folder: &Path) -> bool {
     let is_one = |entry: std::io::Result<fs::DirEntry>| {
         entry.is_ok_and(|entry| {
             let name = entry.file_name();
@@ -69,8 +69,7 @@ fn holds_figures_alone(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.all(is_one))
 }
 
-/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its
-/// mark.
+/// Whether this program wrote the file, by the mark of a page, picture, manual page, JSON object or model.
 pub(super) fn is_own_file(path: &Path) -> bool {
     let Some(head) = head(path) else { return false };
     let text = String::from_utf8_lossy(&head);
@@ -88,7 +87,7 @@ pub(super) fn is_own_file(path: &Path) -> bool {
     marked || (head.starts_with(b"PK") && is_model(path))
 }
 
-/// Whether `path` is a file of a learned model, of whatever version.
+/// Whether `path` is the file of a learned model, of any version.
 fn is_model(path: &Path) -> bool {
     let npz = fs::read(path).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
     let Some(Values::U8(facts)) = npz.as_ref().and_then(|npz| npz.get("facts")).map(|array| &array.values) else {
@@ -97,7 +96,7 @@ fn is_model(path: &Path) -> bool {
     schema_of(&String::from_utf8_lossy(facts)).is_some_and(|schema| schema.starts_with("skiagraph.model/"))
 }
 
-/// The value of `schema`, the first key of every JSON file of ours.
+/// The value of `schema`, the first key of every JSON file of this program.
 fn schema_of(text: &str) -> Option<&str> {
     let rest = text.trim_start().strip_prefix('{')?.trim_start().strip_prefix("\"schema\"")?;
     rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?.split('"').next()
@@ -113,30 +112,30 @@ fn head(path: &Path) -> Option<Vec<u8>> {
     Some(head)
 }
 
-/// Paths (parts divided by `/`) and their SHA-256. While files are being replaced a path has two: what was there, and
-/// what comes.
+/// Paths (separated by `/`) and their SHA-256. While a file is being replaced, its path has two hashes: the old and the
+/// new one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Listing(BTreeSet<(String, String)>);
 
 impl Listing {
-    /// The listing that lies in `folder`; empty where there is none that can be read.
+    /// The listing in `folder`; empty if there is no readable one.
     pub(crate) fn read(folder: &Path) -> Self {
         let path = folder.join(LISTING);
         let text = if path.is_symlink() { None } else { input::read_to_string(&path, limits::RECORD).ok() };
         Self(text.unwrap_or_default().lines().filter_map(listed_in).collect())
     }
 
-    /// Whether the file at `path` in `folder` is the one that is listed.
+    /// Whether the file at `path` in `folder` is listed with its current content.
     pub(crate) fn holds(&self, folder: &Path, path: &str) -> bool {
         sha256_of(&folder.join(path)).is_ok_and(|digest| self.0.contains(&(path.to_owned(), digest)))
     }
 
-    /// Adds a file; what else is listed under its path stays.
+    /// Adds a file; other entries of its path are kept.
     pub(super) fn add(&mut self, path: &str, bytes: &[u8]) {
         self.0.insert((path.to_owned(), hex_sha256(bytes)));
     }
 
-    /// The same with these files for those that are listed under their paths.
+    /// The same listing with the entries of these files replaced.
     fn with(&self, files: &[(&'static str, Vec<u8>)]) -> Self {
         let kept = self.0.iter().filter(|(path, _)| files.iter().all(|(name, _)| name != path)).cloned();
         let mut listing = Self(kept.collect());
@@ -144,20 +143,20 @@ impl Listing {
         listing
     }
 
-    /// Puts the listing into `folder`; what was there stays until it is whole.
+    /// Writes the listing into `folder` atomically.
     fn store(&self, folder: &Path) -> Result<(), ArtefactError> {
-        let (path, meanwhile) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
+        let (path, temporary) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
         let text = listing_of(self.0.iter().map(|(path, digest)| (path, digest)));
-        let stored = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &path));
+        let stored = write_synced(&temporary, text.as_bytes()).and_then(|()| fs::rename(&temporary, &path));
         stored.map_err(output(&path, "write"))
     }
 
-    /// Puts files into the folder of this listing: all of them or none. Each is written beside its place first, and
-    /// only when all are on the disk are they moved, in their order. A file that is there must be listed. The listing
-    /// knows both the old and the new files while they are moved, so that the folder is ours whenever the process dies.
+    /// Writes files into the folder of this listing. Each is written under a temporary name first; only when all are on
+    /// the disk are they renamed, in order. An existing file must be listed. While files are being renamed, the listing
+    /// has both the old and the new ones, so that the folder remains own output if the process is killed.
     ///
     /// # Errors
-    /// [`ArtefactError::Occupied`] where a file is not ours, [`ArtefactError::Output`] if nothing can be written.
+    /// [`ArtefactError::Occupied`] if a file is not listed, [`ArtefactError::Output`] if nothing can be written.
     pub(crate) fn replace(&self, folder: &Path, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
         let path = |name: &str| folder.join(name);
         let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !self.holds(folder, name));
@@ -192,7 +191,7 @@ impl Listing {
     }
 }
 
-/// Lists all files of a folder that is finished, in the folder, but for those that a folder inside lists itself.
+/// Writes the listing of a finished folder: all files except those in subfolders with their own listing.
 ///
 /// # Errors
 /// [`ArtefactError::Output`].
@@ -202,9 +201,8 @@ pub(crate) fn sign(folder: &Path) -> Result<(), ArtefactError> {
     Listing(listed.map_err(output(folder, "list the files of the directory"))?).store(folder)
 }
 
-/// Lists what was written into a folder that is finished, in the folder, as it was written. What else is there is
-/// removed: another process put it there. Folders that were written into may have a listing of their own and answer for
-/// themselves.
+/// Writes the listing of a finished folder from the files as they were written. Other files are removed, since they
+/// come from another process. Subfolders with written files may have their own listing.
 ///
 /// # Errors
 /// [`ArtefactError::Output`].
@@ -213,7 +211,7 @@ pub(super) fn sign_written(folder: &Path, written: &Listing) -> Result<(), Artef
     for path in files_below(folder).map_err(failed)? {
         let around = path.strip_suffix(LISTING).filter(|around| around.is_empty() || around.ends_with('/'));
         let is_own_output = written.0.iter().any(|(name, _)| match around {
-            // the listing of a folder that we wrote into
+            // the listing of a subfolder with written files
             Some(around) => name.starts_with(around),
             None => *name == path,
         });
@@ -225,16 +223,15 @@ pub(super) fn sign_written(folder: &Path, written: &Listing) -> Result<(), Artef
     Listing(written.0.iter().filter(|(name, _)| own.contains(name)).cloned().collect()).store(folder)
 }
 
-/// Whether this program did not write a file, or it was changed since: the folder that it lies in has a listing, and
-/// the file is not in it as it is. Where there is no listing, as in a folder that somebody copied files into, the file
-/// is taken for what it is.
+/// Whether a file was not written by this program, or was changed since: its folder has a listing, which does not have
+/// the file with its current content. A file in a folder without a listing, for example a copy, is accepted.
 pub(crate) fn is_unlisted(path: &Path) -> bool {
     let folder = parent_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     folder.join(LISTING).is_file() && !Listing::read(folder).holds(folder, &name)
 }
 
-/// Whether all that is in `folder` was written by this program and is as it was.
+/// Whether everything in `folder` was written by this program and is unchanged.
 pub(crate) fn is_signed(folder: &Path) -> bool {
     let listing = Listing::read(folder);
     listing != Listing::default()
@@ -244,7 +241,7 @@ pub(crate) fn is_signed(folder: &Path) -> bool {
         })
 }
 
-/// An error for all that is no plain file: a link could lead anywhere.
+/// The hash of a regular file; an error for anything else, since a link could point anywhere.
 fn sha256_of(path: &Path) -> io::Result<String> {
     if !fs::symlink_metadata(path)?.is_file() {
         return Err(io::ErrorKind::InvalidInput.into());
@@ -252,7 +249,7 @@ fn sha256_of(path: &Path) -> io::Result<String> {
     hex_sha256_of(File::open(path)?)
 }
 
-/// The files that a folder's own listing answers for, and the folders inside that have one of their own.
+/// The files covered by a folder's listing, and the subfolders with their own listings.
 fn own_and_signed(folder: &Path) -> io::Result<(Vec<String>, Vec<String>)> {
     let files = files_below(folder)?;
     let around = |path: &String| path.strip_suffix(LISTING).filter(|path| path.ends_with('/')).map(str::to_owned);
@@ -278,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_ours_until_anything_in_it_changes() {
+    fn a_written_folder_is_own_output_until_anything_in_it_changes() {
         let folder = run();
         assert!(is_signed(folder.path()) && is_signed(&folder.path().join("graph")));
         let text = fs::read_to_string(folder.path().join(LISTING)).unwrap();
@@ -305,11 +302,11 @@ mod tests {
         sign(&folder.path().join("plain/copy")).unwrap();
         assert!(is_signed(folder.path()));
         fs::write(folder.path().join("plain/copy/thesis.tex"), "mine").unwrap();
-        assert!(!is_signed(folder.path()), "however deep it lies");
+        assert!(!is_signed(folder.path()), "at any depth");
     }
 
     #[test]
-    fn a_folder_without_a_listing_is_not_ours() {
+    fn a_folder_without_a_listing_is_foreign() {
         let folder = tempfile::tempdir().unwrap();
         assert!(!is_signed(folder.path()));
         fs::write(folder.path().join("poses.npz"), "somebody's").unwrap();
@@ -320,7 +317,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_in_place_of_a_file_is_not_ours() {
+    fn a_link_in_place_of_a_file_is_foreign() {
         let folder = run();
         let elsewhere = tempfile::tempdir().unwrap();
         fs::rename(folder.path().join("run.json"), elsewhere.path().join("run.json")).unwrap();
@@ -329,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn while_files_are_replaced_both_the_old_and_the_new_are_ours() {
+    fn while_files_are_replaced_both_the_old_and_the_new_are_listed() {
         let folder = run();
         let files = [("run.json", b"new".to_vec())];
         let old = Listing::read(folder.path());
@@ -352,16 +349,16 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_ours_once_it_is_listed_and_never_for_its_names() {
+    fn a_run_is_own_output_by_its_listing_and_not_by_its_file_names() {
         let run = folder(&[("track.json", "{}"), ("poses.npz", "years of work")]);
         assert!(!ArtefactKind::Run.is_own(run.path()));
         sign(run.path()).unwrap();
         assert!(ArtefactKind::Run.is_own(run.path()) && !ArtefactKind::Set.is_own(run.path()));
-        assert!(ArtefactKind::Run.is_own(folder(&[]).path()), "an empty directory is nobody's loss");
+        assert!(ArtefactKind::Run.is_own(folder(&[]).path()), "an empty directory may be replaced");
     }
 
     #[test]
-    fn files_are_ours_by_their_mark_and_not_by_their_name() {
+    fn files_are_own_output_by_their_mark_and_not_by_their_name() {
         let root = folder(&[
             ("page.html", "<!doctype html>\n<meta name=\"generator\" content=\"skiagraph 0.0.1\">"),
             ("chart.svg", "<svg width=\"9\"><metadata>skiagraph 9.0.0</metadata></svg>"),
@@ -374,12 +371,12 @@ mod tests {
             ("walk.model", "PK not really"),
             ("empty", ""),
         ]);
-        let ours = |name: &str| is_own_file(&root.path().join(name));
+        let is_own = |name: &str| is_own_file(&root.path().join(name));
         for name in ["page.html", "study.md", "chart.svg", "skiagraph.1", "run.json"] {
-            assert!(ours(name), "{name}");
+            assert!(is_own(name), "{name}");
         }
         for name in ["thesis.html", "other.json", "scenario.toml", "walk.model", "empty", "nowhere", "."] {
-            assert!(!ours(name), "{name}");
+            assert!(!is_own(name), "{name}");
         }
     }
 }

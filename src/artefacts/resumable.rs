@@ -1,6 +1,6 @@
-//! Work that survives an interruption: the same command goes on with it.
+//! Work that survives an interruption and is resumed by the same command.
 //!
-//! It lies in `NAME.partial` beside its place, with the settings by which the same command is known.
+//! It is stored in `NAME.partial` beside its output path, with the settings that identify the command.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,22 +15,22 @@ use super::provenance::ArtefactKind;
 use super::unfinished::{self, Unfinished};
 use crate::input::{self, excerpt, limits};
 
-/// What is in a folder of unfinished work.
+/// The content of a folder of unfinished work.
 #[derive(Debug)]
 pub(crate) struct ResumableKind {
     /// The file with the settings, JSON or (`.toml`) TOML.
     pub(crate) settings: &'static str,
     /// Their schema.
     pub(crate) schema: &'static str,
-    /// How the file begins.
+    /// The beginning of the file.
     pub(crate) head: &'static str,
-    /// Whether something of that name is work that can be gone on with.
+    /// Whether an entry of this name is work that can be resumed.
     pub(crate) is_work: fn(&str) -> bool,
-    /// What else may be there.
+    /// Other permitted entries.
     pub(crate) others: &'static [&'static str],
 }
 
-/// A folder of unfinished work. Dropped it stays if there is something in it that is worth keeping.
+/// A folder of unfinished work. It is removed when dropped, unless it is marked with [`Self::keep`].
 #[derive(Debug)]
 pub(crate) struct Resumable {
     folder: Unfinished,
@@ -38,12 +38,12 @@ pub(crate) struct Resumable {
 }
 
 impl Resumable {
-    /// Begins with these settings, or goes on with what was begun unless that has a `difference`. The place must be
-    /// locked.
+    /// Begins work with these settings, or resumes existing work unless its settings have a `difference`. The output
+    /// path must be locked.
     ///
     /// # Errors
-    /// [`ArtefactError::OtherUnfinished`] where there is a difference, unless `force` is given, which removes what was
-    /// begun; [`ArtefactError::Occupied`] where something else is there.
+    /// [`ArtefactError::OtherUnfinished`] if there is a difference, unless `force` is given, which removes the existing
+    /// work; [`ArtefactError::Occupied`] if the folder has other content.
     pub(crate) fn begin(
         to: Destination<'_>,
         kind: &ResumableKind,
@@ -51,9 +51,9 @@ impl Resumable {
         difference: impl FnOnce(&Value) -> Option<String>,
     ) -> Result<Self, ArtefactError> {
         let folder = folder_for(to.path);
-        if let Some(there) = kind.found_in(&folder)? {
-            match difference(&there) {
-                None => return Ok(Self { folder: Unfinished::resume(folder), settings: there }),
+        if let Some(existing) = kind.found_in(&folder)? {
+            match difference(&existing) {
+                None => return Ok(Self { folder: Unfinished::resume(folder), settings: existing }),
                 Some(_) if to.force => {}
                 Some(difference) => return Err(ArtefactError::OtherUnfinished { partial: folder, difference }),
             }
@@ -67,20 +67,20 @@ impl Resumable {
         Ok(this)
     }
 
-    /// The settings of what was begun at a place; `None` where nothing can be gone on with.
+    /// The settings of unfinished work for an output path, if there is work that can be resumed.
     pub(crate) fn settings_at(place: &Path, kind: &ResumableKind) -> Option<Value> {
         kind.found_in(&folder_for(place)).ok().flatten()
     }
 
-    /// What shall become a folder, written below this one.
+    /// An artefact whose temporary folder lies in this one.
     ///
     /// # Errors
-    /// As [`Artefact::begin`].
+    /// Those of [`Artefact::begin`].
     pub(crate) fn artefact(to: Destination<'_>, name: &str, kind: ArtefactKind) -> Result<Artefact, ArtefactError> {
         Artefact::begin_in(folder_for(to.path).join(name), to, kind)
     }
 
-    /// The settings with which it was begun.
+    /// The settings of the work.
     pub(crate) fn settings(&self) -> &Value {
         &self.settings
     }
@@ -90,30 +90,30 @@ impl Resumable {
         self.folder.path()
     }
 
-    /// There is something that is worth keeping.
+    /// Marks the folder as worth keeping.
     pub(crate) fn keep(&self) {
         self.folder.keep();
     }
 
-    /// Whether there is something that is worth keeping.
+    /// Whether the folder is worth keeping.
     pub(crate) fn is_kept(&self) -> bool {
         self.folder.is_kept()
     }
 
-    /// Nothing is worth keeping any more: the result is in its place, or can never be made.
+    /// Marks the folder for removal: the result is finished, or can never be made.
     pub(crate) fn discard(&self) {
         self.folder.discard();
     }
 
-    /// What to say where what is there was made otherwise.
+    /// The error for existing work with other settings.
     pub(crate) fn differs(&self, difference: String) -> ArtefactError {
         ArtefactError::OtherUnfinished { partial: self.folder().to_owned(), difference }
     }
 }
 
 impl ResumableKind {
-    /// The settings of what can be gone on with; an error for a folder that holds anything else than what this program
-    /// keeps there.
+    /// The settings of resumable work in a folder; an error if the folder has anything that this program does not write
+    /// there.
     fn found_in(&self, folder: &Path) -> Result<Option<Value>, ArtefactError> {
         if folder.symlink_metadata().is_err() {
             return Ok(None);
@@ -128,7 +128,7 @@ impl ResumableKind {
         let text = input::read_to_string(&folder.join(self.settings), limits::RECORD).unwrap_or_default();
         let settings = self.parse(&text).filter(|settings| settings["schema"] == self.schema);
         let has_work = names.iter().any(is_work);
-        // killed before anything was worth keeping
+        // killed before any work was done
         let died_early = !has_work && (self.head.starts_with(&text) || text.starts_with(self.head));
         if !names.iter().all(|name| is_work(name) || is_other(name)) || (settings.is_none() && !died_early) {
             return Err(ArtefactError::occupied(folder));
@@ -158,17 +158,17 @@ fn folder_for(place: &Path) -> PathBuf {
     sibling(place, "", ".partial")
 }
 
-/// The first key in which two tables of settings differ, with both values. Their schemas were compared before.
-pub(crate) fn difference(there: &Value, here: &Value) -> Option<String> {
-    let (old, new) = (flattened(there), flattened(here));
-    // another command differs in all keys; what it is says more than they do
+/// The first key in which two tables of settings of the same schema differ, with both values.
+pub(crate) fn difference(old: &Value, new: &Value) -> Option<String> {
+    let (old, new) = (flattened(old), flattened(new));
+    // another command differs in all keys, so the command is reported first
     let keys = || std::iter::once("command").chain(old.keys().chain(new.keys()).map(String::as_str));
     let key = keys().find(|key| old.get(*key) != new.get(*key))?;
     let value = |table: &BTreeMap<String, String>| table.get(key).map_or("nothing".to_owned(), |text| excerpt(text));
-    Some(format!("{key}: there {}, here {}", value(&old), value(&new)))
+    Some(format!("{key}: was {}, now {}", value(&old), value(&new)))
 }
 
-/// Every value by its key, as overrides name it: keys of the tables around the settings are left out.
+/// Every value by its dotted key, as in overrides: without the keys of the tables around the settings.
 fn flattened(settings: &Value) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for (key, value) in settings.as_object().into_iter().flatten().filter(|(key, _)| *key != "schema") {
@@ -208,12 +208,12 @@ mod tests {
 
     fn begin(place: &Path, particles: u32, force: bool) -> Result<Resumable, ArtefactError> {
         let settings = json!({"schema": "test/1", "tracker": {"particles": particles}});
-        let here = settings.clone();
-        Resumable::begin(Destination { path: place, force }, &KIND, settings, |there| difference(there, &here))
+        let new = settings.clone();
+        Resumable::begin(Destination { path: place, force }, &KIND, settings, |old| difference(old, &new))
     }
 
     #[test]
-    fn what_was_kept_is_gone_on_with_by_the_same_settings_and_named_by_the_key_to_others() {
+    fn kept_work_is_resumed_with_the_same_settings_and_refused_with_others() {
         let root = tempfile::tempdir().unwrap();
         let (place, folder) = (root.path().join("walk"), root.path().join("walk.partial"));
         drop(begin(&place, 100, false).unwrap());
@@ -223,7 +223,7 @@ mod tests {
         work.keep();
         drop(work);
         let other = begin(&place, 200, false).unwrap_err();
-        assert!(other.to_string().contains("particles: there 100, here 200"), "{other}");
+        assert!(other.to_string().contains("particles: was 100, now 200"), "{other}");
         assert_eq!(other.exit_code(), 2);
         let same = begin(&place, 100, false).unwrap();
         assert!(same.is_kept() && same.folder().join("work-1").exists());
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_elses_folder_of_that_name_is_left_alone_and_what_died_early_is_not_in_the_way() {
+    fn a_foreign_folder_is_left_alone_and_one_of_a_process_killed_early_is_removed() {
         let root = tempfile::tempdir().unwrap();
         let (place, folder) = (root.path().join("walk"), root.path().join("walk.partial"));
         fs::create_dir(&folder).unwrap();
@@ -258,15 +258,15 @@ mod tests {
     }
 
     #[test]
-    fn the_first_key_that_differs_is_named_with_both_values_and_another_command_before_all() {
+    fn the_first_difference_is_reported_with_both_values_and_another_command_first() {
         let run = json!({"command": "run", "scenario": {"seeds": 5, "rig": {"ring": {"count": 4}}}});
         let mut other = run.clone();
         other["scenario"]["rig"]["ring"]["count"] = json!(8);
-        assert_eq!(difference(&run, &other).unwrap(), "rig.ring.count: there 4, here 8");
+        assert_eq!(difference(&run, &other).unwrap(), "rig.ring.count: was 4, now 8");
         assert_eq!(difference(&run, &run), None);
         let evaluated = json!({"command": "evaluate", "estimate": "mine.npz"});
-        assert_eq!(difference(&run, &evaluated).unwrap(), "command: there run, here evaluate");
+        assert_eq!(difference(&run, &evaluated).unwrap(), "command: was run, now evaluate");
         let seedless = json!({"command": "run", "scenario": {"rig": {"ring": {"count": 4}}}});
-        assert_eq!(difference(&run, &seedless).unwrap(), "seeds: there 5, here nothing");
+        assert_eq!(difference(&run, &seedless).unwrap(), "seeds: was 5, now nothing");
     }
 }

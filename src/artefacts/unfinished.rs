@@ -1,4 +1,4 @@
-//! Unfinished work of this process, which is removed when it is stopped.
+//! Unfinished output of this process, which is removed when the process is interrupted.
 
 use std::fs;
 use std::io;
@@ -9,13 +9,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::error::{ArtefactError, NOTHING_WRITTEN};
 
 struct Register {
-    /// Files and directories that are worth nothing unless they are finished.
+    /// Unfinished files and directories.
     begun: Vec<PathBuf>,
-    /// Directories that were made for them, innermost first: removed where they are empty.
+    /// Directories that were created for them, innermost first; removed if empty.
     made: Vec<PathBuf>,
-    /// What an interruption leaves on purpose.
+    /// Saved progress, which an interruption does not remove.
     kept: Option<PathBuf>,
-    /// The last result that was put in its place.
+    /// The last finished result.
     finished: Option<PathBuf>,
 }
 
@@ -26,8 +26,8 @@ fn register() -> MutexGuard<'static, Register> {
     REGISTER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file or directory that is being written: removed when it is dropped and when the process is stopped, unless it is
-/// moved to its place before, or worth keeping.
+/// A file or directory that is being written: removed when dropped and when the process is interrupted, unless it was
+/// finished before, or is kept.
 #[derive(Debug)]
 pub(crate) struct Unfinished {
     path: PathBuf,
@@ -35,26 +35,26 @@ pub(crate) struct Unfinished {
 }
 
 impl Unfinished {
-    /// What shall be written to `path`.
+    /// Registers `path` as unfinished.
     pub(crate) fn begin(path: impl Into<PathBuf>) -> Self {
         let path = path.into();
         register().begun.push(path.clone());
         Self { path, is_kept: AtomicBool::new(false) }
     }
 
-    /// What was kept at `path` by an earlier process.
+    /// Work that an earlier process kept at `path`.
     pub(crate) fn resume(path: impl Into<PathBuf>) -> Self {
         let this = Self { path: path.into(), is_kept: AtomicBool::new(false) };
         this.keep();
         this
     }
 
-    /// Where it is written.
+    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// From now on it stays when it is dropped and when the process is stopped: the same command goes on with it.
+    /// Keeps it when it is dropped and when the process is interrupted, so that the same command can resume it.
     pub(crate) fn keep(&self) {
         if !self.is_kept.swap(true, Ordering::SeqCst) {
             let mut register = register();
@@ -63,17 +63,17 @@ impl Unfinished {
         }
     }
 
-    /// Whether it stays.
+    /// Whether it is kept.
     pub(crate) fn is_kept(&self) -> bool {
         self.is_kept.load(Ordering::SeqCst)
     }
 
-    /// Has it removed when it is dropped, although it was kept.
+    /// Removes it when it is dropped, even if it was kept.
     pub(crate) fn discard(&self) {
         self.is_kept.store(false, Ordering::SeqCst);
     }
 
-    /// Has it moved to `target`. It cannot be removed meanwhile; afterwards it is finished.
+    /// Moves it to `target` with `move_there`, during which it cannot be removed; afterwards it is finished.
     pub(crate) fn finish<E>(&self, target: &Path, move_there: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
         finish(&self.path, target, move_there)
     }
@@ -82,7 +82,7 @@ impl Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         if !self.is_kept() {
-            // where it is finished nothing is there any more; before, nobody is left to tell of a failure
+            // a finished path no longer exists; otherwise a failure could not be reported anywhere
             remove(&self.path).ok();
         }
         let mut register = register();
@@ -93,7 +93,7 @@ impl Drop for Unfinished {
     }
 }
 
-/// Has `path` moved to `target`. It cannot be removed meanwhile; afterwards it is finished.
+/// Moves `path` to `target` with `move_there`, during which it cannot be removed; afterwards it is finished.
 pub(super) fn finish<E>(path: &Path, target: &Path, move_there: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
     let mut register = register();
     move_there()?;
@@ -102,37 +102,38 @@ pub(super) fn finish<E>(path: &Path, target: &Path, move_there: impl FnOnce() ->
     Ok(())
 }
 
-/// These directories, innermost first, were made for what is begun: empty ones are removed when the process is stopped.
+/// Registers directories, innermost first, that were created for unfinished output: empty ones are removed when the
+/// process is interrupted.
 pub(super) fn made(directories: &[PathBuf]) {
     register().made.extend_from_slice(directories);
 }
 
-/// Removes directories that were made and are empty, innermost first; the others stay.
+/// Removes the empty ones of these directories, innermost first.
 pub(super) fn remove_empty(directories: &[PathBuf]) {
     directories.iter().for_each(|directory| drop(fs::remove_dir(directory)));
     register().made.retain(|made| !directories.contains(made));
 }
 
-/// Removes everything that this process has begun and not finished, for good: nothing can be begun or finished
-/// afterwards. For a process that ends at once. Returns what to tell the user.
+/// Removes all unfinished output of this process and returns the message for the user. The process must end afterwards:
+/// nothing can be begun or finished any more.
 pub fn abandon() -> String {
     let mut register = register();
     for path in std::mem::take(&mut register.begun) {
-        // Threads may still be writing below a directory: what they add is removed by another try.
+        // Threads may still be writing into a directory, so removing it may need several attempts.
         (0..5).find(|_| remove(&path).is_ok());
     }
     register.made.iter().for_each(|directory| drop(fs::remove_dir(directory)));
-    let there = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
-    let said = match (there(&register.kept), there(&register.finished)) {
+    let existing = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
+    let message = match (existing(&register.kept), existing(&register.finished)) {
         (Some(partial), _) => ArtefactError::ProgressSaved { partial }.to_string(),
         (None, Some(path)) => format!("interrupted; {} was already written", path.display()),
         (None, None) => NOTHING_WRITTEN.to_owned(),
     };
     std::mem::forget(register);
-    said
+    message
 }
 
-/// Removes a file or a directory with all that is below; done as well if nothing is there.
+/// Removes a file, or a directory with everything below it; a missing path is not an error.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
     let removed = match path.symlink_metadata() {
         Ok(found) if found.is_dir() => fs::remove_dir_all(path),

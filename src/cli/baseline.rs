@@ -8,13 +8,13 @@ use clap::{Args, Subcommand};
 use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, mean, seeds_in_words};
+use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, describe_seeds, mean};
 use crate::experiment::{BASELINES, Baseline};
 
-/// Save, list and show the baselines that skiagraph gate compares runs with
+/// Save, list and show baselines for skiagraph gate
 ///
-/// A baseline is a small file to be committed: the values of every metric per clip, draw of the noise and seed, with
-/// set hashes, protocols, settings and versions.
+/// A baseline is a small file to commit to version control: the values of every metric per clip, noise draw and seed,
+/// with set hashes, protocols, settings and versions.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline list\n  \
                         skiagraph baseline show walk\n  skiagraph baseline show walk --json")]
@@ -29,7 +29,7 @@ pub(super) struct Arguments {
 
 #[derive(Subcommand, Debug)]
 enum BaselineAction {
-    /// Save measured runs as a baseline; an existing one of that name is replaced
+    /// Save measured runs as a baseline, replacing an existing baseline of that name
     #[command(
         after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs\n  \
                             skiagraph baseline save mine runs/mine-draw-1 runs/mine-draw-2 runs/mine-draw-3 runs/mine-draw-4 \
@@ -39,8 +39,8 @@ enum BaselineAction {
         /// Name of the baseline: letters, digits, dots, - and _
         #[arg(value_name = "NAME")]
         name: String,
-        /// Directories of runs, or of runs below them, with at least 5 seeds of every set, 5 draws of every clip's
-        /// noise, or 5 clips
+        /// Run directories, or directories that contain runs, with at least 5 seeds per set, 5 noise draws per clip, or
+        /// 5 clips
         #[arg(value_name = "RUN", required = true)]
         runs: Vec<PathBuf>,
         /// Rename an existing file to NAME.json~ if skiagraph did not write it
@@ -77,20 +77,20 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
             output::print(&format!(
                 "{}{}: {}{before}",
-                misread(&saved.baseline),
+                misread_warnings(&saved.baseline),
                 saved.path.display(),
-                line(&saved.baseline)
+                summary_line(&saved.baseline)
             ))?;
         }
         BaselineAction::List { json } => list(folder, *json)?,
         BaselineAction::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
-        BaselineAction::Show { name, json: false } => output::print(&shown(&Baseline::read(name, folder)?))?,
+        BaselineAction::Show { name, json: false } => output::print(&describe(&Baseline::read(name, folder)?))?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Warnings about estimates that may have been misread; they precede the values.
-fn misread(baseline: &Baseline) -> String {
+fn misread_warnings(baseline: &Baseline) -> String {
     baseline.misread.iter().map(|hint| format!("The estimate may have been misread: {hint}.\n\n")).collect()
 }
 
@@ -107,7 +107,7 @@ fn list(folder: &std::path::Path, json: bool) -> Result<(), CommandError> {
     }
     for (name, baseline) in all {
         match baseline {
-            Ok(baseline) => output::print(&format!("{name:<24} {}", line(&baseline)))?,
+            Ok(baseline) => output::print(&format!("{name:<24} {}", summary_line(&baseline)))?,
             Err(error) => output::print(&format!("{name:<24} cannot be read: {error}"))?,
         }
     }
@@ -115,13 +115,13 @@ fn list(folder: &std::path::Path, json: bool) -> Result<(), CommandError> {
 }
 
 /// `walk (seeds 0 to 9), annealed_particle_filter, version 0.1.0, 31.2 mm`
-fn line(baseline: &Baseline) -> String {
+fn summary_line(baseline: &Baseline) -> String {
     let of_clip = |(name, clip): (&String, &MeasuredClip)| {
         let draws = match baseline.runs.sets_of(name).len() {
             1 => String::new(),
             draws => format!("{draws} draws, "),
         };
-        format!("{name} ({draws}seeds {})", seeds_in_words(&clip.seeds))
+        format!("{name} ({draws}seeds {})", describe_seeds(&clip.seeds))
     };
     let clips: Vec<String> = baseline.runs.clips.iter().map(of_clip).collect();
     let mut trackers: Vec<&str> = baseline.runs.clips.values().map(|clip| clip.tracker.as_str()).collect();
@@ -138,11 +138,11 @@ fn error_of(runs: &MeasuredRuns) -> Option<f64> {
     mean(&runs.clips.keys().filter_map(of_clip).collect::<Vec<_>>())
 }
 
-fn shown(baseline: &Baseline) -> String {
-    let mut lines = vec![format!("{}{}: {}", misread(baseline), baseline.name, line(baseline))];
+fn describe(baseline: &Baseline) -> String {
+    let mut lines = vec![format!("{}{}: {}", misread_warnings(baseline), baseline.name, summary_line(baseline))];
     for (name, clip) in baseline.runs.sets() {
         lines.push(format!("\n{name}: {} frames at {} Hz, set {}", clip.frames, clip.frames_per_second, clip.set_hash));
-        lines.push(format!("  {:<32} {:>12} {:>12} {:>12}  seeds", "", "mean", "least", "greatest"));
+        lines.push(format!("  {:<32} {:>12} {:>12} {:>12}  seeds", "", "mean", "min", "max"));
         for metric in METRICS {
             let values: Vec<f64> = clip.values(metric.name).into_iter().map(|(_, value)| value).collect();
             let Some(average) = mean(&values) else { continue };

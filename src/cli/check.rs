@@ -11,13 +11,15 @@ use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::body::DrawnShares;
-use crate::experiment::{CameraView, CheckReport, ExperimentError, RunCost, check, unusable_files};
+use crate::common::ExperimentError;
+use crate::experiment::{CheckReport, RunCost, check, unusable_files};
+use crate::prepare::CameraView;
 use crate::scenario::{ScenarioError, ScenarioFile, Survey};
 use crate::sweep::SweepFile;
 
-/// Check a scenario: list every error, or estimate what a run costs
+/// Check a scenario: list every error, or estimate the cost of a run
 ///
-/// SCENARIO may also be a sweep file: then its cells are counted, and their time is estimated.
+/// If SCENARIO is a sweep file, counts its cells and estimates their time.
 ///
 /// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
 /// second to estimate the run time.
@@ -39,11 +41,12 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
         return check_file(sweep, mocap, arguments.scenario.access(), arguments.json);
     }
-    let Survey { file, complaints } = arguments.scenario.survey()?;
-    let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
+    let Survey { file, diagnostics } = arguments.scenario.survey()?;
+    let mut errors: Vec<ExperimentError> =
+        diagnostics.into_iter().map(|error| ScenarioError::from(error).into()).collect();
     match file {
         Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
-            Ok(check_report) => return tell(arguments, &file, &check_report, volume),
+            Ok(check_report) => return print_report(arguments, &file, &check_report, volume),
             Err(found) => errors = found.into_iter().map(|error| error.about(&file.origin)).collect(),
         },
         Some(file) => errors.extend(unusable_files(&file, mocap.as_deref())),
@@ -60,7 +63,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::from(2))
 }
 
-fn tell(
+fn print_report(
     arguments: &Arguments,
     file: &ScenarioFile,
     check_report: &CheckReport,
@@ -69,7 +72,7 @@ fn tell(
     if arguments.json {
         output::print_json(check_report)?;
     } else {
-        output::print(&in_words(&file.origin, check_report))?;
+        output::print(&describe(&file.origin, check_report))?;
         volume.notes(&check_report.notes);
     }
     Ok(ExitCode::SUCCESS)
@@ -88,7 +91,7 @@ fn error_as_json(error: &ExperimentError) -> Value {
     }
 }
 
-fn in_words(origin: &str, s: &CheckReport) -> String {
+fn describe(origin: &str, s: &CheckReport) -> String {
     let model = if s.matched { "matched" } else { "mismatched" };
     let cost = match s.likelihood_evaluations {
         0 => String::new(),
@@ -100,7 +103,7 @@ fn in_words(origin: &str, s: &CheckReport) -> String {
         "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
          path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
          x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
-         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {} seed(s){cost}",
+         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {}{cost}",
         s.clip,
         s.frames,
         s.frames_per_second,
@@ -109,21 +112,21 @@ fn in_words(origin: &str, s: &CheckReport) -> String {
         s.path.length_m,
         s.actor,
         s.tracker_body,
-        drawn_in_words(s.actor_drawn.as_ref()),
-        drawn_in_words(s.tracker_body_drawn.as_ref()),
+        describe_drawn(s.actor_drawn.as_ref()),
+        describe_drawn(s.tracker_body_drawn.as_ref()),
         s.tracker,
-        s.seeds,
+        output::counted(s.seeds as usize, "seed"),
     );
-    s.views.iter().for_each(|view| text.push_str(&view_in_words(view)));
-    text + &cost_in_words(&s.cost)
+    s.views.iter().for_each(|view| text.push_str(&describe_view(view)));
+    text + &describe_cost(&s.cost)
 }
 
-/// How much of a body its solids draw.
-fn drawn_in_words(shares: Option<&DrawnShares>) -> String {
-    shares.map_or("in a skin".to_owned(), DrawnShares::in_words)
+/// How much of the body its solids cover in images.
+fn describe_drawn(shares: Option<&DrawnShares>) -> String {
+    shares.map_or("in a skin".to_owned(), DrawnShares::describe)
 }
 
-fn view_in_words(view: &CameraView) -> String {
+fn describe_view(view: &CameraView) -> String {
     let seen = match view.height_px {
         None => "never sees the actor".to_owned(),
         Some([least, median, greatest]) => {
@@ -141,7 +144,7 @@ fn view_in_words(view: &CameraView) -> String {
     format!("\n  camera   {}: {seen}{cut}", view.camera)
 }
 
-fn cost_in_words(cost: &RunCost) -> String {
+fn describe_cost(cost: &RunCost) -> String {
     let threads = output::counted(cost.threads, "thread");
     let learning = match cost.models_to_learn {
         0 => String::new(),

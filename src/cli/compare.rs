@@ -10,24 +10,25 @@ use super::folders::expect_run;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
+use crate::common::ExperimentError;
 use crate::evaluation::IntervalUnit;
-use crate::experiment::{ExperimentError, SidesToCompare, compare_sides};
+use crate::experiment::{SidesToCompare, compare_sides};
 use crate::report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
-/// RUN is the directory of a run, or a directory of runs (clips, draws of their noise, several seeds). All are compared
-/// with the first. If a single RUN is given, the runs in it (the methods of a scenario) are compared with each other.
-/// With --vs, all RUN before it are one side and all after it the other.
+/// RUN is the directory of a run, or a directory that contains runs (clips, noise draws, further seeds). All are
+/// compared with the first. If a single RUN is given, the runs in it (the methods of a scenario) are compared with each
+/// other. With --vs, the RUNs before it form one side and the RUNs after it the other.
 ///
 /// Intervals are over clips (each the mean of its draws and seeds) if both sides have at least three in common;
 /// otherwise over draws of the observation noise, at least three per clip; otherwise over seeds; never over frames. The
-/// output states what the intervals do not cover. They are Student's or Welch's t, and need at least three values.
+/// output states what the intervals do not cover. They use Student's or Welch's t and need at least three values.
 ///
-/// Seeds are paired if the sides have the same seeds, or share at least three in every set and at least half of those
-/// of the side with more; other seeds are then left out. The rule does not look at the values. Bit-identical runs are
-/// one observation. p values are adjusted for the number of metrics (Holm). The share of runs that lose the body is
-/// compared separately.
+/// Seeds are paired if both sides have the same seeds, or if they share at least three seeds in every set and at least
+/// half of the seeds of the larger side; unshared seeds are then left out. Pairing does not depend on the values.
+/// Bit-identical runs count as one observation. p values are adjusted for the number of metrics (Holm). The share of
+/// runs that lose the body is compared separately.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \
@@ -37,11 +38,11 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
                         skiagraph compare runs/main runs/mine --unit seeds\n  \
                         skiagraph compare runs/4-cameras runs/2-cameras --across-sets")]
 pub(super) struct Arguments {
-    /// Directories of runs; the first is the base
+    /// Run directories; the first is the base
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
 
-    /// Directories of runs that together are the other side; those before --vs together are the base
+    /// Run directories of the other side; those before --vs form the base
     #[arg(long, value_name = "RUN", num_args = 1..)]
     vs: Vec<PathBuf>,
 
@@ -49,7 +50,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "UNIT")]
     unit: Option<IntervalUnit>,
 
-    /// Compare runs on different sets of the same name (other cameras, other noise), unpaired
+    /// Compare runs on different sets of the same name (different cameras or noise), unpaired
     #[arg(long)]
     across_sets: bool,
 

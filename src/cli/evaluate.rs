@@ -11,27 +11,27 @@ use super::volume::Volume;
 use super::{CommandError, output, summary};
 use crate::benchmark_set::{FARTHEST_M, SetPlace};
 use crate::evaluation::AxisOrder;
-use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
+use crate::experiment::evaluate_run;
+use crate::measure::{PosesDeclared, REPORT_FILE};
 use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
-/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv,
-/// .trc, .c3d or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go
-/// beside it, into NAME-evaluation; files that skiagraph did not write are never changed.
+/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
+/// .c3d or .bvh file. Results of a skiagraph run go into its directory. Results of another program's estimate go into
+/// NAME-evaluation beside it; files that skiagraph did not write are never changed.
 ///
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
-/// HumanEva's markers, or joints or links of the set's body. --joint-map maps other names: a TOML file with lines such
-/// as "LKnee" = "left_knee"; unmapped names are used unchanged. In BVH files a name that is both a joint and a marker
-/// is the joint. Frames missing from a CSV file with frame numbers are lost.
-///
-/// Keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and SMPL are also recognised by name.
+/// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
+/// SMPL are also recognised. --joint-map maps other names: a TOML file with lines such as "LKnee" = "left_knee";
+/// unmapped names are used unchanged. In BVH files, a name of both a joint and a marker means the joint. Frames missing
+/// from a CSV file with frame numbers count as lost.
 ///
 /// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
 /// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
-/// look like degrees are refused unless --angles states their unit. The output states what was declared and what was
-/// assumed. If other axes, units, sides, frame numbers, names or another origin would remove most of the error, the
-/// result begins with a hint that names the option to use.
+/// look like degrees are refused unless --angles gives their unit. The output states what was declared and what was
+/// assumed. If different axes, units, sides, frame numbers, names or a different origin would remove most of the error,
+/// the output begins with a hint that names the option to use.
 ///
 /// Another program's .npz needs fps and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
@@ -53,23 +53,24 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
-    /// Directory of the run, or a file of poses
+    /// Directory of the run, or a pose file
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
     run: Option<PathBuf>,
 
-    /// File of poses: .npz, .csv, .trc, .c3d or .bvh
+    /// Pose file: .npz, .csv, .trc, .c3d or .bvh
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
-    /// Unit of length [default: as the file declares, else m]
+    /// Unit of length [default: the file's declared unit, else m]
     #[arg(long, value_enum, value_name = "UNITS")]
     units: Option<Units>,
 
-    /// Vertical axis: y is --axes x,z,-y, of .bvh y,z,x [default: z; of .trc and .bvh y]
+    /// Vertical axis; y means --axes x,z,-y (y,z,x for .bvh) [default: z; y for .trc and .bvh]
     #[arg(long, value_enum, value_name = "AXIS", conflicts_with = "axes")]
     up: Option<UpArgument>,
 
-    /// What the file's three coordinates are in the set's axes, where z is up: y,z,x or -x,z,y [default: as --up]
+    /// Axis of the set (z up) that each of the file's coordinates gives, for example y,z,x or -x,z,y [default: from
+    /// --up]
     #[arg(long, value_name = "ORDER", allow_hyphen_values = true)]
     axes: Option<AxisOrder>,
 
@@ -77,12 +78,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     swap_sides: bool,
 
-    /// Add N to the frame numbers: the file's frame 0 is the set's frame N (N < 0 for an estimate that is late). Frames
-    /// outside the set are dropped; frames of the set without an estimate are lost
+    /// Add N to the frame numbers: the file's frame 0 is the set's frame N (N < 0 if the estimate is late). Frames
+    /// outside the set are dropped; frames of the set without an estimate count as lost
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(i64).range(-10_000_000..=10_000_000))]
     shift: Option<i64>,
 
-    /// Where the file's origin is in the set, metres, added after --units and --axes
+    /// Position of the file's origin in the set, in metres; added after --units and --axes
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = offset)]
     offset: Option<[f64; 3]>,
 
@@ -90,11 +91,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "UNIT")]
     angles: Option<AngleUnit>,
 
-    /// TOML file that maps joint names, a line each: "theirs" = "ours"
+    /// TOML file that maps joint names, one per line: "name in the file" = "name in skiagraph"
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
 
-    /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, with the file's whole name]
+    /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, keeping the file's extension]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -116,7 +117,7 @@ enum Units {
     Ft,
 }
 
-/// Three numbers with commas, metres.
+/// Parses three comma-separated numbers in metres.
 fn offset(text: &str) -> Result<[f64; 3], String> {
     let refuse = || format!("expected three numbers in metres, at most {FARTHEST_M}, separated by commas: 0.5,-1,0");
     let number = |part: &str| part.trim().parse::<f64>().ok().filter(|metres| metres.abs() <= FARTHEST_M);

@@ -14,12 +14,13 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::SetPlace;
-use crate::experiment::{ExperimentError, ExportTo, export_set};
+use crate::common::ExperimentError;
+use crate::experiment::{ExportTo, export_set};
 
 /// Write a benchmark set in other tools' formats
 ///
-/// The folder of each format has a README.txt with axes, units and what is left out. Exports hold the truth: they are
-/// for evaluation, not for trackers. Each is read back by the format's own reader in this project's tests.
+/// Each format's folder has a README.txt that states axes, units and omissions. Exports contain the ground truth: use
+/// them for evaluation, not as tracker input. This project's tests read each format back with the format's own reader.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \
@@ -39,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FORMAT", required = true, value_delimiter = ',', value_parser = formats())]
     to: Vec<ExportTo>,
 
-    /// Output directory; of several formats the directory that holds one of each [default: SET-FORMAT]
+    /// Output directory; each of several formats gets a subdirectory [default: SET-FORMAT]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -74,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where a format goes.
+/// Output directory of a format.
 fn place(arguments: &Arguments, to: ExportTo) -> Result<PathBuf, ExperimentError> {
     match &arguments.out {
         Some(out) if arguments.to.len() == 1 => Ok(out.clone()),

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use clap::Args;
 
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::AllowedFolders;
 use crate::scenario::{NamedOnCommandLine, ScenarioFile};
 use crate::sweep::PlannedSweep;
 
-/// Where files that a file names may lie.
+/// Which files a scenario or sweep may refer to.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct FileAccess {
     /// Allow files to refer to files anywhere. By default they may refer only to files below their own folder or
@@ -19,7 +19,8 @@ pub(super) struct FileAccess {
 }
 
 impl FileAccess {
-    /// What a scenario or sweep in `folder` may name because of these assignments and this directory.
+    /// Folders that a scenario or sweep in `folder` may refer to, including those of these assignments and the mocap
+    /// directory.
     pub(super) fn allowed(
         self,
         folder: &Path,
@@ -29,14 +30,14 @@ impl FileAccess {
         NamedOnCommandLine { assignments, mocap_directory, anywhere: self.allow_outside }.allowed(folder)
     }
 
-    /// A planned sweep.
+    /// Opens a planned sweep.
     pub(super) fn open_sweep(self, root: &Path) -> Result<PlannedSweep, ExperimentError> {
         let sweep = PlannedSweep::open(root)?;
         Ok(if self.allow_outside { sweep.allowing_all_files() } else { sweep })
     }
 
-    /// Lets a scenario name what this directory holds; what its overrides name, it may name anyway.
-    pub(super) fn give(self, file: &mut ScenarioFile, mocap_directory: Option<&Path>) {
+    /// Allows a scenario to refer to files in the mocap directory; files named in its overrides are always allowed.
+    pub(super) fn grant(self, file: &mut ScenarioFile, mocap_directory: Option<&Path>) {
         let allowed = self.allowed(&file.folder, &[], mocap_directory);
         file.allowed.allow_all_of(&allowed);
     }

@@ -1,45 +1,46 @@
-//! Sets and runs as arguments: whether a folder is what was asked for, before anything in it is read.
+//! Checks that set and run arguments are folders of the right kind, before reading their content.
 
 use std::path::Path;
 
 use crate::benchmark_set::is_set;
-use crate::experiment::{ExperimentError, RUN_FILE};
+use crate::common::ExperimentError;
+use crate::measure::RUN_FILE;
 use crate::scenario::similar_file;
 
-/// Files of which a tracker's folder has one.
-const FILES_OF_RUNS: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
+/// A folder with any of these files is a run.
+const RUN_FILES: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
 
-/// Checks that this may be a set: refuses a misspelt path, a scenario and a run.
+/// Refuses a misspelt path, a scenario and a run.
 ///
 /// # Errors
 /// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
-    expect_there("SET", set)?;
+    refuse_misspelt("SET", set)?;
     if set.is_file() && set.extension().is_some_and(|extension| extension == "toml") {
         let what = format!(
-            "is a scenario or another file of settings, and the directory of a benchmark set was expected: make the set \
-             first with skiagraph render {} --out SET",
+            "is a settings file, but the directory of a benchmark set was expected: make the set with skiagraph render \
+             {} --out SET",
             set.display()
         );
-        return Err(mistaken("SET", set, &what));
+        return Err(wrong_kind("SET", set, &what));
     }
     if !is_set(set) && is_run(set) {
-        let what = "is a run, and a benchmark set was expected: give the set that the run was made on";
-        return Err(mistaken("SET", set, what));
+        let what = "is a run, but a benchmark set was expected: give the set that the run was made on";
+        return Err(wrong_kind("SET", set, what));
     }
     Ok(())
 }
 
-/// Checks that this may be a run or a file of estimates: refuses a misspelt path and a set.
+/// Refuses a misspelt path and a set.
 ///
 /// # Errors
 /// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_run(run: &Path) -> Result<(), ExperimentError> {
-    expect_there("RUN", run)?;
+    refuse_misspelt("RUN", run)?;
     if is_set(run) && !is_run(run) {
-        let what = "is a benchmark set, and a run was expected: make one with skiagraph track SET --tracker NAME --out \
+        let what = "is a benchmark set, but a run was expected: make one with skiagraph track SET --tracker NAME --out \
                     RUN, and measure it with skiagraph evaluate SET RUN";
-        return Err(mistaken("RUN", run, what));
+        return Err(wrong_kind("RUN", run, what));
     }
     Ok(())
 }
@@ -47,11 +48,11 @@ pub(super) fn expect_run(run: &Path) -> Result<(), ExperimentError> {
 /// Checks the arguments of a command that takes a set and then a run; `command` is its name.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`], also if they are exchanged.
+/// [`ExperimentError::Argument`], also if the two are swapped.
 pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Result<(), ExperimentError> {
     if is_set(run) && !is_set(set) && (is_run(set) || set.is_file()) {
         let detail = format!(
-            "the two are exchanged, {} is the set: skiagraph {command} {} {}",
+            "SET and RUN are swapped: {} is the set; use skiagraph {command} {} {}",
             run.display(),
             run.display(),
             set.display()
@@ -64,7 +65,7 @@ pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Resul
 
 /// Refuses a path that does not exist if a sibling has a similar name; any other missing path is reported when it is
 /// read.
-fn expect_there(argument: &'static str, path: &Path) -> Result<(), ExperimentError> {
+fn refuse_misspelt(argument: &'static str, path: &Path) -> Result<(), ExperimentError> {
     match similar_file(path).filter(|_| !path.exists()) {
         Some(guess) => {
             let detail = format!("no such file or folder: {}; did you mean {guess}?", path.display());
@@ -74,10 +75,10 @@ fn expect_there(argument: &'static str, path: &Path) -> Result<(), ExperimentErr
     }
 }
 
-fn is_run(folder: &Path) -> bool {
-    FILES_OF_RUNS.iter().any(|file| folder.join(file).is_file())
+pub(super) fn is_run(folder: &Path) -> bool {
+    RUN_FILES.iter().any(|file| folder.join(file).is_file())
 }
 
-fn mistaken(argument: &'static str, path: &Path, what: &str) -> ExperimentError {
+fn wrong_kind(argument: &'static str, path: &Path, what: &str) -> ExperimentError {
     ExperimentError::Argument { argument, detail: format!("{} {what}", path.display()) }
 }

@@ -11,23 +11,23 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, keep_others_from_junit, put_file};
+use crate::common::ExperimentError;
 use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
 use crate::experiment::{
-    BASELINES, Baseline, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run,
-    read_rules,
+    BASELINES, Baseline, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run, read_rules,
 };
 use crate::report::GateReport;
 
 /// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
 /// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is never the frame. Run
-/// and baseline need at least 5 seeds of every set; 10 are usual. Runs of the baseline's own seeds are paired. A
-/// tracker that draws no random numbers is gated over draws of the observation's noise (sets rendered with other values
-/// of observation.seed), 5 of every clip, or over 5 clips; --unit chooses.
+/// inconclusive in between; the gate then estimates how many more seeds would decide it. Intervals are never over
+/// frames. Run and baseline need at least 5 seeds per set; 10 are usual. Seeds that the baseline also has are paired. A
+/// tracker without random numbers is gated over 5 noise draws per clip (sets rendered with different values of
+/// observation.seed) or over 5 clips; --unit selects which.
 ///
-/// Metrics of the truth must not change. Errors are means over markers with an estimate; therefore coverage must not
-/// fall by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of
+/// Metrics of the ground truth must not change. Errors are means over markers with an estimate; therefore coverage must
+/// not fall by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml sets budgets for
 /// several metrics and clips; scenarios/README.md lists its keys.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
@@ -37,11 +37,11 @@ use crate::report::GateReport;
                         skiagraph gate runs/draw-1 runs/draw-2 runs/draw-3 runs/draw-4 runs/draw-5 --baseline mine --margin 2mm\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --markdown >> $GITHUB_STEP_SUMMARY")]
 pub(super) struct Arguments {
-    /// Directories of runs, or of runs below them: clips, draws of their noise, further seeds
+    /// Run directories, or directories that contain runs: clips, noise draws, further seeds
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
 
-    /// The baseline: its name, or its .json file
+    /// Name of the baseline, or its .json file
     #[arg(long, value_name = "NAME")]
     baseline: String,
 
@@ -53,11 +53,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "MARGIN", allow_hyphen_values = true)]
     margin: Option<Margin>,
 
-    /// The metric of --margin
+    /// Metric that --margin applies to
     #[arg(long, value_name = "NAME", default_value = "humaneva_mm", requires = "margin")]
     metric: String,
 
-    /// File of budgets [default: gate.toml, if it is there and no --margin is given]
+    /// File of budgets [default: gate.toml, if it exists and --margin is not given]
     #[arg(long, value_name = "FILE")]
     rules: Option<PathBuf>,
 
@@ -69,12 +69,12 @@ pub(super) struct Arguments {
     #[arg(long)]
     other_seeds: bool,
 
-    /// Run the baseline's seeds that the run lacks, at most N; if the gate is then inconclusive, run N further seeds of
-    /// the same tracker on the same set and repeat the gate
+    /// Run up to N seeds that the baseline has and the run lacks; if the gate is then inconclusive, run N further seeds
+    /// of the same tracker on the same set and repeat the gate
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     add_seeds: Option<u32>,
 
-    /// The run's set, for --add-seeds [default: drawn again from the scenario.toml of the run]
+    /// The run's set, for --add-seeds [default: rendered again from the run's scenario.toml]
     #[arg(long, value_name = "SET", requires = "add_seeds")]
     set: Vec<PathBuf>,
 
@@ -89,7 +89,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     access: FileAccess,
 
-    /// What an inconclusive gate counts as: itself (exit code 3), pass (0) or fail (1); in --junit and --github as well
+    /// Result of an inconclusive gate: inconclusive (exit code 3), pass (0) or fail (1); also in --junit and --github
     #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
     inconclusive: InconclusiveAs,
 
@@ -159,17 +159,19 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         }
     }
     let run = arguments.runs.iter().map(|run| run.display().to_string()).collect::<Vec<_>>().join(" ");
-    let inconclusive = arguments.inconclusive.counted();
+    let inconclusive = arguments.inconclusive.verdict();
     let report = GateReport { run: &run, baseline: &baseline.name, outcome: &outcome, inconclusive };
     if let Some(path) = &arguments.junit {
         let text = report.junit().map_err(ExperimentError::from)?;
         put_file(Destination { path, force: arguments.force }, text.as_bytes())?;
         volume.written(path);
     }
-    match () {
-        () if arguments.json => output::print_json(&outcome)?,
-        () if arguments.markdown => output::print(&report.markdown())?,
-        () => output::print(&report.text())?,
+    if arguments.json {
+        output::print_json(&outcome)?;
+    } else if arguments.markdown {
+        output::print(&report.markdown())?;
+    } else {
+        output::print(&report.text())?;
     }
     if arguments.github {
         output::print(&report.annotations())?;
@@ -189,7 +191,7 @@ fn exit_code(verdict: GateVerdict) -> u8 {
 }
 
 impl InconclusiveAs {
-    fn counted(self) -> GateVerdict {
+    fn verdict(self) -> GateVerdict {
         match self {
             Self::Pass => GateVerdict::Pass,
             Self::Fail => GateVerdict::Fail,
@@ -199,7 +201,7 @@ impl InconclusiveAs {
 }
 
 impl Arguments {
-    /// Budgets of the file and of the command line.
+    /// Budgets from the rules file and from the command line.
     fn rules(&self) -> Result<GateRules, ExperimentError> {
         if self.margin.is_some() {
             check_metric(&self.metric).map_err(|detail| ExperimentError::Argument { argument: "--metric", detail })?;
@@ -215,7 +217,7 @@ impl Arguments {
             }
             (None, Some(rules)) => rules,
             _ => {
-                let detail = format!("give one, as in --margin 2mm, or budgets in {GATE_FILE}");
+                let detail = format!("no margin is given: use --margin 2mm, for example, or budgets in {GATE_FILE}");
                 return Err(ExperimentError::Argument { argument: "--margin", detail });
             }
         };

@@ -7,11 +7,12 @@ use clap::{Args, ValueEnum};
 
 use super::file_access::FileAccess;
 use super::folders::expect_set;
-use super::inspect_words::in_words;
+use super::inspect_text::describe;
 use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
 use crate::artefacts::Destination;
-use crate::experiment::{ExperimentError, InspectOptions, Inspected, inspect, is_skin_file};
+use crate::common::ExperimentError;
+use crate::inspect::{InspectOptions, Inspected, inspect, is_skin_file};
 use crate::scenario::SolidsSource;
 
 /// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set
@@ -25,9 +26,9 @@ use crate::scenario::SolidsSource;
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
                         skiagraph inspect scenarios/editing/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
-    /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), for the
-    /// motion that it makes of its recordings; the directory of a benchmark set
+    /// A model from skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
+    /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), to show
+    /// its edited motion; the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SKIN|SCENARIO|SET")]
     pub(super) what: PathBuf,
 
@@ -39,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     pub(super) mocap_dir: Option<PathBuf>,
 
-    /// Another model of the same motions, to compare reconstruction errors with
+    /// Another model of the same motions, to compare reconstruction errors
     #[arg(long, value_name = "MODEL")]
     pub(super) against: Option<PathBuf>,
 
@@ -50,7 +51,7 @@ pub(super) struct Arguments {
 
     /// Write pictures. For a set, an HTML page: every camera's frames with the true skeleton, layers, the rig from
     /// above. For a model, an HTML page: latent spaces, errors over frames, distances between frames. For a robot,
-    /// recording or skin, a picture (.png) or page (.html) from several sides, in some poses, with joint limits. With
+    /// recording or skin, a picture (.png) or page (.html) of several poses from several sides, with joint limits. With
     /// --contacts, a chart (.svg or .html). For a scenario, a strip of its motion with stances and transitions (.png)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -59,7 +60,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "M")]
     pub(super) metres_per_unit: Option<f64>,
 
-    /// Solids of a robot to draw: the geometry in its file, or capsules between joints as with `solids = "from_joints"`
+    /// Solids of a robot to draw: the geometry in its file, or capsules between joints, like `solids = "from_joints"`
     /// in a scenario [default: urdf]
     #[arg(long, value_name = "SOURCE")]
     solids: Option<ShownSolids>,
@@ -76,13 +77,13 @@ pub(super) struct Arguments {
     access: FileAccess,
 }
 
-/// What is drawn of a robot.
+/// Which solids of a robot are drawn.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum ShownSolids {
-    /// Its file's geometry
+    /// Geometry in its file
     Urdf,
-    /// Capsules from joint to joint
+    /// Capsules between joints
     FromJoints,
 }
 
@@ -103,7 +104,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         let of_others =
             [("--against", arguments.against.is_some()), ("--metres-per-unit", arguments.metres_per_unit.is_some())];
         if let Some((argument, _)) = of_others.into_iter().find(|(_, given)| *given) {
-            let detail = format!("is not for scenarios, and {} is one", arguments.what.display());
+            let detail = format!("not valid with a scenario, and {} is a scenario", arguments.what.display());
             return Err(ExperimentError::Argument { argument, detail }.into());
         }
         let scenario = inspect_scenario::InspectedScenario {
@@ -119,7 +120,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         [("KEY=VALUE", !arguments.overrides.is_empty()), ("--mocap-dir", arguments.mocap_dir.is_some())]
     {
         if given {
-            let detail = format!("is for scenarios only, and {} is not one", arguments.what.display());
+            let detail = format!("only valid with a scenario, and {} is not a scenario", arguments.what.display());
             return Err(ExperimentError::Argument { argument, detail }.into());
         }
     }
@@ -144,7 +145,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if arguments.json {
         output::print_json(&found)?;
     } else {
-        output::print(&in_words(&arguments.what.display().to_string(), &found))?;
+        output::print(&describe(&arguments.what.display().to_string(), &found))?;
         if let Some(page) = page {
             output::print(&format!("\n  pictures: {}", page.display()))?;
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::experiment::{ContactSummary, inspect_contacts};
+use crate::inspect::{ContactSummary, inspect_contacts};
 
 /// Prints the ground contact of a motion; `picture` is the chart over time.
 pub(super) fn run(
@@ -70,7 +70,7 @@ fn describe(s: &ContactSummary) -> String {
         ));
     }
     if s.stances.is_empty() {
-        text.push_str("\n  no foot ever stands");
+        text.push_str("\n  no stances");
     }
     text
 }

@@ -8,10 +8,11 @@ use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::experiment::{EditedSummary, ExperimentError, inspect_scenario};
+use crate::common::ExperimentError;
+use crate::inspect::{EditedSummary, inspect_scenario};
 use crate::scenario::ScenarioFile;
 
-/// A scenario to look at.
+/// Arguments of `skiagraph inspect SCENARIO`.
 pub(super) struct InspectedScenario<'a> {
     pub(super) file: &'a Path,
     pub(super) overrides: &'a [String],
@@ -20,7 +21,7 @@ pub(super) struct InspectedScenario<'a> {
     pub(super) access: FileAccess,
 }
 
-/// Prints what a scenario makes of its recordings.
+/// Prints a summary of a scenario's edited motion; `picture` is the strip.
 pub(super) fn run(
     arguments: &InspectedScenario<'_>,
     picture: Option<Destination<'_>>,
@@ -28,7 +29,7 @@ pub(super) fn run(
 ) -> Result<ExitCode, CommandError> {
     let mut file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
-    arguments.access.give(&mut file, mocap.as_deref());
+    arguments.access.grant(&mut file, mocap.as_deref());
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));
     if arguments.json {

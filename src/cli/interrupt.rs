@@ -6,44 +6,44 @@ use std::time::Duration;
 
 use crate::artefacts::abandon;
 
-/// Time that the work has to stop by itself; it checks before every frame and every file.
-const PATIENCE: Duration = Duration::from_millis(600);
+/// Time for the work to stop by itself; it checks for an interruption before every frame and every file.
+const GRACE_PERIOD: Duration = Duration::from_millis(600);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Installs the handler: Ctrl-C (or SIGTERM) asks the work to stop. If it does not stop in time, or at a second Ctrl-C,
-/// the process removes its unfinished files and exits.
+/// Installs the handler: at Ctrl-C or SIGTERM the work is requested to stop. If it does not stop in time, or at a
+/// second signal, the process removes its unfinished files and exits.
 pub(super) fn install() {
-    // Fails only if a handler is installed already; that one does the same.
+    // Fails only if this handler is already installed.
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             end();
         }
         std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
+            std::thread::sleep(GRACE_PERIOD);
             end();
         });
     })
     .ok();
 }
 
-/// A file that reaches `ulimit -f` is an error of writing, as on a full disk, and does not kill the process.
+/// Turns reaching `ulimit -f` into a write error, as on a full disk, instead of killing the process.
 pub(super) fn outlive_file_limit() {
     #[cfg(unix)]
     {
         let reached = std::sync::Arc::new(AtomicBool::new(false));
-        // where it cannot be installed, the limit kills as before
+        // if this fails, the limit still kills the process
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, reached).ok();
     }
 }
 
-/// Whether the user wants the work to stop.
+/// Whether the user has interrupted the process.
 pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
 
 fn end() -> ! {
-    let said = abandon();
-    writeln!(std::io::stderr(), "error: {said}").ok();
+    let message = abandon();
+    writeln!(std::io::stderr(), "error: {message}").ok();
     std::process::exit(130)
 }

@@ -14,7 +14,7 @@ use crate::artefacts::{Destination, MANUAL_MARK, put_file};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph man | man -l -\n  skiagraph man --out ~/.local/share/man/man1")]
 pub(super) struct Arguments {
-    /// Directory for skiagraph.1 and one page per command; existing pages written by skiagraph are replaced
+    /// Directory for skiagraph.1 and one page per command; replaces existing pages that skiagraph wrote
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand, each a thin call into experiment/.
+//! The command line: one file per subcommand, each a thin call into the other rooms.
 //!
 //! Results go to stdout, progress and notes to stderr. Exit codes: 0 done; 1 check failed; 2 usage or bad input; 3
 //! inconclusive; 75 try again later; 101 internal error; 130 interrupted.
@@ -15,7 +15,7 @@ mod gate;
 mod inspect;
 mod inspect_contacts;
 mod inspect_scenario;
-mod inspect_words;
+mod inspect_text;
 mod interrupt;
 mod manual;
 mod output;
@@ -40,7 +40,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::artefacts::ArtefactError;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::ScenarioError;
 
 /// Generates exact ground truth and measures markerless human motion trackers against it.
@@ -122,7 +122,7 @@ impl CommandError {
     }
 }
 
-/// All commands. A negative number after an option is always its value, so that the option's range refuses it.
+/// All commands. A negative number after an option is parsed as its value, so that the option's range check reports it.
 fn command_line() -> clap::Command {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         let takes_value = |argument: &clap::Arg| argument.get_long().is_some() && argument.get_action().takes_values();

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Write};
 
 use crate::input::harmless;
 
-/// Prints text and a newline. Control characters from quoted files are removed.
+/// Prints text and a newline; replaces control characters, which may come from quoted files.
 pub(super) fn print(text: &str) -> io::Result<()> {
     let harmless = |c: char| if c == '\n' { c } else { harmless(c) };
     write(&text.chars().map(harmless).collect::<String>())

@@ -1,4 +1,4 @@
-//! Options that all commands with results share.
+//! Options shared by commands that write results.
 
 use std::path::Path;
 

@@ -5,14 +5,14 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::{self, foreign, limits};
 use crate::scenario::as_toml;
 
-/// The overrides of a JSON object in a file, on standard input for `-`, or given itself.
+/// Reads overrides from a JSON object: the path of a file, `-` for standard input, or the object itself.
 ///
 /// # Errors
-/// [`ExperimentError`] where it cannot be read or is no JSON object.
+/// [`ExperimentError`] if it cannot be read or is not a JSON object.
 pub(super) fn read(path: &Path) -> Result<Vec<String>, ExperimentError> {
     let bytes = if path == Path::new("-") {
         let mut bytes = Vec::new();
@@ -42,13 +42,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_object_may_be_given_itself() {
+    fn an_object_may_be_given_inline() {
         assert_eq!(read(Path::new("{\"particles\": 50}")).unwrap(), ["particles=50"]);
         assert!(read(Path::new("{nonsense")).is_err() && read(Path::new("no_such_file.json")).is_err());
     }
 
     #[test]
-    fn an_object_is_as_many_overrides() {
+    fn each_key_of_an_object_is_an_override() {
         let text = br#"{"particles": 50, "rig.ring.size_px": [160, 120], "name": "a b", "tracker_body.mismatch": {"percent": {"length": 1.5}}}"#;
         assert_eq!(
             overrides(text).unwrap(),

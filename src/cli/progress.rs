@@ -1,4 +1,4 @@
-//! A progress bar on a terminal, nothing elsewhere; with `--verbose` the time of each stage.
+//! A progress bar on a terminal; with `--verbose`, the time of each stage.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
-use crate::experiment::{Progress, Stage};
+use crate::common::{Progress, Stage};
 use crate::input::shell_word;
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
@@ -36,7 +36,7 @@ impl TerminalProgress {
     }
 }
 
-/// What is counted.
+/// What the progress bar counts.
 fn unit(stage: Stage) -> &'static str {
     match stage {
         Stage::Layers => "images",

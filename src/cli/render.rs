@@ -13,16 +13,17 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set};
-use crate::experiment::{ExperimentError, KeySource, LadderProgress, RenderOptions, render_with};
+use crate::common::ExperimentError;
+use crate::experiment::{KeySource, LadderProgress, RenderOptions, render_with};
 use crate::observation::{AXES, CorruptionAxis};
 use crate::rng::{KeyError, ObservationKey};
 use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
 ///
-/// Frames are drawn and written one by one, so memory does not grow with their number. If rendering is interrupted
+/// Frames are drawn and written one by one, so memory use does not grow with their number. If rendering is interrupted
 /// (Ctrl-C, a killed process, a full disk), finished files stay in SET.partial and the same command resumes; the result
-/// has the same bytes as an uninterrupted one. Other settings are refused there; --force starts again.
+/// has the same bytes as without the interruption. Resuming with other settings is refused; --force starts again.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
@@ -35,29 +36,29 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// Output directory of the set; an existing set is replaced only with --force, and one
-    /// that another command made is then kept as SET~
+    /// Output directory of the set; an existing set is replaced only with --force, which moves output of another
+    /// command aside, to SET~
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 
-    /// Keep the truth separate: write the complete set to DIR, for skiagraph evaluate, and the set without truth to
-    /// --out
+    /// Keep the ground truth separate: write the complete set, for skiagraph evaluate, to DIR and the set without
+    /// ground truth to --out
     #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
     truth: Option<PathBuf>,
 
-    /// Put silhouettes and truth images into N tar shards each, instead of a file each:
-    /// SET/observations/shards/NNNNNN.tar for trackers, and for WebDataset SET/truth/shards/NNNNNN.tar, a sample a
-    /// frame and camera with its mask, camera, joints, markers and truth images
+    /// Store silhouettes and truth images in N tar shards each instead of single files:
+    /// SET/observations/shards/NNNNNN.tar for trackers, and SET/truth/shards/NNNNNN.tar for WebDataset, with one sample
+    /// per frame and camera: mask, camera, joints, markers and truth images
     #[arg(long, value_name = "N")]
     shards: Option<usize>,
 
-    /// Secret key of the observations' random numbers: 32 hexadecimal digits, or "default" for the public key. Without
-    /// it the scenario's observation.key is used; if there is none, a fresh key is drawn and kept in SET/truth/key.txt
-    /// wherever the observations have errors that trackers must not know, and with --truth
+    /// Secret key of the observations' random numbers: 32 hexadecimal digits, or "default" for the public key. Defaults
+    /// to the scenario's observation.key. If there is none, and the set has random errors that trackers must not
+    /// know or --truth is given, a fresh key is drawn and stored in SET/truth/key.txt
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 
-    /// Make one set per level of a corruption, SET/AXIS-LEVEL. All share one key, so they differ only in strength
+    /// Make one set per level of a corruption, SET/AXIS-LEVEL. All sets share one key, so they differ only in the level
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
     ladder: Option<String>,
 
@@ -105,14 +106,14 @@ fn check_apart(out: &Path, truth: &Path) -> Result<(), ExperimentError> {
         return Ok(());
     }
     let detail = format!(
-        "expected a folder beside that of --out, found {} and --out {}; neither may hold the other",
+        "expected a directory that neither contains nor lies within that of --out, found {} and --out {}",
         truth.display(),
         out.display()
     );
     Err(ExperimentError::Argument { argument: "--truth", detail })
 }
 
-/// One set a level. All scenarios are read before the first set is made.
+/// Makes one set per level. All scenarios are read before the first set is made.
 fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Result<(), CommandError> {
     let levels = if arguments.levels.is_empty() { &axis.levels[..] } else { &arguments.levels };
     let of_level = |level: &f64| {
@@ -138,12 +139,12 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
         if progress.has(file, arguments.shards, place)? {
             let note = format!("{}: already made before the interruption", place.display());
             volume.notes(std::slice::from_ref(&note));
-            made.push(told(arguments, place, &BlindSet::read(place).map_err(ExperimentError::from)?, &[note])?);
+            made.push(report_set(arguments, place, &BlindSet::read(place).map_err(ExperimentError::from)?, &[note])?);
             continue;
         }
-        let (blind, said) = one_set(arguments, (file, place), KeySource::Given(key), volume)?;
+        let (blind, summary) = one_set(arguments, (file, place), KeySource::Given(key), volume)?;
         progress.add(file, arguments.shards, &blind.set_hash)?;
-        made.push(said);
+        made.push(summary);
     }
     progress.finish()?;
     if arguments.output.json {
@@ -170,12 +171,12 @@ fn one_set(
     drop(progress);
     volume.notes(&notes);
     volume.written(place);
-    let said = told(arguments, place, &blind, &notes)?;
-    Ok((blind, said))
+    let summary = report_set(arguments, place, &blind, &notes)?;
+    Ok((blind, summary))
 }
 
 /// Prints the summary of a set unless `--json` is given, and returns it as an object.
-fn told(arguments: &Arguments, place: &Path, blind: &BlindSet, notes: &[String]) -> Result<Value, CommandError> {
+fn report_set(arguments: &Arguments, place: &Path, blind: &BlindSet, notes: &[String]) -> Result<Value, CommandError> {
     let (place, frames, cameras) = (place.display(), blind.frame_count, blind.rig.cameras.len());
     if !arguments.output.json {
         output::print(&format!(

@@ -6,11 +6,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::folders::expect_run;
+use super::folders::{expect_run, is_run};
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
-use crate::experiment::{ExperimentError, REPORT_FILE, run_picture, stored_figures, write_figures};
+use crate::common::ExperimentError;
+use crate::experiment::{COMPARISON_FILE, run_picture, stored_figures, write_figures};
+use crate::measure::REPORT_FILE;
 use crate::report::FigureFile;
 use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 use crate::sweep::{PLAN_FILE, PlannedSweep};
@@ -18,19 +20,19 @@ use crate::sweep::{PLAN_FILE, PlannedSweep};
 /// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run
 /// or sweep
 ///
-/// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
+/// Writes one self-contained HTML page: settings by error and cost with their Pareto front, the cheapest setting that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
-/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
-/// same is written as Markdown. Works while the sweep still runs.
+/// interactions, failures, and every cell with a link to its report if it has one. Writes Markdown instead if --out
+/// ends in .md. Also works while the sweep is running.
 ///
-/// Runs have their report.html from the start. --png makes one picture: of a run its verdict, main figures, error over
-/// time and chosen frames; of a run with several methods their errors with intervals and over time; of a sweep what to
-/// choose, error against cost, heat maps and the best settings.
+/// A run already has its report.html. --png draws one picture: for a run, its verdict, main metrics, error over time
+/// and selected frames; for a run with several methods, their errors with intervals and over time; for a sweep, the
+/// recommended settings, error against cost, heat maps and the best settings.
 ///
-/// --figures writes the plots as SVG files, for papers and slides, with their captions in README.txt: of a run error
-/// over time, error per joint, share of markers within a distance, energies and the search; of a run with several
-/// methods their errors with intervals and over time; of a sweep error against cost, heat maps and the axes. The folder
-/// is new, empty, or one that --figures wrote and nobody changed.
+/// --figures writes the plots as SVG files, for papers and slides, with their captions in README.txt: for a run, error
+/// over time, error per joint, share of markers within a distance, energies and the search; for a run with several
+/// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
+/// directory must be new, empty, or unchanged since --figures wrote it.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
@@ -39,24 +41,25 @@ use crate::sweep::{PLAN_FILE, PlannedSweep};
                         skiagraph report runs/walk --figures figures/walk\n  \
                         skiagraph report sweeps/mine --png mine.png")]
 pub(super) struct Arguments {
-    /// Directory of the sweep; with --png or --figures of a run
+    /// Directory of a sweep; with --png or --figures, also of a run
     #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
 
-    /// Make a picture instead, 1200 pixels wide
+    /// Draw a picture instead, 1200 pixels wide
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "ask"])]
     png: Option<PathBuf>,
 
-    /// Write the figures as SVG files into this folder instead
+    /// Write the plots as SVG files into this directory instead
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "ask", "png"])]
     figures: Option<PathBuf>,
 
-    /// File of the page, .html or .md [default: SWEEP/report.html, whose links lead to the reports of cells]
+    /// Page to write, .html or .md [default: SWEEP/report.html, the only place where links to the reports of cells
+    /// work]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for
-    /// shares]
+    /// How much worse than the best a recommended setting may be, in the unit of the objective [default: 5 mm, or 0.02
+    /// for shares]
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 
@@ -77,6 +80,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     if let Some(path) = &arguments.png {
         check_png(path)?;
+        expect_sweep_or_run(&arguments.sweep)?;
         put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
@@ -92,7 +96,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let page = arguments.sweep.join(REPORT_FILE);
     if page.is_file() && !arguments.sweep.join(PLAN_FILE).is_file() {
         let detail = format!(
-            "expected a sweep, found a run: its page is {}, and --png FILE makes a picture of it, --figures DIR its figures",
+            "expected a sweep, found a run: its report is {}; use --png FILE for a picture of it or --figures DIR for its \
+             plots",
             page.display()
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
@@ -115,7 +120,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses a name of another kind of picture: what is written is PNG.
+/// Refuses a file name that does not end in .png.
 fn check_png(path: &Path) -> Result<(), ExperimentError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     if extension.eq_ignore_ascii_case("png") {
@@ -126,7 +131,18 @@ fn check_png(path: &Path) -> Result<(), ExperimentError> {
     Err(ExperimentError::Argument { argument: "--png", detail })
 }
 
-/// Of a sweep where there is a plan, else of a run.
+/// Refuses a missing path, and a directory that is neither a sweep nor a run.
+fn expect_sweep_or_run(source: &Path) -> Result<(), ExperimentError> {
+    let is_methods = || source.join(COMPARISON_FILE).is_file();
+    if is_run(source) || is_methods() || source.join(PLAN_FILE).is_file() {
+        return Ok(());
+    }
+    let found = if source.exists() { "found neither in" } else { "found nothing at" };
+    let detail = format!("expected the directory of a sweep or of a run, {found} {}", source.display());
+    Err(ExperimentError::Argument { argument: "SWEEP|RUN", detail })
+}
+
+/// The picture of a sweep if there is a plan, else of a run.
 fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
     if !arguments.sweep.join(PLAN_FILE).is_file() {
         return Ok(run_picture(&arguments.sweep)?);
@@ -135,7 +151,7 @@ fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
     Ok(sweep_picture(&SweepPageInput::new(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
 }
 
-/// Of a sweep where there is a plan, else of a run.
+/// The figures of a sweep if there is a plan, else of a run.
 fn figures(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, ExperimentError> {
     if !source.join(PLAN_FILE).is_file() {
         return stored_figures(source);

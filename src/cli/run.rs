@@ -11,7 +11,8 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
 use crate::artefacts::Destination;
-use crate::experiment::{COMPARISON_PAGE, REPORT_FILE, RunPlace, compare, run as run_experiment};
+use crate::experiment::{COMPARISON_PAGE, RunPlace, compare, run as run_experiment};
+use crate::measure::REPORT_FILE;
 use crate::scenario::ScenarioFile;
 
 /// Render, track, evaluate and report in one step
@@ -25,7 +26,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// More overrides from a JSON object, {"particles": 50}: the object, a file, or - for standard input
+    /// More overrides as a JSON object such as {"particles": 50}: the object itself, a file, or - for standard input
     #[arg(long, value_name = "FILE")]
     params_json: Option<PathBuf>,
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::file_access::FileAccess;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{ScenarioFile, Survey, survey};
 
 #[derive(Args, Debug)]
@@ -43,9 +43,9 @@ impl ScenarioArguments {
         Ok(self.allowing(file))
     }
 
-    /// The scenario, which may name what the command line names.
+    /// Allows the scenario to refer to files named on the command line.
     fn allowing(&self, mut file: ScenarioFile) -> ScenarioFile {
-        self.access.give(&mut file, self.mocap_directory().as_deref());
+        self.access.grant(&mut file, self.mocap_directory().as_deref());
         file
     }
 
@@ -73,12 +73,12 @@ impl ScenarioArguments {
         }
     }
 
-    /// Whether files may be named anywhere.
+    /// Which files the scenario may refer to.
     pub(super) fn access(&self) -> FileAccess {
         self.access
     }
 
-    /// Directory that is searched for clips.
+    /// Directory to search for clips.
     pub(super) fn mocap_directory(&self) -> Option<PathBuf> {
         self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
     }

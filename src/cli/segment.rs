@@ -14,21 +14,21 @@ use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
 
 /// Extract silhouettes from camera images by background subtraction
 ///
-/// Reads PNG, PPM, PGM and JPEG images of one camera that stands still; grey or colour. Writes one mask per image
-/// (8-bit grey PNG, 255 foreground) and segment.json.
+/// Reads grey or colour PNG, PPM, PGM and JPEG images of one static camera. Writes one mask per image (8-bit grey PNG,
+/// 255 foreground) and segment.json.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph segment --background empty/ --frames walk/ --out masks/\n  \
                         skiagraph segment --background monday/ --background friday/ --frames walk/ --out masks/\n  \
                         skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/\n  \
                         skiagraph segment --method online --background empty/ --frames walk/ --out masks/")]
 pub(super) struct Arguments {
-    /// Directory with images of the empty background, at least one per component, preferably 20. Give it once per
-    /// period of the background; if given once, its images, ordered by name, are divided into --components periods of
-    /// equal length
+    /// Directory with images of the empty background, at least one per component, preferably 20. Repeat the option for
+    /// each period of the background; if given once, its images, ordered by name, are divided into --components periods
+    /// of equal length
     #[arg(long, value_name = "DIR", required = true)]
     background: Vec<PathBuf>,
 
-    /// Directory with the images to segment, in the order of their names
+    /// Directory with the images to segment, ordered by name
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
 
@@ -36,12 +36,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// mixture: learned once, one Gaussian per period and pixel; online: Stauffer and Grimson's mixture, which learns
-    /// from every image
+    /// mixture: learned once, one Gaussian per period and pixel; online: Stauffer and Grimson's mixture, updated with
+    /// every image
     #[arg(long, value_enum, default_value_t = Method::Mixture)]
     method: Method,
 
-    /// Components of the mixture, if a single directory holds the whole background
+    /// Components of the mixture, if --background is given once
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     components: u16,
 
@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     keep_shadows: bool,
 
-    /// Write the raw masks: not opened, closed, filled or cleared of specks
+    /// Write raw masks, without shadow removal, opening, closing, hole filling or speck removal
     #[arg(long)]
     raw: bool,
 

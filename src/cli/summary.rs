@@ -1,15 +1,17 @@
 //! The summary table of a run.
 
+use super::output::counted;
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
-use crate::experiment::{Hint, MethodComparison, MethodRecord, RunRecord};
+use crate::experiment::{MethodComparison, MethodRecord};
+use crate::measure::{Hint, RunRecord};
 use crate::report::aliases;
 
-/// Whether a metric is in the table; `--json` and the report have all. Coverage has a column of its own.
+/// Whether a metric is in the table; `--json` and the report have all metrics. Coverage has a separate column.
 fn is_shown(name: &str) -> bool {
     name != "coverage" && MAIN_METRICS.contains(&name)
 }
 
-/// The joint map of a hint as a file that can be saved.
+/// The joint map of a hint, in the format of a joint map file.
 fn joint_map_lines(hint: &Hint) -> Option<String> {
     let quoted = |text: &String| toml::Value::String(text.clone()).to_string();
     let line = |(theirs, ours): (&String, &String)| format!("{} = {}\n", quoted(theirs), quoted(ours));
@@ -58,8 +60,8 @@ pub(super) fn table(record: &RunRecord) -> String {
         .filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
-    lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.in_words())));
-    lines.extend(worse_in_words(record));
+    lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.describe())));
+    lines.extend(worse_legend(record));
     lines.push(format!("  {}", record.summary.interval));
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {
         lines.push(format!("  protocol: {}", error.protocol));
@@ -72,20 +74,21 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.join("\n")
 }
 
-/// The legend of the mark, and the metrics that are marked in the report only.
-fn worse_in_words(record: &RunRecord) -> Option<String> {
+/// The legend of the mark, with the metrics that are marked only in the report.
+fn worse_legend(record: &RunRecord) -> Option<String> {
     let worse = &record.verdict.worse_than_frozen;
     let others: Vec<&str> = worse.iter().map(String::as_str).filter(|name| !is_shown(name)).collect();
     let also = if others.is_empty() { String::new() } else { format!("; also {}", others.join(", ")) };
     (!worse.is_empty()).then(|| format!("  ▼ worse than a tracker that never moves (frozen){also}"))
 }
 
-/// Several methods: mean error, its interval, and lost frames.
+/// The table of several methods: mean error with its interval, and lost limbs and frames.
 pub(super) fn methods(comparison: &MethodComparison) -> String {
     let model = if comparison.matched { "matched model" } else { "mismatched model" };
-    let (frames, rate, seeds) = (comparison.frames, comparison.frames_per_second, comparison.seeds.len());
+    let (frames, rate) = (comparison.frames, comparison.frames_per_second);
+    let seeds = counted(comparison.seeds.len(), "seed");
     let mut lines = vec![
-        format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
+        format!("{}: {frames} frames at {rate} Hz, {seeds}, {model}", comparison.scenario),
         String::new(),
         format!(
             "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",
@@ -122,7 +125,7 @@ fn interval(summary: &MetricSummary) -> String {
     summary.ci95.map_or_else(|| summary.interval.clone(), |i| format!("{} to {}", number(i.low), number(i.high)))
 }
 
-/// A share in percent; 100 % means exactly all.
+/// A share in percent, rounded down: 100 % means exactly all.
 fn coverage(share: f64) -> String {
     format!("{:.1} %", (1000.0 * share).floor() / 10.0)
 }

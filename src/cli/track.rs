@@ -12,20 +12,18 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::is_public;
-use crate::experiment::{
-    Conformance, ExternalRecord, ProgramSandbox, ProgramSettings, check_program, track_set_calibrating,
-    track_set_with_program,
-};
+use crate::experiment::{check_program, track_set_calibrating, track_set_with_program};
+use crate::external::{Conformance, ExternalRecord, ProgramSandbox, ProgramSettings};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
 ///
-/// Reads the set's cameras, observations and start pose. Only references such as oracle read the ground truth.
+/// Reads the set's cameras, observations and start pose. Only reference trackers such as oracle read the ground truth.
 ///
 /// --exec runs any program as the tracker: it reads JSON lines from standard input and answers on standard output
-/// (docs/protocol.md). It is started once per seed in a fresh folder with the blind side of the set. A frame is lost if
-/// its answer is late or invalid; after a crash the program is started again. The exit code is 1 if no frame was
-/// answered. --dry-run asks for five frames and reports whether the program follows the protocol.
+/// (docs/protocol.md). It is started once per seed in a fresh folder with the set's files except the ground truth. A
+/// frame is lost if its answer is late or invalid; after a crash the program is restarted. The exit code is 1 if no
+/// frame was answered. --dry-run sends five frames and reports whether the program follows the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
@@ -46,36 +44,37 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
     tracker: Option<String>,
 
-    /// Program that tracks, a command line for the shell
+    /// Program to run as the tracker: a shell command line
     #[arg(long, value_name = "COMMAND", value_parser = command_line)]
     exec: Option<String>,
 
-    /// Ask the program for five frames and say whether it follows the protocol (exit code 1 if not); writes nothing
+    /// Send the program five frames and report whether it follows the protocol (exit code 1 if not); writes nothing
     #[arg(long, requires = "exec", conflicts_with = "tracker")]
     dry_run: bool,
 
-    /// Seconds that the program may take for a frame
+    /// Time limit for one frame, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::FRAME_LIMIT_S, value_parser = seconds)]
     frame_limit: f64,
 
-    /// Seconds that the program may take until it is ready
+    /// Time limit until the program is ready, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::START_LIMIT_S, value_parser = seconds)]
     start_limit: f64,
 
-    /// How many times the program is restarted after a crash or a time limit, for each seed
+    /// Number of restarts per seed after a crash or an exceeded time limit
     #[arg(long, value_name = "N", default_value_t = ProgramSettings::RESTARTS, value_parser = clap::value_parser!(u32).range(0..=1000))]
     restarts: u32,
 
-    /// Send silhouettes within the messages (run lengths) instead of their paths
+    /// Send silhouettes within the messages, run-length encoded, instead of their paths
     #[arg(long, requires = "exec")]
     inline: bool,
 
-    /// Run the program in a sandbox (bubblewrap) with read-only access to the system and the blind side, and no network
+    /// Run the program in a sandbox (bubblewrap) with read-only access to the system and to its copy of the set, and no
+    /// network
     #[arg(long, requires = "exec")]
     sandbox: bool,
 
-    /// A file or folder that the program may read in the sandbox, for example the program itself; may be repeated. The
-    /// set stays hidden even inside it
+    /// File or folder that the program may read in the sandbox, for example the program itself; may be repeated. The
+    /// set stays hidden even if it lies within
     #[arg(long, value_name = "PATH", requires = "sandbox")]
     readable: Vec<PathBuf>,
 
@@ -90,14 +89,14 @@ pub(super) struct Arguments {
     /// Whether to calibrate the tracker's body on the first frames [default: the set's setting]
     ///
     /// Lengths, girths, joint positions and one scale of all radii are estimated together with the poses of the first
-    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better.
+    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better in the next 10.
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
     /// Output directory of the run; replaced if it holds output of the same command
     ///
-    /// With several seeds, finished ones are kept in RUN.partial until all are done; the same command resumes with the
-    /// others.
+    /// With several seeds, finished seeds are kept in RUN.partial until all are done; the same command resumes after an
+    /// interruption.
     #[arg(long, value_name = "RUN", required_unless_present = "dry_run", conflicts_with = "dry_run")]
     out: Option<PathBuf>,
 
@@ -145,10 +144,10 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
         let learned = record.learned_from.join("; ");
         let learned = if learned.is_empty() { learned } else { format!("\n  learned from: {learned}") };
         output::print(&format!(
-            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{learned}\n{}",
+            "{}: {} on {frames} frames, {}, {:.1} frames a second{learned}\n{}",
             out.display(),
             settings.name(),
-            seeds.len(),
+            output::counted(seeds.len(), "seed"),
             record.timing.frames_per_second,
             arguments.how_to_measure(out),
         ))?;
@@ -198,7 +197,8 @@ fn run_program(
         output::print(&if answered {
             arguments.how_to_measure(out)
         } else {
-            "  no frame was answered with a pose, so there is nothing to measure: try --dry-run".to_owned()
+            "  no frame was answered with a pose, so there is nothing to measure; check the program with --dry-run"
+                .to_owned()
         })?;
     }
     Ok(ExitCode::from(u8::from(!answered)))
@@ -209,16 +209,16 @@ const SHOWN_INCIDENTS: usize = 5;
 
 fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
     let name = record.name.as_deref().unwrap_or(&record.command);
-    let count = record.answers;
+    let (count, seeds) = (record.answers, output::counted(seeds, "seed"));
     let mut lines = vec![format!(
-        "{}: {name}, {seeds} seed(s): {} frames with a pose, {} lost, {} failed, {:.1} frames a second",
+        "{}: {name}, {seeds}: {} frames with a pose, {} lost, {} failed, {:.1} frames a second",
         out.display(),
         count.poses,
         count.lost,
         count.failed,
         record.timing.frames_per_second
     )];
-    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.in_words())));
+    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.describe())));
     let more = record.incidents.len().saturating_sub(SHOWN_INCIDENTS);
     lines.extend((more > 0).then(|| format!("  and {more} more in program.json")));
     lines.join("\n")

@@ -11,9 +11,10 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::experiment::{ClipOptions, ExperimentError, LearnedModel, TrainingInput, train as learn};
+use crate::common::ExperimentError;
 use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 use crate::scenario::ScenarioFile;
+use crate::train::{ClipOptions, LearnedModel, TrainingInput, train as learn};
 
 /// Number of joints over which `[GPDM graph]` sums the distance that TH bounds.
 const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
@@ -28,8 +29,8 @@ const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
                         skiagraph train scenario.toml --model gpdm-graph --out graph.model\n  \
                         skiagraph inspect walk.model --out walk.html")]
 pub(super) struct Arguments {
-    /// A scenario (.toml): its [training] clips are learned on its tracker's body; or clips (.bvh, .amc, .c3d,
-    /// .trc, DeepMimic .txt or .json, embedded:NAME)
+    /// A scenario (.toml), to learn its [training] clips on its tracker's body; or clips (.bvh, .amc, .c3d, .trc,
+    /// DeepMimic .txt or .json, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -80,7 +81,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     access: FileAccess,
 
-    /// Move an existing file of another training aside, to NAME~
+    /// Move an existing file aside, to NAME~, if it is not from the same training
     #[arg(long)]
     force: bool,
 
@@ -172,11 +173,11 @@ impl Arguments {
             ("--metres-per-unit", self.metres_per_unit.is_some()),
         ];
         if let Some((argument, _)) = of_clips.into_iter().find(|(_, given)| *given) {
-            let detail = "is for clips only; a scenario sets it itself".to_owned();
+            let detail = "only valid with clips; set it in the scenario instead".to_owned();
             return Err(ExperimentError::Argument { argument, detail });
         }
         let mut file = ScenarioFile::open(&self.inputs[0], &[])?;
-        self.access.give(&mut file, mocap.as_deref());
+        self.access.grant(&mut file, mocap.as_deref());
         TrainingInput::from_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 
@@ -184,7 +185,7 @@ impl Arguments {
         let mut settings = GraphSettings::from_kind(self.model.into());
         settings.training.latent_dimensions = usize::from(self.dimensions);
         if !(self.threshold > 0.0 && self.threshold.is_finite()) {
-            let detail = format!("expected rad^2 above zero, found {}", self.threshold);
+            let detail = format!("expected a number above zero (rad^2), found {}", self.threshold);
             return Err(ExperimentError::Argument { argument: "--threshold", detail });
         }
         settings.threshold_per_joint = self.threshold / JOINTS_OF_GPDM_GRAPH_PAPER;

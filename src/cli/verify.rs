@@ -17,14 +17,14 @@ use crate::experiment::verify_set;
 /// Number of faults printed per check; `--json` and `--verbose` list all.
 const MOST_PRINTED: usize = 8;
 
-/// Verify a benchmark set: recompute what follows from its other files and report every fault
+/// Verify a benchmark set: recompute derived data from its other files and report every fault
 ///
-/// Checks the hashes, then what hashes cannot show: cameras, axes, units, left and right, joints and markers from the
-/// poses, the start and cameras that trackers are told, projections by OpenCV's formula, every silhouette and truth
-/// image redrawn, contacts, everything in shards, and that no file outside truth/ reveals a pose of the test. Facts
-/// known only from the scenario or the recording (the lengths of the tracker's body, the name of a recording) are not
-/// checked; docs/sets.md lists files, tolerances and what cannot be detected. Exit code 1 if anything is wrong, 2 if
-/// the directory is not a set.
+/// Checks the hashes, then faults that hashes cannot detect: cameras, axes, units, left and right, joints and markers
+/// against the poses, the start pose and cameras that trackers get, projections by OpenCV's formula, every silhouette
+/// and truth image by redrawing it, contacts, shards, and that no file outside truth/ reveals a test pose. Facts known
+/// only from the scenario or the recording (the lengths of the tracker's body, the name of a recording) are not
+/// checked; docs/sets.md lists files, tolerances and undetectable faults. Exit code 1 if anything is wrong, 2 if the
+/// directory is not a set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
                         skiagraph verify sets/walk --every 10    # redraw every tenth frame only\n  \
@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
-    /// Draw silhouettes and truth images of every Nth frame only; everything else is checked in all frames
+    /// Redraw silhouettes and truth images of every Nth frame only; everything else is checked in all frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     every: u32,
 
@@ -71,26 +71,26 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             0 | 1 => String::new(),
             every => format!("; silhouettes and truth images were redrawn in one frame of {every} only"),
         };
-        output::print(&(in_words(&place, &found, most) + &partly))?;
+        output::print(&(describe(&place, &found, most) + &partly))?;
     }
     Ok(if found.is_sound() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-fn in_words(place: &str, found: &Verification, most: usize) -> String {
-    let mut lines: Vec<String> = found.checks.iter().flat_map(|check| check_in_words(check, most)).collect();
+fn describe(place: &str, found: &Verification, most: usize) -> String {
+    let mut lines: Vec<String> = found.checks.iter().flat_map(|check| describe_check(check, most)).collect();
     let (faults, broken) = (found.faults().count(), found.checks.iter().filter(|c| !c.faults.is_empty()).count());
     let left_out = found.checks.iter().filter(|check| !check.made).count();
     lines.push(format!("  set hash    {} ({SET_HASH_COVERS})", found.set_hash));
     lines.push(format!("  full hash   {} ({FULL_HASH_COVERS})", found.full_hash));
     lines.push(match (faults, left_out) {
         (0, 0) => format!("{place} is sound: {}, no fault", counted(found.checks.len(), "check")),
-        (0, _) => format!("{place} is not proved: {} could not be made", counted(left_out, "check")),
+        (0, _) => format!("{place} is not verified: {} could not be made", counted(left_out, "check")),
         _ => format!("{place} is NOT sound: {} in {}", counted(faults, "fault"), counted(broken, "check")),
     });
     lines.join("\n")
 }
 
-fn check_in_words(check: &Checked, most: usize) -> Vec<String> {
+fn describe_check(check: &Checked, most: usize) -> Vec<String> {
     let verdict = match (check.made, check.faults.is_empty()) {
         (false, _) => "-",
         (true, true) => "ok",
@@ -122,11 +122,11 @@ mod tests {
             full_hash: "bb".into(),
             checks: vec![check],
         };
-        let words = in_words("s", &of(checked(true, (0..11).map(fault).collect())), 8);
+        let words = describe("s", &of(checked(true, (0..11).map(fault).collect())), 8);
         assert!(words.contains("FAULT masks") && words.contains("f7: is wrong") && !words.contains("f8"), "{words}");
         assert!(words.contains("and 3 more") && words.ends_with("s is NOT sound: 11 faults in 1 check"), "{words}");
         let not_made = of(checked(false, Vec::new()));
-        assert!(!not_made.is_sound() && in_words("s", &not_made, 8).contains("is not proved"));
-        assert!(in_words("s", &of(checked(true, Vec::new())), 8).ends_with("s is sound: 1 check, no fault"));
+        assert!(!not_made.is_sound() && describe("s", &not_made, 8).contains("is not verified"));
+        assert!(describe("s", &of(checked(true, Vec::new())), 8).ends_with("s is sound: 1 check, no fault"));
     }
 }

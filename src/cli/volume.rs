@@ -36,7 +36,7 @@ impl Volume {
     }
 }
 
-/// A failure to write to standard error is ignored: nowhere is left to report it.
+/// A failure to write to standard error is ignored, since it could not be reported anywhere.
 pub(super) fn note_on_stderr(note: &str) {
     writeln!(std::io::stderr(), "note: {}", plain(note)).ok();
 }
@@ -62,7 +62,7 @@ pub(super) fn duration(seconds: f64) -> String {
     }
 }
 
-/// The file at `path`, or the entries of a directory; a subdirectory counts with everything below it.
+/// The file at `path`, or the entries of a directory, with sizes; a subdirectory includes everything below it.
 fn files(path: &Path) -> Vec<(String, u64)> {
     if !path.is_dir() {
         return vec![(path.display().to_string(), bytes_below(path))];
@@ -88,22 +88,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_told_in_units_that_people_read() {
+    fn sizes_have_readable_units() {
         assert_eq!([999, 1_500, 2_340_000, 7_100_000_000].map(size), ["999 B", "1.5 kB", "2.3 MB", "7.1 GB"]);
     }
 
     #[test]
-    fn durations_are_told_in_units_that_people_read() {
+    fn durations_have_readable_units() {
         assert_eq!([0.04, 19.7, 300.0, 90_000.0].map(duration), ["0.0 s", "20 s", "5 min", "25.0 h"]);
     }
 
     #[test]
-    fn a_directory_is_told_by_its_entries_with_all_that_is_below() {
+    fn the_size_of_a_subdirectory_includes_everything_below_it() {
         let root = tempfile::tempdir().unwrap();
         fs::create_dir(root.path().join("deep")).unwrap();
         fs::write(root.path().join("deep/a"), [0; 5]).unwrap();
         fs::write(root.path().join("b"), [0; 3]).unwrap();
-        let told: Vec<u64> = files(root.path()).into_iter().map(|(_, bytes)| bytes).collect();
-        assert_eq!(told, [3, 5]);
+        let sizes: Vec<u64> = files(root.path()).into_iter().map(|(_, bytes)| bytes).collect();
+        assert_eq!(sizes, [3, 5]);
     }
 }

@@ -1,4 +1,4 @@
-//! Baselines: small files with the values of measured runs, to be committed and held against later runs.
+//! Baselines: small files with the values of measured runs, to be committed and compared with later runs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 
-use super::error::read_file;
+use super::read_runs;
 use super::run_reading::hints_of_runs;
-use super::{ExperimentError, read_runs};
 use crate::artefacts::{Destination, put_file};
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 use crate::input::{excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::json_tree;
 
-/// Where baselines are, unless one is told.
+/// Default folder of baselines.
 pub const BASELINES: &str = "results/baselines";
 
 const SCHEMA: &str = "skiagraph.baseline/1";
-/// Letters of a name at most.
+/// Greatest length of a name.
 const LONGEST_NAME: usize = 64;
 
 /// Values of measured runs: `results/baselines/NAME.json`.
@@ -31,7 +31,7 @@ pub struct Baseline {
     pub name: String,
     /// Version of the program that saved it.
     pub version: String,
-    /// What its runs say of estimates that may have been misread, each with its clip.
+    /// Hints of its runs about estimates that may have been misread, each with its clip.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub misread: Vec<String>,
     /// Values per clip x seed, with set hashes, protocols and settings.
@@ -39,17 +39,17 @@ pub struct Baseline {
     pub runs: MeasuredRuns,
 }
 
-/// A baseline's name, and its content or why it cannot be read.
+/// A baseline's name, and its content or the error of reading it.
 pub type Listed = (String, Result<Baseline, ExperimentError>);
 
-/// A baseline that was saved.
+/// A saved baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saved {
-    /// The new one.
+    /// The new baseline.
     pub baseline: Baseline,
     /// Its file.
     pub path: PathBuf,
-    /// What it replaced.
+    /// The baseline that it replaced.
     pub replaced: Option<Baseline>,
 }
 
@@ -57,7 +57,7 @@ impl Baseline {
     /// `skiagraph baseline save`.
     ///
     /// # Errors
-    /// [`ExperimentError`] if the runs cannot be read or have too few seeds, and if something else is at its place.
+    /// [`ExperimentError`] if the runs cannot be read, have too few seeds, or another file is in its place.
     pub fn save(name: &str, runs: &[PathBuf], folder: &Path, force: bool) -> Result<Saved, ExperimentError> {
         check_name(name)?;
         let path = folder.join(format!("{name}.json"));
@@ -73,10 +73,10 @@ impl Baseline {
         Ok(Saved { baseline, path, replaced })
     }
 
-    /// The baseline of that name, or in that `.json` file.
+    /// The baseline with this name, or in this `.json` file.
     ///
     /// # Errors
-    /// [`ExperimentError`] naming the file and those that are there.
+    /// [`ExperimentError`] that names the file and the existing baselines.
     pub fn read(name: &str, folder: &Path) -> Result<Self, ExperimentError> {
         let as_file = Path::new(name);
         if name.ends_with(".json") && as_file.is_file() {
@@ -88,16 +88,16 @@ impl Baseline {
             return Self::read_file(&path);
         }
         let there: Vec<String> = Self::list(folder)?.into_iter().map(|(name, _)| name).collect();
-        let there =
-            if there.is_empty() { "there is none".to_owned() } else { format!("there are {}", there.join(", ")) };
-        let detail = format!("no baseline of this name; {there}; save one with skiagraph baseline save {name} RUN");
+        let known = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
+        let detail =
+            format!("no baseline has this name (known: {known}); save one with skiagraph baseline save {name} RUN");
         Err(ExperimentError::Malformed { path, detail })
     }
 
-    /// Names of all baselines in a folder, in alphabetical order, each with its content or why it cannot be read.
+    /// Names of all baselines in a folder, in alphabetical order, each with its content or the error of reading it.
     ///
     /// # Errors
-    /// [`ExperimentError`] if the folder is there and cannot be read.
+    /// [`ExperimentError`] if the folder exists and cannot be read.
     pub fn list(folder: &Path) -> Result<Vec<Listed>, ExperimentError> {
         if !folder.exists() {
             return Ok(Vec::new());
@@ -136,7 +136,7 @@ impl Baseline {
             let joints = clip.joints.iter().map(|(joint, values)| (joint, values.len()));
             if let Some((list, found)) = lists.chain(joints).find(|(_, found)| *found != seeds) {
                 return Err(malformed(format!(
-                    "clips.{name}: {list}: expected a value a seed ({seeds}), found {found}"
+                    "clips.{name}: {list}: expected one value per seed ({seeds}), found {found}"
                 )));
             }
         }
@@ -153,25 +153,25 @@ impl Baseline {
     }
 }
 
-/// Why no gate could use these runs: too few seeds, draws and clips alike.
+/// A message if gates cannot use these runs, because they have too few seeds, draws and clips.
 fn too_few(runs: &MeasuredRuns) -> Option<String> {
     if IntervalUnit::ALL.into_iter().any(|unit| runs.has_at_least(FEWEST_SEEDS, unit)) {
         return None;
     }
     let (clip, few) = runs.sets().find(|(_, set)| set.seeds.len() < FEWEST_SEEDS || set.are_copies())?;
-    Some(match few.are_copies() {
-        true => format!(
-            "the {} runs of `{clip}` are the same to the bit: the tracker draws no random numbers, and copies are one \
-             observation; a baseline needs {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips instead \
-             (docs/ci.md)",
-            few.seeds.len()
-        ),
-        false => format!(
-            "it has {} seed(s) of `{clip}`, a baseline needs {FEWEST_SEEDS} or more; run it with --seeds 10, or, if the \
-             tracker draws no random numbers, on {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips \
-             (docs/ci.md)",
-            few.seeds.len()
-        ),
+    let found = few.seeds.len();
+    Some(if few.are_copies() {
+        format!(
+            "the {found} runs of `{clip}` are identical, because the tracker draws no random numbers; copies count as one \
+             observation, so a baseline needs {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips \
+             instead (docs/ci.md)"
+        )
+    } else {
+        format!(
+            "expected {FEWEST_SEEDS} or more seeds of `{clip}`, found {found}; run it with --seeds 10, or, if the tracker \
+             draws no random numbers, on {FEWEST_SEEDS} draws of the observation's noise or {FEWEST_SEEDS} clips \
+             (docs/ci.md)"
+        )
     })
 }
 
@@ -186,7 +186,7 @@ fn check_name(name: &str) -> Result<(), ExperimentError> {
     Err(ExperimentError::Argument { argument: "NAME", detail })
 }
 
-/// Pretty, but a list of values takes one line: a change of a seed is a change of a line.
+/// Pretty JSON with every list of values on one line, so that a changed value changes one line.
 #[derive(Default)]
 struct ListsOnOneLine(PrettyFormatter<'static>);
 
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_baseline_is_read_as_it_was_written_to_the_last_bit_with_a_line_a_metric() {
+    fn a_baseline_keeps_every_bit_and_has_one_line_per_metric() {
         let folder = tempfile::tempdir().unwrap();
         let bytes = baseline().to_bytes().unwrap();
         fs::write(folder.path().join("walk.json"), &bytes).unwrap();
@@ -267,11 +267,11 @@ mod tests {
         };
         assert!(refused(&text.replace("baseline/1", "baseline/2")).contains("newer version"));
         assert!(refused(&text.replace("baseline/1", "run/1")).contains("found skiagraph.run/1"));
-        assert!(refused(&text.replace("null, 2.0, ", "")).contains("expected a value a seed (5), found 3"));
+        assert!(refused(&text.replace("null, 2.0, ", "")).contains("expected one value per seed (5), found 3"));
         assert!(refused(&text.replace("30.1", "NaN")).contains("walk.json"));
         fs::write(folder.path().join("walk.json"), &text).unwrap();
         let missing = Baseline::read("jump", folder.path()).unwrap_err().to_string();
-        assert!(missing.contains("there are walk") && missing.contains("baseline save jump"), "{missing}");
+        assert!(missing.contains("known: walk") && missing.contains("baseline save jump"), "{missing}");
         for name in ["", "../walk", "a b", ".hidden", &"x".repeat(65)] {
             assert!(Baseline::read(name, folder.path()).is_err(), "{name}");
         }

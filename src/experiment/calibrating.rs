@@ -1,22 +1,21 @@
-//! Calibrates the tracker's body of a set, from its blind side alone, by what a tracker answers in the first frames.
+//! Calibrates the tracker's body from a set's blind side and a tracker's estimates of the first frames.
 
-use super::ExperimentError;
-use super::progress::{Progress, advance};
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
+use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
     BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, SilhouetteSettings, Tracker,
     calibrate,
 };
 
-/// The numbers of the frames of a set that a calibration looks at.
+/// The frames of a set that a calibration uses.
 pub(super) fn frames(set: &BlindSet) -> Vec<usize> {
     let every = (set.frames_per_second * CALIBRATION_SPACING_S).round().max(1.0) as usize;
     (0..set.frame_count).step_by(every).take(CALIBRATION_FRAMES).collect()
 }
 
-/// Tracks the first frames of a set with a tracker that has started, and calibrates its body on them.
-pub(super) fn calibrated(
+/// Tracks the first frames of a set with a started tracker, and calibrates its body on them.
+pub(super) fn calibrate_body(
     set: &BlindSet,
     settings: SilhouetteSettings,
     tracker: &mut dyn Tracker,
@@ -35,27 +34,26 @@ pub(super) fn calibrated(
     Ok(calibrate(&set.start.body, &set.rig, settings, &seen)?)
 }
 
-/// With which body and from which pose a tracker begins.
+/// The body and the start pose of a tracker.
 pub(super) struct Beginning {
     pub(super) body: Humanoid,
     pub(super) pose: Pose,
-    /// Whether the body was calibrated, and kept.
+    /// Whether the body is a calibrate_body one that was kept.
     pub(super) is_calibrated: bool,
 }
 
 impl Beginning {
-    /// As the set says.
+    /// The body and start pose of the set.
     pub(super) fn from_set(set: &BlindSet) -> Self {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    /// With the body that was found where it was kept, else as the set says.
+    /// The calibrate_body body and its start pose if it was kept, else those of the set.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
-        match calibration.report.verdict {
-            CalibrationVerdict::Kept => {
-                Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
-            }
-            CalibrationVerdict::NoBetter | CalibrationVerdict::TooFewViews => Self::from_set(set),
+        if calibration.report.verdict == CalibrationVerdict::Kept {
+            Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
+        } else {
+            Self::from_set(set)
         }
     }
 }

@@ -6,13 +6,13 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::cost::{RunCost, cost};
-use super::learning::Models;
-use super::robots::{RobotChoice, robot};
-use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
-use super::scene_preparation::PreparedScene;
-use super::{ExperimentError, LearnedModel, NoProgress, clip_file};
 use crate::body::{DrawnShares, Humanoid};
+use crate::common::{ExperimentError, NoProgress};
+use crate::prepare::robots::{RobotChoice, robot};
+use crate::prepare::scene_check::{CamerasInside, prop_notes, unseen, views};
+use crate::prepare::{ActorPath, CameraView, PreparedScene, clip_file};
 use crate::scenario::ScenarioFile;
+use crate::train::{LearnedModel, Models};
 
 /// Facts about a valid scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,20 +27,20 @@ pub struct CheckReport {
     pub clip: String,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// Seconds from the first frame to the end of the last.
     pub duration_s: f64,
-    /// The body that is seen.
+    /// The name of the actor's body.
     pub actor: String,
-    /// The body that the tracker believes in.
+    /// The name of the tracker's body.
     pub tracker_body: String,
     /// Whether they are the same body.
     pub matched: bool,
-    /// How much of the actor its solids draw; absent for a body in a skin.
+    /// Shares of the actor that its solids draw; absent for a body with a skin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actor_drawn: Option<DrawnShares>,
-    /// How much of the tracker's body its solids draw; absent for a body in a skin.
+    /// Shares of the tracker's body that its solids draw; absent for a body with a skin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tracker_body_drawn: Option<DrawnShares>,
     /// Mean distance of the actor's markers from the recorded ones, millimetres.
@@ -51,47 +51,47 @@ pub struct CheckReport {
     pub cameras: Vec<String>,
     /// The view of each camera.
     pub views: Vec<CameraView>,
-    /// The tracker's name; of several methods all, in the order of the methods' names.
+    /// The tracker's name, or those of all methods, in the order of the methods' names.
     pub tracker: String,
-    /// How many seeds.
+    /// Number of seeds.
     pub seeds: u32,
     /// Likelihood evaluations of all frames and seeds.
     pub likelihood_evaluations: u64,
-    /// What it costs to run.
+    /// The estimated cost.
     pub cost: RunCost,
-    /// Notes: guesses, repaired frames, doubtful views.
+    /// Notes about guesses, repaired frames and doubtful views.
     pub notes: Vec<String>,
 }
 
-/// Reads everything that a scenario names, sets the scene, looks at it through the cameras, and tracks a sample for the
+/// Reads all files of a scenario, prepares its scene, renders some frames for the views, and tracks a sample for the
 /// cost.
 ///
 /// # Errors
-/// All that `run` would refuse, each an [`ExperimentError`] that names the file, line or key.
+/// Everything that `run` would refuse, each an [`ExperimentError`] that names the file, line or key.
 pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<CheckReport, Vec<ExperimentError>> {
     let missing = unusable_files(file, mocap_directory);
     if !missing.is_empty() {
         return Err(missing);
     }
     let begin = Instant::now();
-    let mut staged = PreparedScene::new(file, mocap_directory).map_err(|error| vec![error])?;
+    let mut scene = PreparedScene::new(file, mocap_directory).map_err(|error| vec![error])?;
     let staging_s = begin.elapsed().as_secs_f64();
-    let views = views(&staged);
-    let CamerasInside { refused: mut errors, told } = CamerasInside::new(file, &staged);
-    staged.notes.extend(told);
-    errors.extend(unseen(file, &staged, &views));
-    errors.extend(unfit_models(file, &staged));
+    let views = views(&scene);
+    let CamerasInside { mut errors, notes } = CamerasInside::new(file, &scene);
+    scene.notes.extend(notes);
+    errors.extend(unseen(file, &scene, &views));
+    errors.extend(unfit_models(file, &scene));
     if !errors.is_empty() {
         return Err(errors);
     }
-    let cost = cost(file, &staged, staging_s).map_err(|error| vec![error])?;
-    let path = ActorPath::new(&staged);
-    Ok(check_report(file, staged, path, views, cost))
+    let cost = cost(file, &scene, staging_s).map_err(|error| vec![error])?;
+    let path = ActorPath::new(&scene);
+    Ok(check_report(file, scene, path, views, cost))
 }
 
 fn check_report(
     file: &ScenarioFile,
-    staged: PreparedScene,
+    scene: PreparedScene,
     path: ActorPath,
     views: Vec<CameraView>,
     cost: RunCost,
@@ -100,9 +100,9 @@ fn check_report(
     let trackers = scenario.trackers();
     let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
-    let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
-    let mut notes = staged.notes.clone();
-    notes.extend(doubts(&staged));
+    let (frames, frames_per_second) = (scene.frames(), scene.ground_truth.frames_per_second);
+    let mut notes = scene.notes.clone();
+    notes.extend(prop_notes(&scene));
     CheckReport {
         schema: "skiagraph.check/1",
         sound: true,
@@ -110,21 +110,21 @@ fn check_report(
         frames,
         frames_per_second,
         duration_s: frames as f64 / frames_per_second,
-        actor: staged.ground_truth.actor.name.clone(),
-        tracker_body: staged.start.body.name.clone(),
-        actor_drawn: drawn(&staged.ground_truth.actor),
-        tracker_body_drawn: drawn(&staged.start.body),
-        matched: staged.facts.matched,
-        retarget_residual_mm: staged.report.mean_residual_mm,
+        actor: scene.ground_truth.actor.name.clone(),
+        tracker_body: scene.start.body.name.clone(),
+        actor_drawn: drawn(&scene.ground_truth.actor),
+        tracker_body_drawn: drawn(&scene.start.body),
+        matched: scene.facts.matched,
+        retarget_residual_mm: scene.report.mean_residual_mm,
         path,
-        cameras: staged.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect(),
+        cameras: scene.rig.rig().cameras.iter().map(|camera| camera.name.clone()).collect(),
         views,
         tracker: names.join(", "),
         seeds: scenario.seeds,
         likelihood_evaluations: per_frame * frames as u64 * u64::from(scenario.seeds),
         cost,
         notes,
-        clip: staged.clip,
+        clip: scene.clip,
     }
 }
 
@@ -132,45 +132,45 @@ fn drawn(body: &Humanoid) -> Option<DrawnShares> {
     body.skin.is_none().then(|| DrawnShares::new(body))
 }
 
-/// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not
-/// there, robots and models that cannot be read.
+/// Errors of the files that a scenario names, each checked separately: missing recordings, unreadable robots and
+/// models.
 pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<ExperimentError> {
     let scenario = &file.scenario;
-    let mut wrong = Vec::new();
-    wrong.extend(clip_file::missing(file, "motion", &scenario.motion, mocap_directory));
+    let mut errors = Vec::new();
+    errors.extend(clip_file::missing(file, "motion", &scenario.motion, mocap_directory));
     for (index, clip) in scenario.training.iter().flat_map(|training| &training.clips).enumerate() {
-        wrong.extend(clip_file::missing(file, &format!("training.clips[{index}]"), clip, mocap_directory));
+        errors.extend(clip_file::missing(file, &format!("training.clips[{index}]"), clip, mocap_directory));
     }
     let (of_actor, of_tracker) =
         (RobotChoice::of_actor(&scenario.actor), RobotChoice::of_tracker(&scenario.tracker_body));
-    wrong.extend(robot(file, &of_actor).err());
+    errors.extend(robot(file, &of_actor).err());
     for (index, other) in scenario.distractor.iter().enumerate() {
         let table = format!("distractor[{index}]");
-        wrong.extend(clip_file::missing(file, &format!("{table}.motion"), &other.motion, mocap_directory));
-        wrong.extend(robot(file, &RobotChoice::of_distractor(&table, other)).err());
+        errors.extend(clip_file::missing(file, &format!("{table}.motion"), &other.motion, mocap_directory));
+        errors.extend(robot(file, &RobotChoice::of_distractor(&table, other)).err());
     }
     if !of_actor.is_same_robot(&of_tracker) || of_actor.has_skin {
-        wrong.extend(robot(file, &of_tracker).err());
+        errors.extend(robot(file, &of_tracker).err());
     }
     let mut seen = Vec::new();
     for (_, tracker) in scenario.trackers() {
         let Some(path) = tracker.kind().model_file().map(|name| file.folder.join(name)) else { continue };
         if let Err(outside) = file.allowed.check(&path) {
-            wrong.push(ExperimentError::Malformed { path, detail: outside.to_string() });
+            errors.push(ExperimentError::Malformed { path, detail: outside.to_string() });
             continue;
         }
         if !seen.contains(&path) {
-            wrong.extend(LearnedModel::read(&path).err());
+            errors.extend(LearnedModel::read(&path).err());
             seen.push(path);
         }
     }
-    wrong
+    errors
 }
 
-/// What is wrong with the models of files for this body, rate and test.
-fn unfit_models(file: &ScenarioFile, staged: &PreparedScene) -> Vec<ExperimentError> {
-    let mut models = Models::new(file, &staged.sources);
-    let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
+/// Errors of model files that do not fit this body, frame rate and test.
+fn unfit_models(file: &ScenarioFile, scene: &PreparedScene) -> Vec<ExperimentError> {
+    let mut models = Models::new(file, &scene.sources);
+    let (body, rate) = (&scene.start.body, scene.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
     trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &NoProgress).err()).collect()
 }

@@ -1,4 +1,4 @@
-//! Several methods on one set: a run folder each, and a comparison of all.
+//! Several methods on one set, each with a run folder, and their comparison.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,24 +7,24 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::learning::Models;
 use super::made_by::MadeBy;
-use super::progress::Progress;
 use super::rendering::draw;
 use super::run::MethodRun;
-use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
-use super::{ExperimentError, TrackTiming, to_json};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, output};
+use crate::common::{ExperimentError, Progress, to_json};
 use crate::evaluation::Summary;
+use crate::external::TrackTiming;
+use crate::prepare::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
 use crate::scenario::{Scenario, ScenarioFile};
+use crate::train::Models;
 
-/// The name of a comparison's numbers.
+/// The file of a comparison's numbers.
 pub const COMPARISON_FILE: &str = "comparison.json";
-/// The name of a comparison's page.
+/// The file of a comparison's page.
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
-/// Several methods in numbers: `comparison.json`. All but `timing` is the same to the byte for the same scenario.
+/// Several methods in numbers: `comparison.json`. Everything except `timing` has the same bytes for the same scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodComparison {
     /// `skiagraph.comparison/1`.
@@ -35,7 +35,7 @@ pub struct MethodComparison {
     pub seeds: Vec<u64>,
     /// Number of frames.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     #[serde(default)]
     pub frames_per_second: f64,
     /// Whether actor and tracker share one body.
@@ -46,7 +46,7 @@ pub struct MethodComparison {
     /// Version of the program.
     #[serde(default)]
     pub version: String,
-    /// The methods by name; each has a run folder of that name.
+    /// The methods by name, which is also the name of the method's run folder.
     pub methods: BTreeMap<String, MethodRecord>,
 }
 
@@ -55,40 +55,40 @@ pub struct MethodComparison {
 pub struct MethodRecord {
     /// The tracker's name.
     pub tracker: String,
-    /// The tracker and all its settings, as a scenario writes them.
+    /// The tracker and all its settings as in a scenario.
     #[serde(default)]
     pub settings: Value,
-    /// Whether the true root of every frame was given away to it.
+    /// Whether it was given the true root of every frame.
     #[serde(default)]
     pub given_roots: bool,
-    /// What the tracker learned from, in words; empty where it learns nothing.
+    /// Descriptions of the tracker's training recordings; empty without any.
     #[serde(default)]
     pub learned_from: Vec<String>,
-    /// Number of learned models, where there are any.
+    /// Number of learned models, if there are any.
     #[serde(default)]
     pub models: Option<usize>,
-    /// Particles that left the region their model knows and were brought back, of all frames and seeds.
+    /// Number of particles, over all frames and seeds, that left their model's region and were moved back.
     #[serde(default)]
     pub recovered_particles: u64,
-    /// Every metric over all seeds, with its protocol, interval and value per seed.
+    /// Every metric over all seeds, with its protocol, interval and values per seed.
     #[serde(flatten)]
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
     #[serde(default)]
     pub frozen: BTreeMap<String, f64>,
-    /// What differs from run to run.
+    /// What differs between runs.
     #[serde(default)]
     pub timing: Option<TrackTiming>,
 }
 
-/// A comparison that is done.
+/// A finished comparison.
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// Its numbers.
     pub comparison: MethodComparison,
     /// Error over frames of every method.
     pub methods: Vec<ComparedMethod>,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -96,7 +96,7 @@ pub struct Compared {
 /// Motion models are learned once.
 ///
 /// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
+/// [`ExperimentError`]; nothing is written then.
 pub fn compare(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -133,7 +133,7 @@ pub fn compare(
         compared.comparison.methods.insert(name.clone(), record);
         compared.methods.push(ComparedMethod {
             name: name.clone(),
-            tracker: done.tracker_in_words,
+            tracker: done.tracker_description,
             knows_truth: settings.kind().needs_truth,
             summary: done.record.summary,
             frozen: done.record.frozen,
@@ -148,10 +148,10 @@ pub fn compare(
 }
 
 impl MethodComparison {
-    /// What [`Self::schema`] says.
+    /// The value of [`Self::schema`].
     pub(super) const SCHEMA: &str = "skiagraph.comparison/1";
 
-    /// What is shown of it.
+    /// The input of its page and figures.
     pub(super) fn input<'a>(&'a self, methods: &'a [ComparedMethod]) -> ComparisonInput<'a> {
         let Self { scenario: title, frames, matched, .. } = self;
         ComparisonInput { title, frames: *frames, seeds: self.seeds.len(), matched: *matched, methods }

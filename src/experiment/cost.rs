@@ -1,88 +1,89 @@
-//! Cost estimate of a scenario: time from a timed sample, memory and disk from the data held and written.
+//! Estimates the cost of a scenario: times from a measured sample, memory and disk space from the amount of data.
 
 use std::time::Instant;
 
 use serde::Serialize;
 
-use super::learning::Models;
-use super::measuring::Measures;
+use super::memory;
 use super::observing::observer;
-use super::scene_preparation::PreparedScene;
 use super::tracking::track;
-use super::{ExperimentError, NoProgress, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Motion, Solid};
+use crate::common::{ExperimentError, NoProgress};
+use crate::measure::Measures;
 use crate::observation::SilhouetteSource;
+use crate::prepare::PreparedScene;
 use crate::scenario::{AnnealedParticleFilterSettings, NoSettings, ScenarioFile, SearchSettings, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::FilterSettings;
+use crate::train::Models;
 
-/// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
+/// Time limit for drawing the sample, and for tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;
-/// Particles that are tried first, and the seconds after which no more are tried.
+/// Number of particles of the first measurement, and the seconds after which no more particles are measured.
 const FEW_PARTICLES: usize = 8;
 const SLOW_S: f64 = 1.0;
-/// Memory of a run of nothing: the program, its tables, the report.
+/// Memory of an empty run: the program, its tables, the report; bytes.
 const BASE_MEMORY: f64 = 55e6;
-/// Columns of `per_frame.csv`, about, and bytes of a number in text.
+/// Approximate number of columns of `per_frame.csv`, and bytes of a number as text.
 const CSV_COLUMNS: f64 = 60.0;
 const CSV_BYTES: f64 = 17.0;
-/// Size of a report and a contact sheet, about.
+/// Approximate size of a report and a contact sheet, bytes.
 const PAGE_BYTES: f64 = 1.6e6;
-/// Metrics that are kept for every frame of every seed.
+/// Number of metrics kept for every frame of every seed.
 const METRICS: f64 = 60.0;
 
-/// What `run` and `render` need, all of it estimated.
+/// Estimated cost of `run` and `render`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunCost {
-    /// Seconds to read the files, retarget, plant_feet_if_asked or simulate: measured, for `check` has done it.
+    /// Seconds to read the files, retarget, plant or simulate; measured, because `check` does it.
     pub staging_s: f64,
     /// Seconds to draw all frames.
     pub render_s: f64,
-    /// Seconds to track with all methods and seeds; without learning motion models.
+    /// Seconds to track with all methods and seeds, without learning motion models.
     pub track_s: f64,
     /// Seconds to measure and report.
     pub measure_s: f64,
-    /// Seconds of `skiagraph run`, all in all; without learning motion models.
+    /// Total seconds of `skiagraph run`, without learning motion models.
     pub run_s: f64,
-    /// How many trackers learn a motion model first, which takes seconds to many minutes more.
+    /// Number of trackers that first learn a motion model, which takes from seconds to many minutes.
     pub models_to_learn: usize,
     /// Likelihood evaluations of all frames, seeds and methods.
     pub likelihood_evaluations: u64,
     /// Greatest memory of `run`, bytes.
     pub memory_bytes: u64,
-    /// Greatest memory of `render`, bytes; layers are drawn within a bound.
+    /// Greatest memory of `render`, bytes; memory for layers is bounded.
     pub render_memory_bytes: u64,
     /// Size of the results of `run`, bytes.
     pub run_bytes: u64,
-    /// Size of the set of `render`, layers included, bytes.
+    /// Size of the set of `render` with layers, bytes.
     pub set_bytes: u64,
-    /// Threads that the times hold for.
+    /// Number of threads for which the times are estimated.
     pub threads: usize,
 }
 
-/// What the sample told.
+/// Measurements of the sample.
 struct MeasuredTimes {
     frame_render_s: f64,
     frame_measure_s: f64,
     /// Size of the set's files without layers.
     set_bytes: f64,
-    /// What silhouettes have of that.
+    /// The silhouettes' part of it.
     silhouette_bytes: f64,
     layer_bytes: f64,
 }
 
-/// Estimates the cost of a scenario whose staging took `staging_s`; takes about a second itself.
+/// Estimates the cost of a scenario whose scene was prepared in `staging_s` seconds; takes about a second.
 ///
 /// # Errors
-/// [`ExperimentError`] where the sample cannot be drawn or tracked.
-pub(crate) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
+/// [`ExperimentError`] if the sample cannot be drawn or tracked.
+pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
-    let (frames, seeds) = (staged.frames() as f64, f64::from(scenario.seeds));
+    let (frames, seeds) = (scene.frames() as f64, f64::from(scenario.seeds));
     let trackers = scenario.trackers();
-    let two = timed(|| set_of(file, staged, 2));
+    let two = timed(|| set_of(file, scene, 2));
     let two = (two.0?, two.1);
-    let sample = sample(file, staged, &two)?;
+    let sample = sample(file, scene, &two)?;
     let (two, _) = two;
     let mut known: Vec<(SearchSettings, Speed)> = Vec::new();
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
@@ -100,14 +101,14 @@ pub(crate) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) 
             }
         };
         track_s += frames * seeds * speed.seconds(evaluations);
-        likelihood_evaluations += kind.evaluations_per_frame() * staged.frames() as u64 * u64::from(scenario.seeds);
+        likelihood_evaluations += kind.evaluations_per_frame() * scene.frames() as u64 * u64::from(scenario.seeds);
     }
     let methods = trackers.len() as f64;
     let (render_s, measure_s) =
         (frames * sample.frame_render_s, frames * sample.frame_measure_s * (seeds + 1.0) * methods);
-    let render_s = render_s + background_s(file, staged)?;
+    let render_s = render_s + background_s(file, scene)?;
     let [render_memory, drawing_memory] = [sample.set_bytes, sample.set_bytes - sample.silhouette_bytes]
-        .map(|in_memory| render_memory(file, staged, in_memory));
+        .map(|in_memory| render_memory(file, scene, in_memory));
     Ok(RunCost {
         staging_s,
         render_s,
@@ -116,27 +117,27 @@ pub(crate) fn cost(file: &ScenarioFile, staged: &PreparedScene, staging_s: f64) 
         run_s: staging_s + render_s + track_s + measure_s,
         models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.kind().learns()).count(),
         likelihood_evaluations,
-        memory_bytes: (render_memory + tracking_memory(file, staged)) as u64,
-        render_memory_bytes: (drawing_memory + layers_memory(file, staged)) as u64,
-        run_bytes: run_bytes(file, staged) as u64,
+        memory_bytes: (render_memory + tracking_memory(file, scene)) as u64,
+        render_memory_bytes: (drawing_memory + layers_memory(file, scene)) as u64,
+        run_bytes: run_bytes(file, scene) as u64,
         set_bytes: (sample.set_bytes + frames * sample.layer_bytes) as u64,
         threads: rayon::current_num_threads(),
     })
 }
 
-/// Draws and measures some frames, as many as fit; `two` is the set of two frames and the seconds that it took.
+/// Draws and measures as many frames as fit the time limit; `two` is a set of two frames and the seconds that it took.
 fn sample(
     file: &ScenarioFile,
-    staged: &PreparedScene,
+    scene: &PreparedScene,
     two: &(BenchmarkSet, f64),
 ) -> Result<MeasuredTimes, ExperimentError> {
     let (few, few_s) = two;
     let threads = rayon::current_num_threads().max(1);
-    // a thread draws a frame in about half the time of two, or, where two were drawn at a time, in all of it
+    // seconds per frame and thread: half the time of two frames, or all of it if they were drawn in parallel
     let frame_s = few_s / if threads == 1 { 2.0 } else { 1.0 };
     let fitting = (SAMPLE_S * threads as f64 / frame_s.max(1e-6)) as usize;
-    let frames = fitting.clamp(2, 8 * threads + 3).min(staged.frames());
-    let (set, set_s) = timed(|| set_of(file, staged, frames));
+    let frames = fitting.clamp(2, 8 * threads + 3).min(scene.frames());
+    let (set, set_s) = timed(|| set_of(file, scene, frames));
     let set = set?;
     let more = frames.saturating_sub(2);
     let growth = match more {
@@ -148,16 +149,16 @@ fn sample(
     let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &NoProgress).is_ok());
     Ok(MeasuredTimes {
         frame_render_s: if frames < threads { frame_s / threads as f64 } else { set_s / frames as f64 },
-        // this one seed and the floor
+        // one seed and the frozen tracker
         frame_measure_s: measure_s / (2 * frames) as f64,
-        set_bytes: few.bytes() as f64 + growth * (staged.frames() as f64 - 2.0).max(0.0),
-        silhouette_bytes: few.silhouette_bytes() as f64 * staged.frames() as f64 / few.blind.frame_count as f64,
+        set_bytes: few.bytes() as f64 + growth * (scene.frames() as f64 - 2.0).max(0.0),
+        silhouette_bytes: few.silhouette_bytes() as f64 * scene.frames() as f64 / few.blind.frame_count as f64,
         layer_bytes: few.layer_bytes(0, &file.scenario.layers)? as f64,
     })
 }
 
-/// Seconds that the background takes to be recorded and learned, told from one and two images a period.
-fn background_s(file: &ScenarioFile, staged: &PreparedScene) -> Result<f64, ExperimentError> {
+/// Seconds to record and learn the background, extrapolated from one and two images per period.
+fn background_s(file: &ScenarioFile, scene: &PreparedScene) -> Result<f64, ExperimentError> {
     let observation = &file.scenario.observation;
     if observation.silhouette != SilhouetteSource::Segmented {
         return Ok(0.0);
@@ -165,7 +166,7 @@ fn background_s(file: &ScenarioFile, staged: &PreparedScene) -> Result<f64, Expe
     let learn = |background_frames| {
         let mut observation = observation.clone();
         observation.images.background_frames = background_frames;
-        let (learned, seconds) = timed(|| observer(&staged.ground_truth, &staged.rig, &observation).map(drop));
+        let (learned, seconds) = timed(|| observer(&scene.ground_truth, &scene.rig, &observation).map(drop));
         learned.map(|()| seconds)
     };
     let (one, two) = (learn(1)?, learn(2)?);
@@ -180,9 +181,9 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// The set of the first `count` frames.
-fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<BenchmarkSet, ExperimentError> {
-    let count = count.min(staged.frames());
-    let whole = &staged.ground_truth;
+fn set_of(file: &ScenarioFile, scene: &PreparedScene, count: usize) -> Result<BenchmarkSet, ExperimentError> {
+    let count = count.min(scene.frames());
+    let whole = &scene.ground_truth;
     let ground_truth = GroundTruth {
         actor: whole.actor.clone(),
         props: whole.props.clone(),
@@ -190,28 +191,27 @@ fn set_of(file: &ScenarioFile, staged: &PreparedScene, count: usize) -> Result<B
         frames_per_second: whole.frames_per_second,
         frames: whole.frames[..count].to_vec(),
     };
-    let refitted = Motion { poses: staged.refitted.poses[..count].to_vec(), ..staged.refitted };
+    let refitted = Motion { poses: scene.refitted.poses[..count].to_vec(), ..scene.refitted };
     let mut observation = file.scenario.observation.clone();
     let facts = observation.corruption.changes_cameras().then(|| observation.facts());
     let parts = SetParts {
         name: &file.scenario.name,
-        rig: &staged.rig,
-        start: &staged.start,
+        rig: &scene.rig,
+        start: &scene.start,
         ground_truth: &ground_truth,
         refitted: Some(&refitted),
-        facts: &staged.facts,
-        recordings: &staged.sources,
+        facts: &scene.facts,
+        recordings: &scene.sources,
         observation: facts.as_ref(),
-        key: staged.key,
+        key: scene.key,
     };
-    // the sample need not segment well, and learning the background takes longer than it
+    // the sample need not segment well, and learning the whole background would take longer than the sample
     observation.images.background_frames = observation.images.background_frames.min(2);
-    let observer = observer(&ground_truth, &staged.rig, &observation)?;
+    let observer = observer(&ground_truth, &scene.rig, &observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 
-/// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more.
-/// Seconds.
+/// Speed of a filter: fixed time per frame, with its refinement, and time per evaluation; seconds.
 #[derive(Clone, Copy)]
 struct Speed {
     frame_s: f64,
@@ -219,7 +219,7 @@ struct Speed {
 }
 
 impl Speed {
-    /// By tracking two frames with few particles, then with more, as long as the sample may take.
+    /// Measures by tracking two frames with few particles, then with more, within the time limit.
     fn new(two: &BenchmarkSet, work: SearchSettings, evaluations: u64) -> Result<Self, ExperimentError> {
         let seconds = |particles: usize| -> Result<f64, ExperimentError> {
             let filter = FilterSettings { particles, layers: 1, ..work.filter };
@@ -252,63 +252,63 @@ impl Speed {
     }
 }
 
-fn pixels(staged: &PreparedScene) -> impl Iterator<Item = f64> + Clone + '_ {
-    staged.rig.rig().cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
+fn pixels(scene: &PreparedScene) -> impl Iterator<Item = f64> + Clone + '_ {
+    scene.rig.rig().cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
-/// Most memory while a set is drawn: the truth twice, files of `in_memory` bytes, what cameras need to be ready, and a
-/// thread's image.
-fn render_memory(file: &ScenarioFile, staged: &PreparedScene, in_memory: f64) -> f64 {
-    let truth = &staged.ground_truth;
-    let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras() as f64);
+/// Peak memory while a set is drawn: the truth twice, files of `in_memory` bytes, tables of the cameras, and an image
+/// per thread.
+fn render_memory(file: &ScenarioFile, scene: &PreparedScene, in_memory: f64) -> f64 {
+    let truth = &scene.ground_truth;
+    let (links, cameras) = (truth.actor.links.len() as f64, scene.rig.cameras() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
     let capsules = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
     let all_capsules = truth.actor.links.iter().flat_map(|link| &link.solids).all(capsules);
     let by_rays = !all_capsules || !file.scenario.prop.is_empty();
-    let distorts = staged.rig.rig().cameras.iter().any(|camera| !camera.distortion.is_none());
-    let rays = if by_rays || distorts { 16.0 * pixels(staged).sum::<f64>() } else { 0.0 };
+    let distorts = scene.rig.rig().cameras.iter().any(|camera| !camera.distortion.is_none());
+    let rays = if by_rays || distorts { 16.0 * pixels(scene).sum::<f64>() } else { 0.0 };
     let threads = rayon::current_num_threads() as f64;
-    let largest = pixels(staged).fold(0.0, f64::max);
+    let largest = pixels(scene).fold(0.0, f64::max);
     let screens =
-        if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
+        if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(scene).sum::<f64>() + threads * largest) };
     let observation = &file.scenario.observation;
     let segmentation = match observation.silhouette {
         SilhouetteSource::Segmented => {
-            memory::needed(staged.rig.rig(), &observation.images, rayon::current_num_threads())
+            memory::needed(scene.rig.rig(), &observation.images, rayon::current_num_threads())
         }
         _ => 0.0,
     };
-    segmentation + BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens
+    segmentation + BASE_MEMORY + 2.0 * frame * scene.frames() as f64 + 1.5 * in_memory + rays + screens
 }
 
-/// Most memory that layers take while they are written.
-fn layers_memory(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
-    let largest = pixels(staged).fold(0.0, f64::max);
-    let a_thread = 40.0 * largest;
-    let all = a_thread * rayon::current_num_threads() as f64;
-    if file.scenario.layers.is_empty() { 0.0 } else { all.min(a_thread.max(LAYERS_MEMORY_BYTES as f64)) }
+/// Peak memory of layers while they are written.
+fn layers_memory(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
+    let largest = pixels(scene).fold(0.0, f64::max);
+    let per_thread = 40.0 * largest;
+    let all = per_thread * rayon::current_num_threads() as f64;
+    if file.scenario.layers.is_empty() { 0.0 } else { all.min(per_thread.max(LAYERS_MEMORY_BYTES as f64)) }
 }
 
-/// What tracking and measuring add: observed views, particles, and what is kept of every frame.
-fn tracking_memory(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
-    let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
-    let degrees = staged.start.body.degrees_of_freedom.len() as f64;
+/// Additional memory of tracking and measuring: observed views, particles, and the data kept of every frame.
+fn tracking_memory(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
+    let (frames, seeds) = (scene.frames() as f64, f64::from(file.scenario.seeds));
+    let degrees = scene.start.body.degrees_of_freedom.len() as f64;
     let trackers = file.scenario.trackers();
     let searches = trackers.iter().filter_map(|(_, tracker)| tracker.kind().search);
     let particles = searches.clone().map(|search| search.filter.particles).max().unwrap_or(0) as f64;
     let layers = searches.map(|search| search.filter.layers).max().unwrap_or(0) as f64;
-    let views = 4.0 * pixels(staged).sum::<f64>();
+    let views = 4.0 * pixels(scene).sum::<f64>();
     let kept = frames * (8.0 * degrees + 56.0 * layers + 16.0 * METRICS + 15.0 * 32.0);
     let table = frames * CSV_COLUMNS * CSV_BYTES;
     seeds * (views + particles * (24.0 * degrees + 200.0)) + (seeds + 1.0) * (kept + 2.0 * table)
 }
 
-/// Size of `poses.npz`, `search.npz`, `per_frame.csv`, page and picture, of all methods.
-fn run_bytes(file: &ScenarioFile, staged: &PreparedScene) -> f64 {
-    let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
+/// Size of `poses.npz`, `search.npz`, `per_frame.csv`, report and contact sheet of all methods.
+fn run_bytes(file: &ScenarioFile, scene: &PreparedScene) -> f64 {
+    let (frames, seeds) = (scene.frames() as f64, f64::from(file.scenario.seeds));
     let numbers =
         |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;
-    let poses = 8.0 * frames * (seeds * numbers(&staged.start.body) + numbers(&staged.ground_truth.actor));
+    let poses = 8.0 * frames * (seeds * numbers(&scene.start.body) + numbers(&scene.ground_truth.actor));
     let of_tracker = |tracker: &TrackerSettings| {
         let layers = tracker.kind().search.map_or(0.0, |search| search.filter.layers as f64);
         let search = 8.0 * frames * seeds * (2.0 + 6.0 * layers);

@@ -1,40 +1,39 @@
-//! A set in other tools' formats, each in a folder of its own that appears when it is complete.
+//! Exports a set to other tools' formats, each in its own folder, which appears when it is complete.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
-use super::progress::{Progress, Stage, advance};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
+use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
 
-/// The name of the animations for people among the formats.
+/// The name of the format for animated PNGs.
 const ANIMATION: &str = "apng";
 
 const ANIMATION_README: &str = "\
 NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NN-NAME.apng
 NAME.mp4";
 
-/// What a set is exported to.
+/// The target of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportTo {
     /// Another tool's format.
     Format(ExportFormat),
-    /// Animated PNGs for people.
+    /// Animated PNGs for viewing.
     Animation,
 }
 
 impl ExportTo {
-    /// Names of everything that a set can be exported to, each with what is written.
+    /// Names of all targets, each with a description of its files.
     pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
         let animation = (ANIMATION, "NN-NAME.apng of every camera, silhouettes and skeleton: browsers");
         EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([animation])
     }
 
-    /// The one of that name.
+    /// The target with this name.
     pub fn named(name: &str) -> Option<Self> {
         if name == ANIMATION { Some(Self::Animation) } else { ExportFormat::named(name).map(Self::Format) }
     }
@@ -51,7 +50,7 @@ impl ExportTo {
 /// `skiagraph export`: writes a set into a folder.
 ///
 /// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
+/// [`ExperimentError`]; nothing is written then.
 pub fn export_set(
     set: SetPlace<'_>,
     to: ExportTo,
@@ -69,15 +68,15 @@ pub fn export_set(
     progress.begin(Stage::Export, set.blind.frame_count);
     match to {
         ExportTo::Format(format) => {
-            let told = ExportWatch { tick: &|| progress.advance(), stop: &|| progress.interrupted() };
-            export(&set, format, folder.folder(), told)?;
+            let watch = ExportWatch { tick: &|| progress.advance(), stop: &|| progress.interrupted() };
+            export(&set, format, folder.folder(), watch)?;
         }
         ExportTo::Animation => animations(&set, &folder, progress)?,
     }
     Ok(folder.finish()?)
 }
 
-/// Formats that have a folder of their own in this one, which is no export itself.
+/// The formats with an export inside this folder; none if the folder is an export itself.
 fn exports_in(folder: &Path) -> Vec<&'static str> {
     if ArtefactKind::Export.is_own(folder) {
         return Vec::new();
@@ -88,8 +87,7 @@ fn exports_in(folder: &Path) -> Vec<&'static str> {
 
 fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) -> Result<(), ExperimentError> {
     if set.blind.moments.is_some() {
-        let detail = "apng: its pictures are of cameras that stand still and take an image of every frame at its time, and \
-                      those of this set do not";
+        let detail = "apng: only valid for static cameras with an image at every frame's time, and this set has others";
         return Err(ExperimentError::Argument { argument: "--to", detail: detail.to_owned() });
     }
     let text = format!("Animations\n\nThe benchmark set {:?} of Skiagraph.\n\n{ANIMATION_README}\n", set.blind.name);
@@ -99,7 +97,7 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
         let path = folder.folder().join(animation_name(index, &camera.name));
         let mut file = BufWriter::new(File::create_new(&path).map_err(output(&path, "write"))?);
         write_animation(&mut file, camera, frames, set.blind.frames_per_second, |frame| {
-            // a frame of the first camera counts as one of the set
+            // progress counts the frames of the first camera
             if index == 0 {
                 advance(progress)?;
             } else if progress.interrupted() {
@@ -113,8 +111,8 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
     Ok(())
 }
 
-/// The file of a camera, harmless whatever its name is.
+/// The file of a camera; characters of its name that are unsafe in paths are replaced.
 fn animation_name(index: usize, camera: &str) -> PathBuf {
-    let harmless = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    format!("{index:02}-{}.apng", camera.chars().map(harmless).collect::<String>()).into()
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    format!("{index:02}-{}.apng", camera.chars().map(safe).collect::<String>()).into()
 }

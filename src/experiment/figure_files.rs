@@ -4,27 +4,27 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::error::read_file;
+use super::COMPARISON_FILE;
 use super::run_picture::{stored_columns, stored_methods};
-use super::run_reading::{is_unmeasured, read_record, unmeasured_in_words};
-use super::search_file::{SearchRecord, search_from_npz};
-use super::tracking::{POSES_FILE, SEARCH_FILE};
-use super::{COMPARISON_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
+use super::run_reading::{is_unmeasured, read_record, unmeasured_message};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::body::Markers;
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{Evaluation, SeedRun, Sequence, evaluate};
 use crate::input::limits;
+use crate::measure::search_file::read_search;
+use crate::measure::tracked::{POSES_FILE, SEARCH_FILE};
+use crate::measure::{PER_FRAME_FILE, RUN_FILE, SearchRecord};
 use crate::npz::Npz;
 use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures};
 
-/// The name of the list of captions.
+/// The file with the captions.
 const CAPTIONS: &str = "README.txt";
 
-/// Writes the figures that `draw` makes of what lies in `source` into a folder of their own, with their captions. How
-/// many there are.
+/// Writes the figures that `draw` makes from `source`, with their captions, into a new folder. Returns their number.
 ///
 /// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
+/// [`ExperimentError`]; nothing is written then.
 pub fn write_figures(
     source: &Path,
     draw: impl FnOnce(&Path) -> Result<Vec<FigureFile>, ExperimentError>,
@@ -46,24 +46,24 @@ pub fn write_figures(
 /// The figures of a run, or of a run with several methods.
 ///
 /// # Errors
-/// [`ExperimentError`] where `source` is neither, or cannot be read.
+/// [`ExperimentError`] if `source` is neither, or cannot be read.
 pub fn stored_figures(source: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
     if source.join(COMPARISON_FILE).is_file() {
         let (comparison, methods) = stored_methods(source)?;
         return Ok(comparison_figures(&comparison.input(&methods))?);
     }
     if source.join(RUN_FILE).is_file() {
-        return of_run(source);
+        return run_figures_of(source);
     }
     if is_unmeasured(source) {
-        return Err(ExperimentError::Malformed { path: source.to_owned(), detail: unmeasured_in_words(source) });
+        return Err(ExperimentError::Malformed { path: source.to_owned(), detail: unmeasured_message(source) });
     }
     let detail = "expected the folder of a measured run, of a run with several methods, or of a sweep".to_owned();
     Err(ExperimentError::Malformed { path: source.to_owned(), detail })
 }
 
-/// From the files of a run: the estimates are measured again as far as markers tell, the rest is read.
-fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
+/// The figures of a run: its estimates are measured again by their markers, and everything else is read.
+fn run_figures_of(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
     let stored = read_record(&folder.join(RUN_FILE))?;
     let table = folder.join(PER_FRAME_FILE);
     let [truth_energy, energy] =
@@ -71,7 +71,7 @@ fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
     let (truth_energy, energy) = (truth_energy?, energy?);
     let evaluations = evaluations(folder, stored.frames_per_second)?;
     if evaluations.len() != stored.seeds.len() {
-        let detail = format!("holds {} seeds, run.json {}", evaluations.len(), stored.seeds.len());
+        let detail = format!("expected {} seeds as in run.json, found {}", stored.seeds.len(), evaluations.len());
         return Err(ExperimentError::Malformed { path: folder.join(POSES_FILE), detail });
     }
     let search = search(folder, [evaluations.len(), stored.frames])?;
@@ -97,7 +97,7 @@ fn of_run(folder: &Path) -> Result<Vec<FigureFile>, ExperimentError> {
     })?)
 }
 
-/// Of every seed, measured again on the markers in `poses.npz`.
+/// The evaluation of every seed, measured again on the markers in `poses.npz`.
 fn evaluations(folder: &Path, frames_per_second: f64) -> Result<Vec<Evaluation>, ExperimentError> {
     let path = folder.join(POSES_FILE);
     let name = path.display().to_string();
@@ -108,7 +108,7 @@ fn evaluations(folder: &Path, frames_per_second: f64) -> Result<Vec<Evaluation>,
     estimates.chunks_exact(truth.len().max(1)).map(of_seed).collect()
 }
 
-/// Fifteen points a frame; NaN is none.
+/// Fifteen points per frame; NaN means missing.
 fn markers(numbers: &[f64]) -> Vec<Markers> {
     let (points, _) = numbers.as_chunks::<3>();
     let point =
@@ -116,15 +116,8 @@ fn markers(numbers: &[f64]) -> Vec<Markers> {
     points.chunks_exact(15).map(|frame| std::array::from_fn(|index| point(&frame[index]))).collect()
 }
 
-/// How the search went; nothing for poses that another program made.
+/// The search records; empty for poses of another program.
 fn search(folder: &Path, shape: [usize; 2]) -> Result<Vec<Vec<SearchRecord>>, ExperimentError> {
     let path = folder.join(SEARCH_FILE);
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let npz = Npz::from_bytes(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?;
-    search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
-        path,
-        detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
-    })
+    if path.is_file() { read_search(&path, shape) } else { Ok(Vec::new()) }
 }

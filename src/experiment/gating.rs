@@ -1,4 +1,4 @@
-//! `skiagraph gate`: a run against a baseline, by the rules of a `gate.toml`.
+//! `skiagraph gate`: compares runs with a baseline by the rules of a `gate.toml`.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,13 @@ use serde_json::Value;
 
 use super::run_reading::hints_of_runs;
 use super::seed_advice::{seed_advice, set_advice};
-use super::{Baseline, ExperimentError, read_runs};
+use super::{Baseline, read_runs};
+use crate::common::ExperimentError;
 use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, METRICS, find_metric, gate};
 use crate::input::{self, excerpt, foreign, is_own_output, limits, unquoted};
 use crate::scenario::{did_you_mean, json_tree};
 
-/// The file of rules in the working directory.
+/// The default file of rules, in the working directory.
 pub const GATE_FILE: &str = "gate.toml";
 
 const SCHEMA: &str = "skiagraph.gate/1";
@@ -22,10 +23,10 @@ impl From<GateRefusal> for ExperimentError {
     }
 }
 
-/// Holds the runs at these paths against a baseline.
+/// Compares the runs at these paths with a baseline.
 ///
 /// # Errors
-/// [`ExperimentError`] if the runs cannot be read, or cannot be held against this baseline.
+/// [`ExperimentError`] if the runs cannot be read, or cannot be compared with this baseline.
 pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
     let mut outcome = gate(&baseline.runs, &read_runs(runs)?, rules)?;
     outcome.misread = runs.iter().flat_map(|run| hints_of_runs(run)).collect();
@@ -36,8 +37,8 @@ pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Res
         unit => set_advice(unit, baseline, lacking),
     });
     if is_newer(&baseline.version) {
-        let ours = env!("CARGO_PKG_VERSION");
-        outcome.notes.push(format!("the baseline was saved by version {}, newer than this {ours}", baseline.version));
+        let own = env!("CARGO_PKG_VERSION");
+        outcome.notes.push(format!("the baseline was saved by version {}, newer than this {own}", baseline.version));
     }
     Ok(outcome)
 }
@@ -50,7 +51,7 @@ fn is_newer(version: &str) -> bool {
 /// Reads a `gate.toml`.
 ///
 /// # Errors
-/// [`ExperimentError`] with file and key.
+/// [`ExperimentError`] that names the file and key.
 pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let text = input::read_to_string(path, limits::SETTINGS)
@@ -73,7 +74,7 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
     Ok(rules)
 }
 
-/// What is wrong with a text that is no TOML; it is quoted only if it is one of this program.
+/// The error of a text that is not TOML. The text is quoted only if it is output of this program.
 fn toml_error(text: &str, error: &toml::de::Error) -> String {
     if is_own_output(text.as_bytes()) {
         return foreign(error);
@@ -82,10 +83,10 @@ fn toml_error(text: &str, error: &toml::de::Error) -> String {
     format!("line {}: not TOML: {}", before.matches('\n').count() + 1, unquoted(error.message()))
 }
 
-/// Refuses a name that no metric has, with the one that is probably meant.
+/// Refuses the name of an unknown metric.
 ///
 /// # Errors
-/// The complaint.
+/// A message with the most similar name.
 pub fn check_metric(name: &str) -> Result<(), String> {
     match find_metric(name) {
         Some(_) => Ok(()),
@@ -93,7 +94,7 @@ pub fn check_metric(name: &str) -> Result<(), String> {
     }
 }
 
-/// The metric that is probably meant, as the end of a message; empty where none is alike.
+/// The most similar metric, as the end of a message; empty if none is similar.
 fn metric_named_like(name: &str) -> String {
     let guess = did_you_mean(name, METRICS.iter().map(|metric| metric.name));
     guess.map(|guess| format!("; did you mean `{guess}`?")).unwrap_or_default()
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_file_and_key() {
+    fn errors_name_file_and_key() {
         let head = "schema = \"skiagraph.gate/1\"\n";
         for (text, part) in [
             ("seeds = 5", "expected schema"),
@@ -135,8 +136,8 @@ mod tests {
             (&format!("{head}seeds ="), "gate.toml"),
             (&format!("{head}unit = \"frames\""), "unit"),
         ] {
-            let told = rules(text).unwrap_err();
-            assert!(told.contains(part) && told.contains("gate.toml"), "{part}: {told}");
+            let error = rules(text).unwrap_err();
+            assert!(error.contains(part) && error.contains("gate.toml"), "{part}: {error}");
         }
     }
 

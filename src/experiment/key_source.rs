@@ -1,27 +1,27 @@
-//! Where the secret of a set comes from.
+//! The source of a set's secret key.
 
 use std::path::Path;
 
-use super::ExperimentError;
 use crate::benchmark_set::KEY_FILE;
+use crate::common::ExperimentError;
 use crate::rng::ObservationKey;
 use crate::scenario::{Mismatch, MismatchBy, Scenario, ScenarioFile};
 
-/// Where the key comes from that everything drawn for a set's observations depends on.
+/// The source of the key of the random numbers of a set's observations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KeySource {
-    /// The scenario's `observation.key`, else the public one: the same scenario gives everybody the same bytes.
+    /// The scenario's `observation.key`, else the public key: the same scenario always gives the same bytes.
     #[default]
     Scenario,
-    /// The scenario's, else a fresh one that nobody knows, where anything is drawn that trackers must not know or the
-    /// truth is kept apart.
+    /// The scenario's key, else a fresh one if anything is drawn that trackers must not know, or the truth is kept
+    /// apart.
     Fresh,
-    /// This one.
+    /// This key.
     Given(ObservationKey),
 }
 
 impl KeySource {
-    /// The key, unless it is to be drawn.
+    /// The key; `None` if it must be drawn.
     pub(super) fn stated(self, file: &ScenarioFile) -> Option<ObservationKey> {
         let own = file.scenario.observation.key;
         match self {
@@ -32,7 +32,7 @@ impl KeySource {
     }
 }
 
-/// Whether a set of this scenario holds something drawn that a tracker must not know.
+/// Whether anything is drawn for this scenario that a tracker must not know.
 pub(super) fn has_secrets(file: &ScenarioFile) -> bool {
     let body = &file.scenario.tracker_body;
     let of_subject = body.mismatch_by == MismatchBy::Subject && body.mismatch != Mismatch::None;
@@ -46,26 +46,26 @@ pub(super) fn with_key(file: &ScenarioFile, key: ObservationKey) -> ScenarioFile
     keyed
 }
 
-/// The scenario without its key, by which drawings are compared.
+/// The scenario without its key, for comparing settings.
 pub(super) fn without_key(file: &ScenarioFile) -> Scenario {
     with_key(file, ObservationKey::PUBLIC).scenario
 }
 
-/// A key that nobody knows.
+/// A new random key.
 pub(super) fn fresh_key() -> Result<ObservationKey, ExperimentError> {
     let refused = |e| ExperimentError::Argument {
         argument: "--key",
-        detail: format!("the operating system gives no random numbers ({e}); give 32 hexadecimal digits"),
+        detail: format!("the operating system provides no random numbers ({e}); give 32 hexadecimal digits"),
     };
     ObservationKey::fresh().map_err(refused)
 }
 
-/// What to tell of a key that was drawn for the complete set in `place`.
+/// The note about a key that was drawn for the complete set in `place`.
 pub(super) fn note(place: &Path) -> String {
     let file = place.join(KEY_FILE);
     format!(
-        "a fresh key was drawn, so that nobody can undo the errors of this set or confirm its truth by a hash; it is kept \
-         in {file} alone: `--key $(cat {file})` renders the same again",
+        "a fresh key was drawn, so that the errors of this set cannot be undone and its truth cannot be confirmed by a \
+         hash; it is only stored in {file}: `--key $(cat {file})` renders the same set again",
         file = file.display()
     )
 }

@@ -1,24 +1,23 @@
-//! Which sets of a ladder are made: a file beside them while the ladder is unfinished, so that the same command goes
-//! on.
+//! The finished sets of an incomplete ladder, in a file beside them, so that the same command resumes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::ExperimentError;
 use super::key_source::{KeySource, fresh_key, has_secrets, note, without_key};
-use super::scenario_copy::scenario_text;
 use super::unfinished_set::{UnfinishedSet, settings_of};
 use crate::artefacts::{ArtefactError, output, write_whole};
 use crate::benchmark_set::BlindSet;
+use crate::common::ExperimentError;
 use crate::input::{self, hex_sha256, limits};
+use crate::prepare::scenario_copy::scenario_text;
 use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 
 const SCHEMA: &str = "skiagraph.ladder-progress/1";
 
-/// The sets of an unfinished ladder that are made.
+/// The finished sets of an incomplete ladder.
 #[derive(Debug)]
 pub struct LadderProgress {
     path: PathBuf,
@@ -28,7 +27,7 @@ pub struct LadderProgress {
 #[derive(Debug, Serialize, Deserialize)]
 struct ProgressRecord {
     schema: String,
-    /// The key of all of them.
+    /// The key of all sets.
     #[serde(default)]
     key: ObservationKey,
     #[serde(default)]
@@ -37,13 +36,13 @@ struct ProgressRecord {
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct MadeSet {
-    /// Of scenario and options.
+    /// Hash of scenario and options.
     settings_sha256: String,
     set_hash: String,
 }
 
 impl LadderProgress {
-    /// The progress of the ladder of an axis in `folder`; none where there is no file of ours.
+    /// The progress of the ladder of an axis in `folder`; empty if there is no such file of this program.
     pub fn read(folder: &Path, axis: &str) -> Self {
         let path = folder.join(format!("{axis}.partial"));
         let text = input::read_to_string(&path, limits::SETTINGS).unwrap_or_default();
@@ -52,11 +51,11 @@ impl LadderProgress {
         Self { path, record: record.unwrap_or(none) }
     }
 
-    /// The key of all sets of this ladder, so that they differ in a strength alone: the one that is stated, that of
-    /// what was begun, or a fresh one; with a note of one that was drawn.
+    /// The key of all sets of this ladder, which differ only in a strength: the given key, that of the unfinished
+    /// ladder, or a fresh one. Returns a note about a drawn key.
     ///
     /// # Errors
-    /// [`ExperimentError::Argument`] where the operating system gives no random numbers.
+    /// [`ExperimentError::Argument`] if the operating system provides no random numbers.
     pub fn settle_key(
         &mut self,
         source: KeySource,
@@ -78,10 +77,10 @@ impl LadderProgress {
         Ok((key, place.map(|place| note(place))))
     }
 
-    /// Whether `place` holds the set of these settings that this ladder made.
+    /// Whether `place` has the set that this ladder made from these settings.
     ///
     /// # Errors
-    /// [`ExperimentError`] if the scenario cannot be written down.
+    /// [`ExperimentError`] if the scenario cannot be serialised.
     pub fn has(&self, file: &ScenarioFile, shards: Option<usize>, place: &Path) -> Result<bool, ExperimentError> {
         let settings = digest(file, shards)?;
         let made = self.record.made.iter().find(|made| made.settings_sha256 == settings);
@@ -89,10 +88,10 @@ impl LadderProgress {
         Ok(made.is_some_and(|made| there().as_ref() == Some(&made.set_hash)))
     }
 
-    /// A set is made.
+    /// Records a finished set.
     ///
     /// # Errors
-    /// [`ArtefactError::Output`] if that cannot be written; [`ArtefactError::Occupied`] where something else is.
+    /// [`ArtefactError::Output`] if the file cannot be written; [`ArtefactError::Occupied`] if another file is there.
     pub fn add(&mut self, file: &ScenarioFile, shards: Option<usize>, set_hash: &str) -> Result<(), ExperimentError> {
         let made = MadeSet { settings_sha256: digest(file, shards)?, set_hash: set_hash.to_owned() };
         let is_own_output =
@@ -107,7 +106,7 @@ impl LadderProgress {
         Ok(write_whole(&self.path, text.as_bytes())?)
     }
 
-    /// The ladder is complete.
+    /// Removes the file of a complete ladder.
     ///
     /// # Errors
     /// [`ArtefactError::Output`] if the file cannot be removed.

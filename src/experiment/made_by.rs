@@ -1,39 +1,39 @@
-//! What made a result, as its files tell it, the first difference from what is about to be made, and where that goes.
+//! The command that made a result, as recorded in its files, and how it differs from the current command.
 //!
-//! The rule for what is there already: a command replaces its own earlier result, made from the same inputs with the
-//! same settings. What took work and was made otherwise stays, unless it is to be moved aside.
+//! Rule for existing results: a command replaces its own earlier result, made from the same inputs with the same
+//! settings. Results of other commands are kept, unless the user has them moved aside.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::external::EXTERNAL_FILE;
-use super::results::RUN_FILE;
-use super::scenario_copy::{SCENARIO_FILE, scenario_text};
-use super::tracking::{POSES_FILE, TRACK_FILE};
 use crate::artefacts::{ArtefactKind, difference, is_signed, sibling};
 use crate::benchmark_set::BlindSet;
-use crate::experiment::{ExperimentError, ProgramOptions, ProgramSettings};
+use crate::common::ExperimentError;
+use crate::external::{EXTERNAL_FILE, ProgramOptions, ProgramSettings};
 use crate::input::{self, limits};
+use crate::measure::RUN_FILE;
+use crate::measure::tracked::{POSES_FILE, TRACK_FILE};
 use crate::npz::Npz;
+use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::scenario::{ScenarioFile, TrackerSettings};
 
-/// What made a result, key by key.
+/// The command that made a result, with its settings by key.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MadeBy(Value);
 
 impl MadeBy {
-    /// A scenario that is run, as it stands in a run's folder.
+    /// `skiagraph run` of a scenario, given as the text in a run's folder.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] where the text is no TOML.
+    /// [`ExperimentError::Malformed`] if the text is not TOML.
     pub(super) fn run(scenario: &str) -> Result<Self, ExperimentError> {
         let scenario: Value = toml::from_str(scenario)
             .map_err(|e| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail: e.to_string() })?;
         Ok(Self(json!({"command": "skiagraph run", "scenario": scenario})))
     }
 
-    /// A tracker of ours on a set.
+    /// A tracker of this program on a set.
     pub(super) fn track(set: &BlindSet, tracker: &TrackerSettings, seeds: &[u64]) -> Self {
         let calibrate = set.start.calibrate && matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
         Self::tracked(&set.set_hash, json!(tracker), calibrate, json!(seeds))
@@ -46,7 +46,7 @@ impl MadeBy {
         }))
     }
 
-    /// A program on a set.
+    /// An external program on a set.
     pub(super) fn program(set: &BlindSet, program: &ProgramSettings, seeds: &[u64]) -> Self {
         Self::programmed(&set.set_hash, &program.command, &ProgramOptions::of(program), json!(seeds))
     }
@@ -58,40 +58,41 @@ impl MadeBy {
         }))
     }
 
-    /// A measured estimate of another program; `estimate` is its path as the user gave it.
+    /// A measured estimate of another program; `estimate` is its path as given by the user.
     pub(super) fn evaluation(set_hash: &str, estimate: &str) -> Self {
         Self(json!({"command": "skiagraph evaluate", "estimate": estimate, "set hash": set_hash}))
     }
 
-    /// What makes each seed of it: the same without their numbers, and what else it depends on.
+    /// The settings that determine each single seed: the same without the seeds' numbers, and with another `key`.
     pub(super) fn of_each_seed(&self, key: &str, value: Value) -> Value {
         let mut settings = self.0.clone();
         (settings["seeds"], settings[key]) = (Value::Null, value);
         settings
     }
 
-    /// What made the result in a folder; `None` where its files do not tell.
+    /// The command that made the result in a folder; `None` if its files do not record it.
     pub(super) fn at(folder: &Path) -> Option<Self> {
         let json = |name: &str| -> Option<Value> {
             serde_json::from_slice(&input::read(&folder.join(name), limits::RECORD).ok()?).ok()
         };
-        let word = |value: &Value, key: &str| value[key].as_str().unwrap_or_default().to_owned();
+        let text = |value: &Value, key: &str| value[key].as_str().unwrap_or_default().to_owned();
         if let Ok(scenario) = input::read_to_string(&folder.join(SCENARIO_FILE), limits::SETTINGS) {
             return Self::run(&scenario).ok();
         }
         if let Some(track) = json(TRACK_FILE) {
             let calibrated = track["calibration"].as_array().is_some_and(|reports| !reports.is_empty());
-            return Some(Self::tracked(&word(&track, "set_hash"), track["tracker"].clone(), calibrated, seeds(folder)));
+            return Some(Self::tracked(&text(&track, "set_hash"), track["tracker"].clone(), calibrated, seeds(folder)));
         }
         if let Some(program) = json(EXTERNAL_FILE) {
             let options = serde_json::from_value(program["options"].clone()).unwrap_or_default();
-            let command = word(&program, "command");
-            return Some(Self::programmed(&word(&program, "set_hash"), &command, &options, seeds(folder)));
+            let command = text(&program, "command");
+            return Some(Self::programmed(&text(&program, "set_hash"), &command, &options, seeds(folder)));
         }
-        json(RUN_FILE).map(|run| Self::evaluation(&word(&run, "set_hash"), &word(&run, "estimate")))
+        json(RUN_FILE).map(|run| Self::evaluation(&text(&run, "set_hash"), &text(&run, "estimate")))
     }
 
-    /// As [`Self::difference_at`] of an evaluation, its estimates compared by what `name` makes of their paths.
+    /// As [`Self::difference_at`] for an evaluation, with the paths of estimates compared after `name` is applied to
+    /// them.
     pub(super) fn difference_by(&self, folder: &Path, name: impl Fn(&str) -> String) -> Option<String> {
         let named = |mut made_by: Self| {
             let estimate = made_by.0.get_mut("estimate");
@@ -101,8 +102,8 @@ impl MadeBy {
         difference(&named(Self::at(folder)?), &named(self.clone()))
     }
 
-    /// The first key in which what made the result in a folder differs from this; `None` where nothing does, or nothing
-    /// is told.
+    /// The first key in which the command that made the result in a folder differs from this one; `None` if there is no
+    /// difference or no record.
     pub(super) fn difference_at(&self, folder: &Path) -> Option<String> {
         difference(&Self::at(folder)?.0, &self.0)
     }
@@ -117,24 +118,24 @@ fn seeds(folder: &Path) -> Value {
     json!(read())
 }
 
-/// Where results go, and what a user should know of it.
+/// Where results go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunPlace {
     /// The directory.
     pub path: PathBuf,
-    /// That results of another scenario, or of other settings, are avoided.
+    /// A note if results of another scenario, or of other settings, are avoided.
     pub note: Option<String>,
 }
 
 impl RunPlace {
-    /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of
-    /// `runs/NAME-2` and so on where nothing is or the results of the same scenario with the same settings. At a place
-    /// that was asked for another run is refused when it is begun.
+    /// The `given` place; else `runs/NAME`, or, if that has another run, the first of `runs/NAME-2` and so on that is
+    /// free or has results of the same scenario with the same settings. Another run at a given place is refused later,
+    /// when the output is begun.
     ///
     /// # Errors
-    /// [`ExperimentError`] if the scenario cannot be written down.
-    pub fn new(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
-        if let Some(path) = asked {
+    /// [`ExperimentError`] if the scenario cannot be serialised.
+    pub fn new(file: &ScenarioFile, given: Option<&Path>) -> Result<Self, ExperimentError> {
+        if let Some(path) = given {
             return Ok(Self { path: path.to_owned(), note: None });
         }
         let first = Path::new("runs").join(&file.scenario.name);
@@ -146,7 +147,7 @@ impl RunPlace {
         let is_other = |path: &Path| is_signed(path) && !is_same(path);
         let path = free_place(first, is_other);
         let note = format!(
-            "{} holds results of another scenario or of other settings; results were written to {}",
+            "{} has results of another scenario or of other settings; results were written to {}",
             first.display(),
             path.display()
         );
@@ -154,8 +155,8 @@ impl RunPlace {
     }
 }
 
-/// `NAME`, or where it holds a result of ours that was made otherwise, the first of `NAME-2` and so on where nothing is
-/// or the same. What is not ours at `NAME` is refused later, or with --force moved aside, as anywhere.
+/// `NAME`, or, if it has another result of this program, the first of `NAME-2` and so on that is free or has the same
+/// result. Files of others at `NAME` are refused later, or moved aside with --force.
 pub(super) fn free_place(first: &Path, is_other: impl Fn(&Path) -> bool) -> PathBuf {
     if !is_other(first) {
         return first.to_owned();
@@ -172,20 +173,20 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn a_folder_tells_what_made_it_or_nothing() {
+    fn a_folder_records_the_command_that_made_it() {
         let root = tempfile::tempdir().unwrap();
         let same = MadeBy::evaluation("0f", "mine.npz");
         assert_eq!(same.difference_at(root.path()), None, "nothing is there");
         fs::write(root.path().join(RUN_FILE), r#"{"set_hash": "0f", "estimate": "mine.npz"}"#).unwrap();
         assert_eq!(same.difference_at(root.path()), None);
         let other = MadeBy::evaluation("1e", "mine.npz");
-        assert_eq!(other.difference_at(root.path()).unwrap(), "set hash: there 0f, here 1e");
+        assert_eq!(other.difference_at(root.path()).unwrap(), "set hash: was 0f, now 1e");
         fs::write(root.path().join(SCENARIO_FILE), "seeds = 2").unwrap();
-        assert!(same.difference_at(root.path()).unwrap().contains("there skiagraph run"));
+        assert!(same.difference_at(root.path()).unwrap().contains("was skiagraph run"));
     }
 
     #[test]
-    fn results_go_where_the_same_scenario_is_or_nothing() {
+    fn results_go_to_a_free_place_or_that_of_the_same_scenario() {
         let root = tempfile::tempdir().unwrap();
         let run = |name: &str, scenario: &str| {
             fs::create_dir(root.path().join(name)).unwrap();
@@ -202,7 +203,7 @@ mod tests {
         assert_eq!(place("name = 'one'"), ("walk".to_owned(), None));
         let (name, note) = place("name = 'two'");
         assert!(
-            name == "walk-2" && note.as_ref().unwrap().contains("walk holds results of another scenario"),
+            name == "walk-2" && note.as_ref().unwrap().contains("walk has results of another scenario"),
             "{note:?}"
         );
         fs::create_dir(root.path().join("walk-2")).unwrap();

@@ -1,4 +1,4 @@
-//! Memory that backgrounds of cameras take, against what the machine has left.
+//! The memory that background models of cameras need, compared with the available memory.
 
 use std::path::Path;
 
@@ -6,22 +6,22 @@ use crate::camera::CameraRig;
 use crate::input::{self, limits};
 use crate::observation::ImageSettings;
 
-/// Periods in which the background is recorded, and components of its mixture.
+/// Number of periods in which the background is recorded, and of components of its mixture.
 const PERIODS: f64 = 3.0;
 
-/// What every camera keeps of a pixel besides its mixture, bytes: its ray, its point of the ground, its brightness, and
-/// what the allocator rounds up. With the mixture of three channels 148 bytes, by the peaks of `render` with one to
-/// four cameras of 0.3 and 1.2 million pixels, which this formula gives within 15 %.
+/// Memory of a pixel in every camera besides its mixture, bytes: its ray, its ground point, its brightness, and the
+/// allocator's overhead. With the mixture of three channels this is 148 bytes. The formula agrees within 15 % with the
+/// measured peaks of `render` with one to four cameras of 0.3 and 1.2 million pixels.
 const KEPT: f64 = 16.0 + 8.0 + 22.0;
 
-/// What a thread holds of a pixel besides the images that it learns from, bytes; measured likewise.
+/// Memory of a pixel in every thread besides the images that it learns from, bytes; measured in the same way.
 const LEARNING: f64 = 21.0;
 
-/// Share of its peak that a second thread, and every further one, adds: their peaks seldom coincide.
+/// Share of its peak memory that every further thread adds, because the peaks seldom coincide.
 const FURTHER_THREAD: f64 = 0.5;
 
-/// Why the backgrounds of these cameras cannot be learned here, if they cannot.
-pub(super) fn too_little_for(rig: &CameraRig, images: &ImageSettings, threads: usize) -> Option<String> {
+/// An error message if there is not enough memory to learn the backgrounds of these cameras.
+pub(super) fn shortage(rig: &CameraRig, images: &ImageSettings, threads: usize) -> Option<String> {
     refusal(rig, needed(rig, images, threads), available()?)
 }
 
@@ -37,10 +37,10 @@ fn refusal(rig: &CameraRig, needed: f64, available: f64) -> Option<String> {
     })
 }
 
-/// Bytes that segmentation needs at most.
+/// Greatest memory of segmentation, bytes.
 pub(super) fn needed(rig: &CameraRig, images: &ImageSettings, threads: usize) -> f64 {
     let channels = if images.grey { 1.0 } else { 3.0 };
-    // densities in single precision, and bounds of a byte each
+    // densities in single precision, and bounds of one byte each
     let mixture = PERIODS * ((2.0 * channels + 1.0) * 4.0 + 2.0 * channels);
     // the images of a period
     let learned_from = f64::from(images.background_frames) * channels;
@@ -54,7 +54,7 @@ fn pixels(rig: &CameraRig) -> impl Iterator<Item = f64> + '_ {
     rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
-/// Bytes of memory that are free, or would be without caches; `None` where the system does not tell.
+/// Available memory, without caches, bytes; `None` if the system does not report it.
 fn available() -> Option<f64> {
     let text = input::read_to_string(Path::new("/proc/meminfo"), limits::SETTINGS).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -74,10 +74,10 @@ mod tests {
     }
 
     #[test]
-    fn more_cameras_than_memory_are_refused_with_numbers_and_a_way_out() {
+    fn more_cameras_than_memory_are_refused_with_numbers_and_advice() {
         let (images, many) = (ImageSettings::default(), of_size(64, 1920, 1080));
         let bytes = needed(&many, &images, 2);
-        // 148 bytes of every pixel, and one and a half cameras' images of the background (20 of three channels)
+        // 148 bytes per pixel, and the background images of one and a half cameras (20 images with three channels)
         assert!((bytes - 1920.0 * 1080.0 * (64.0 * 148.0 + 1.5 * (60.0 + 21.0))).abs() < 1.0, "{bytes}");
         let words = refusal(&many, bytes, 8e9).unwrap();
         assert!(words.contains("64 cameras with 132.7 million pixels need about 18.5 GiB"), "{words}");
@@ -90,7 +90,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn the_system_tells_what_is_free() {
+    fn the_system_reports_its_available_memory() {
         let free = available().unwrap();
         assert!(free > 1e6 && free < 1e15, "{free}");
     }

@@ -1,42 +1,44 @@
-//! Further seeds of runs that are there: only what is missing is tracked and measured.
+//! Adds seeds to existing runs: only the missing seeds are tracked and measured.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::error::read_file;
-use super::progress::Progress;
 use super::rendering::draw;
 use super::run::measure;
 use super::run_reading::{MORE_SEEDS, run_folders};
-use super::scenario_copy::SCENARIO_FILE;
 use super::seed_advice::by_hand;
-use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
-use super::{Baseline, ExperimentError, Models, read_runs};
+use super::tracking::track;
+use super::{Baseline, read_runs};
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::BenchmarkSet;
+use crate::common::{ExperimentError, Progress, read_file};
 use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
 use crate::input::{self, limits};
+use crate::measure::tracked::TRACK_FILE;
+use crate::measure::{TrackRecord, Tracked};
+use crate::prepare::scenario_copy::SCENARIO_FILE;
 use crate::scenario::{ScenarioFile, json_tree};
+use crate::train::Models;
 
-/// Where the sets of runs come from.
+/// The sources of the runs' sets.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MoreOf<'a> {
-    /// Sets on disk, known by their hashes.
+    /// Sets on disk, identified by their hashes.
     pub sets: &'a [PathBuf],
-    /// Folder that the paths of the runs' scenarios are relative to, for runs whose set is not among them.
+    /// Base folder of the paths in the runs' scenarios, for runs whose set is not among `sets`.
     pub scenario_folder: Option<&'a Path>,
     /// Directory that is searched for clips.
     pub mocap_directory: Option<&'a Path>,
-    /// Whether the scenarios may name files outside of that folder.
+    /// Whether the scenarios may name files outside that folder.
     pub allow_outside: bool,
 }
 
-/// Tracks and measures the seeds that a gate asks for and the runs at these paths lack, at most so many of every run:
-/// the baseline's own, or any where others are accepted and there are too few. Runs on other sets than the baseline's
-/// are left alone: the gate refuses them.
+/// Tracks and measures the seeds that a gate needs and the runs at these paths lack, at most `most` per run: the
+/// baseline's seeds, or, if the rules accept other seeds, as many as are missing. Runs on other sets than the
+/// baseline's are skipped, because the gate refuses them.
 ///
 /// # Errors
-/// As of [`add_seeds`].
+/// As for [`add_seeds`].
 pub fn add_missing_seeds(
     paths: &[PathBuf],
     baseline: &Baseline,
@@ -71,18 +73,18 @@ fn missing_seeds(base: &MeasuredClip, run: &MeasuredClip, rules: &GateRules) -> 
     seeds
 }
 
-/// So many seeds after the last one of a run.
+/// `count` seeds after the last one of a run.
 fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
     let first = clip.seeds.iter().max().map_or(0, |last| last.saturating_add(1));
     (first..first.saturating_add(count)).collect()
 }
 
-/// Tracks and measures so many further seeds of every run at these paths, into a folder `seeds-FIRST-LAST` in the run's
-/// own.
+/// Tracks and measures `count` further seeds of every run at these paths, into a folder `seeds-FIRST-LAST` inside the
+/// run's folder.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if
-/// its scenario draws another set, or tracking fails.
+/// [`ExperimentError::Argument`] if another program tracked a run, or its set must be named; [`ExperimentError`] if its
+/// scenario gives another set, or tracking fails.
 pub fn add_seeds(
     paths: &[PathBuf],
     count: u32,
@@ -90,10 +92,10 @@ pub fn add_seeds(
     progress: &dyn Progress,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let folders: Vec<PathBuf> = paths.iter().flat_map(|path| run_folders(path)).collect();
-    // all or none: not some of the runs before one that has to be run by hand
+    // check all runs first, because some may have to be run by hand
     for folder in &folders {
         for clip in read_one(folder)?.clips.values() {
-            recorded(folder, &further_seeds(clip, u64::from(count)))?;
+            track_record(folder, &further_seeds(clip, u64::from(count)))?;
         }
     }
     let mut written = Vec::new();
@@ -106,7 +108,7 @@ pub fn add_seeds(
     Ok(written)
 }
 
-/// The run in a folder, with its further seeds.
+/// The run in a folder, with its added seeds.
 fn read_one(folder: &Path) -> Result<MeasuredRuns, ExperimentError> {
     read_runs(&[folder.to_owned()])
 }
@@ -120,12 +122,12 @@ fn add_to(
 ) -> Result<PathBuf, ExperimentError> {
     let [first, last] = [seeds.first(), seeds.last()].map(|seed| seed.copied().unwrap_or_default());
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
-    let record = recorded(folder, seeds)?;
+    let record = track_record(folder, seeds)?;
     let directory = Artefact::begin(Destination { path: &place, force: false }, ArtefactKind::Run)?;
     let (set, mut models) = set_of(folder, clip, from, progress)?;
     let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, progress)?;
     directory.write_all(&tracked.files(&set.blind)?)?;
-    // as elsewhere: the files on disk are measured
+    // as everywhere, the files on disk are measured
     let tracked = Tracked::read(directory.folder(), &set.blind.start.body)?;
     let results = measure(&set, &tracked, progress)?;
     directory.write_all(&results.files)?;
@@ -133,7 +135,7 @@ fn add_to(
     Ok(place)
 }
 
-fn recorded(folder: &Path, seeds: &[u64]) -> Result<TrackRecord, ExperimentError> {
+fn track_record(folder: &Path, seeds: &[u64]) -> Result<TrackRecord, ExperimentError> {
     let path = folder.join(TRACK_FILE);
     if !path.is_file() {
         return Err(ExperimentError::Argument { argument: "--add-seeds", detail: by_hand(folder, seeds) });
@@ -159,7 +161,7 @@ fn set_of(
     if !path.is_file() {
         return Err(ExperimentError::Argument {
             argument: "--add-seeds",
-            detail: format!("{} has no {SCENARIO_FILE}; name its set with --set SET", folder.display()),
+            detail: format!("{} has no {SCENARIO_FILE}; give its set with --set SET", folder.display()),
         });
     }
     let text = input::read_to_string(&path, limits::SETTINGS)
@@ -176,7 +178,9 @@ fn set_of(
         return Err(ExperimentError::AnotherSet {
             run: folder.to_owned(),
             set: path,
-            detail: "this version of skiagraph, or other input files, draw another set; run all seeds again".to_owned(),
+            detail:
+                "its scenario now gives another set, because skiagraph or input files have changed; run all seeds again"
+                    .to_owned(),
         });
     }
     let models = Models::new(&file, &set.truth.recordings);
@@ -192,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seeds_of_the_baseline_are_missing_or_as_many_as_a_gate_needs() {
+    fn missing_seeds_are_those_of_the_baseline_or_as_many_as_a_gate_needs() {
         let mut rules = GateRules::from_metric("humaneva_mm", "2mm".parse().unwrap());
         assert_eq!(missing_seeds(&clip(&[0, 1, 2, 3, 4]), &clip(&[3, 0, 9]), &rules), [1, 2, 4]);
         assert!(missing_seeds(&clip(&[0, 1]), &clip(&[0, 1, 2]), &rules).is_empty());

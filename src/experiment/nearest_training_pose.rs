@@ -1,5 +1,5 @@
-//! The training pose nearest to the truth, as a tracker: the result of a perfect choice among training poses. Only this
-//! module can build one, because a tracker never sees the truth.
+//! A reference tracker that answers with the training pose nearest to the truth: the result of a perfect choice among
+//! training poses. Only this room can build one, because trackers never see the truth.
 
 use crate::body::{Humanoid, Motion, Pose};
 use crate::motion_model::pose_chart::{PoseChart, distance};
@@ -12,7 +12,7 @@ pub(super) struct NearestTrainingPose {
 }
 
 impl NearestTrainingPose {
-    /// `truth` has one pose of `body`, the tracker's, a frame.
+    /// `truth` has one pose of `body`, the tracker's body, per frame.
     pub(super) fn new(body: &Humanoid, training: &[Motion], truth: &Motion) -> Self {
         let chart = PoseChart::learn(body, training);
         let known: Vec<_> = training.iter().flat_map(|m| &m.poses).map(|pose| (chart.rotations(pose), pose)).collect();

@@ -1,21 +1,22 @@
-//! What the cameras saw, as the scenario's `[observation]` wants it.
+//! Observes the truth with the settings of `[observation]`.
 
-use super::{ExperimentError, memory};
+use super::memory;
 use crate::camera::TimedRig;
+use crate::common::ExperimentError;
 use crate::observation::{ObservationSettings, SilhouetteObserver, SilhouetteSource};
 use crate::scene::GroundTruth;
 
-/// Sees the truth through the true cameras.
+/// The observer of the truth with the true cameras.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] where the background cannot be learned, or would take more memory than there is.
+/// [`ExperimentError::Argument`] if the background cannot be learned, or would take more than the available memory.
 pub(super) fn observer<'a>(
     truth: &'a GroundTruth,
     rig: &TimedRig,
     settings: &ObservationSettings,
 ) -> Result<SilhouetteObserver<'a>, ExperimentError> {
     if settings.silhouette == SilhouetteSource::Segmented
-        && let Some(detail) = memory::too_little_for(rig.rig(), &settings.images, rayon::current_num_threads())
+        && let Some(detail) = memory::shortage(rig.rig(), &settings.images, rayon::current_num_threads())
     {
         return Err(ExperimentError::Argument { argument: "observation.silhouette", detail });
     }

@@ -1,4 +1,5 @@
-//! The truth plus a known error, as a tracker. Only this module can build one, because a tracker never sees the truth.
+//! A reference tracker that answers with the truth plus a known error. Only this room can build one, because trackers
+//! never see the truth.
 
 use nalgebra::{Translation3, Vector3};
 
@@ -8,7 +9,7 @@ use crate::rng::{Purpose, normal, stream};
 use crate::scenario::OracleSettings;
 use crate::tracker::{Estimate, TrackError, Tracker};
 
-/// Answers every frame with the truth, fitted to the tracker's body, and an error of known size.
+/// Answers every frame with the truth, fitted to the tracker's body, plus an error of known size.
 pub(super) struct Oracle {
     truth: Vec<Pose>,
     settings: OracleSettings,
@@ -16,7 +17,7 @@ pub(super) struct Oracle {
 }
 
 impl Oracle {
-    /// `truth` has one pose of the tracker's body a frame.
+    /// `truth` has one pose of the tracker's body per frame.
     pub(super) fn new(truth: Vec<Pose>, settings: OracleSettings, seed: u64) -> Self {
         Self { truth, settings, seed }
     }
@@ -62,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_error_is_that_error_and_nothing_else() {
+    fn a_constant_offset_is_the_only_error() {
         let settings = OracleSettings { root_offset_m: [0.03, 0.04, 0.0], ..OracleSettings::default() };
         let pose = answer(settings, 1, 3);
         assert_eq!(pose.world_from_root.translation.vector, Vector3::new(0.03, 0.04, 0.0));

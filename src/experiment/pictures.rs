@@ -6,23 +6,22 @@ use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageReader, Limits};
 
-use super::ExperimentError;
-use super::error::read_file;
 use crate::camera::MAX_IMAGE_SIZE;
+use crate::common::{ExperimentError, read_file};
 use crate::input::{foreign, limits};
 use crate::observation::Image;
 
-/// Endings of the formats that are read.
+/// Extensions of the supported formats.
 const ENDINGS: [&str; 6] = ["png", "ppm", "pgm", "pnm", "jpg", "jpeg"];
-/// Most memory that decoding an image may take, bytes: one of the greatest size in colour.
+/// Memory limit for decoding an image, bytes: a colour image of the greatest size.
 const MOST_MEMORY: u64 = 3 * (MAX_IMAGE_SIZE as u64) * (MAX_IMAGE_SIZE as u64);
-/// Most images of a directory: four and a half hours at 60 Hz.
+/// Greatest number of images in a directory: four and a half hours at 60 Hz.
 const MOST_IMAGES: usize = 1_000_000;
 
-/// The images of a directory, in the order of their names; other files are left out.
+/// The images of a directory, in the order of their names; other files are ignored.
 ///
 /// # Errors
-/// [`ExperimentError`] for what is no directory and where there is no image.
+/// [`ExperimentError`] if the directory cannot be read or has no image.
 pub(super) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
     let unreadable = |source| ExperimentError::Unreadable { path: directory.to_owned(), source };
     let mut images = Vec::new();
@@ -45,10 +44,10 @@ pub(super) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentErro
     Ok(images)
 }
 
-/// An image; colours stay colours, grey stays grey, an alpha channel is left out and 16 bits become 8.
+/// Reads an image, in colour or grey as in the file, without an alpha channel, and with 8 bits per channel.
 ///
 /// # Errors
-/// [`ExperimentError`] naming a file that cannot be read or is no whole image of a known format.
+/// [`ExperimentError`] that names the file if it cannot be read or is not a complete image of a known format.
 pub(super) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let bytes = read_file(path, limits::PICTURE)?;
@@ -61,7 +60,7 @@ pub(super) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     reader.limits(bounds);
     let decoded = reader
         .decode()
-        .map_err(|e| malformed(format!("{}; expected a whole PNG, PPM, PGM or JPEG image", foreign(e))))?;
+        .map_err(|e| malformed(format!("{}; expected a complete PNG, PPM, PGM or JPEG image", foreign(e))))?;
     let (width, height) = (decoded.width(), decoded.height());
     let grey = matches!(
         decoded,
@@ -73,7 +72,7 @@ pub(super) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     let (channels, values) =
         if grey { (1, decoded.into_luma8().into_raw()) } else { (3, decoded.into_rgb8().into_raw()) };
     let image = Image::from_interleaved(width, height, channels, &values).filter(|_| width > 0 && height > 0);
-    image.ok_or_else(|| malformed("an image without pixels".to_owned()))
+    image.ok_or_else(|| malformed("expected an image with pixels, found none".to_owned()))
 }
 
 #[cfg(test)]
@@ -99,11 +98,11 @@ mod tests {
         encoder.write_header().unwrap().write_image_data(&values).unwrap();
         assert_eq!(read_image(&put(room.path(), "a.png", &png)).unwrap(), colour);
         let cut = read_image(&put(room.path(), "cut.png", &png[..png.len() - 20])).unwrap_err().to_string();
-        assert!(cut.contains("cut.png") && cut.contains("expected a whole PNG"), "{cut}");
+        assert!(cut.contains("cut.png") && cut.contains("expected a complete PNG"), "{cut}");
     }
 
     #[test]
-    fn what_is_no_image_is_refused_and_huge_claims_take_no_memory() {
+    fn other_files_are_refused_and_huge_claimed_sizes_take_no_memory() {
         let room = tempfile::tempdir().unwrap();
         for (name, bytes) in [
             ("text.png", b"not a picture".as_slice()),

@@ -1,24 +1,23 @@
-//! What the cameras see of a scenario: a set in memory, or drawn straight to the disk.
+//! Renders the set of a scenario, in memory or directly to disk.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use super::ExperimentError;
 use super::key_source::{KeySource, has_secrets, note, with_key, without_key};
 use super::observing::observer;
-use super::progress::{Progress, Stage};
 use super::same_set::{is_public_side_of, kept, set_difference};
-use super::scenario_copy::{inputs_of, scenario_text};
-use super::scene_check::{CamerasInside, unseen_in};
-use super::scene_preparation::PreparedScene;
 use super::unfinished_set::{UnfinishedSet, settings_of};
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
+use crate::common::{ExperimentError, Progress, Stage};
 use crate::observation::{Observation, ObservationFacts};
+use crate::prepare::PreparedScene;
+use crate::prepare::scenario_copy::{inputs_of, scenario_text};
+use crate::prepare::scene_check::{CamerasInside, unseen_in};
 use crate::rng::ObservationKey;
 use crate::scenario::ScenarioFile;
 
-/// Draws what the cameras see of a scenario: a benchmark set in memory, and notes for the user.
+/// Renders the benchmark set of a scenario in memory. Returns it and notes for the user.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file, line or key.
@@ -35,35 +34,36 @@ pub fn draw(
     })
 }
 
-/// Stages a scenario and has `make` draw its frames; what that made, and notes for the user.
+/// Prepares the scene of a scenario and calls `make` with its observer. Returns the result of `make` and notes for the
+/// user.
 fn draw_by<T>(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     progress: &dyn Progress,
     make: impl FnOnce(&SetParts<'_>, &(dyn Fn(usize) -> Observation + Sync)) -> Result<T, SetError>,
 ) -> Result<(T, Vec<String>), ExperimentError> {
-    let staged = PreparedScene::new(file, mocap_directory)?;
-    let inside = CamerasInside::new(file, &staged);
-    if let Some(refused) = inside.refused.into_iter().next() {
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    let inside = CamerasInside::new(file, &scene);
+    if let Some(refused) = inside.errors.into_iter().next() {
         return Err(refused);
     }
     let settings = &file.scenario.observation;
-    let others = staged.ground_truth.distractors.len();
+    let others = scene.ground_truth.distractors.len();
     let facts =
         (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
-    progress.begin(Stage::Render, staged.frames());
+    progress.begin(Stage::Render, scene.frames());
     let parts = SetParts {
         name: &file.scenario.name,
-        rig: &staged.rig,
-        start: &staged.start,
-        ground_truth: &staged.ground_truth,
-        refitted: Some(&staged.refitted),
-        facts: &staged.facts,
-        recordings: &staged.sources,
+        rig: &scene.rig,
+        start: &scene.start,
+        ground_truth: &scene.ground_truth,
+        refitted: Some(&scene.refitted),
+        facts: &scene.facts,
+        recordings: &scene.sources,
         observation: facts.as_ref(),
-        key: staged.key,
+        key: scene.key,
     };
-    let observer = observer(&staged.ground_truth, &staged.rig, settings)?;
+    let observer = observer(&scene.ground_truth, &scene.rig, settings)?;
     let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
     let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     let made = make(&parts, &|frame| {
@@ -75,34 +75,34 @@ fn draw_by<T>(
     if progress.interrupted() {
         return Err(ExperimentError::Interrupted);
     }
-    // frames that were drawn before an interruption may be those that show something
-    let others = observed.into_inner() < staged.frames();
-    let is_seen = seen.into_inner() || (others && (0..staged.frames()).any(|frame| shows(&observer.observe(frame))));
+    // the actor may be visible only in frames that were drawn before an interruption
+    let others = observed.into_inner() < scene.frames();
+    let is_seen = seen.into_inner() || (others && (0..scene.frames()).any(|frame| shows(&observer.observe(frame))));
     if !is_seen {
-        return Err(unseen_in(file, staged.frames()));
+        return Err(unseen_in(file, scene.frames()));
     }
-    Ok((made, [staged.notes, inside.told].concat()))
+    Ok((made, [scene.notes, inside.notes].concat()))
 }
 
-/// How a set is rendered.
+/// Options of rendering a set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
-    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge. It needs a
-    /// key that is not public: a fresh or a stated one.
+    /// Place of the complete set, if the set's own place gets it without the truth, for a public challenge. This needs
+    /// a secret key, fresh or given.
     pub whole: Option<&'a Path>,
-    /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
+    /// Number of tar shards for silhouettes and truth images; `None` for single files.
     pub shards: Option<usize>,
-    /// Where the key comes from that everything drawn for the observations depends on.
+    /// The source of the key of the observations' random numbers.
     pub key: KeySource,
 }
 
-/// `skiagraph render`: writes a scenario's benchmark set; returns it and notes for the user. What is drawn when it is
-/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it. Everything drawn
-/// depends on the scenario's `observation.key`, else on the public one: the same scenario gives the same bytes.
+/// `skiagraph render`: writes a scenario's benchmark set. Returns it and notes for the user. After an interruption, or
+/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. Random numbers depend on
+/// the scenario's `observation.key`, else on the public key: the same scenario gives the same bytes.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
-/// whose progress is saved where the same call would go on.
+/// [`ExperimentError`]; no set on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
+/// saved progress if the same call would resume.
 pub fn render(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -123,7 +123,7 @@ pub fn render_with(
     options: &RenderOptions<'_>,
     progress: &dyn Progress,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
+    // a run can be repeated in minutes, but the runs of a set are worthless without the set
     if let Some(path) = [Some(to.path), options.whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
         return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
@@ -132,8 +132,8 @@ pub fn render_with(
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
     let stated = options.key.stated(file);
     if options.whole.is_some() && stated.is_some_and(|key| key.is_public()) {
-        let detail = "expected a key of its own for a set whose truth is kept apart, found the public one: anybody \
-                      could confirm a guess of the truth by its hash; leave out `default`, or give 32 hexadecimal \
+        let detail = "expected a secret key for a set whose truth is kept apart, found the public key, with which a \
+                      guess of the truth could be confirmed by its hash; leave out `default`, or give 32 hexadecimal \
                       digits";
         return Err(ExperimentError::Argument { argument: "--key", detail: detail.to_owned() });
     }
@@ -145,7 +145,7 @@ pub fn render_with(
     let file = &with_key(file, unfinished.key());
     let public = options.whole.map(|_| Artefact::begin(to, ArtefactKind::Set)).transpose()?;
     let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, progress);
-    let mut notes = notes.map_err(|e| unfinished.told(e))?;
+    let mut notes = notes.map_err(|e| unfinished.with_progress(e))?;
     if stated.is_none() && !unfinished.key().is_public() {
         notes.push(note(complete.path));
     }
@@ -156,7 +156,7 @@ pub fn render_with(
     }
     if let Some(mut public) = public {
         if is_set(to.path) && (difference.is_some() || !is_public_side_of(to.path, complete.path)) {
-            notes.push(kept(to.path, "it is not of the complete set that is replaced"));
+            notes.push(kept(to.path, "it does not belong to the replaced complete set"));
             public.keep_other();
         }
         BlindSet::read(unfinished.folder())?.write_without_truth(public.folder())?;
@@ -168,7 +168,7 @@ pub fn render_with(
     Ok((BenchmarkSet::read(complete.path)?, notes))
 }
 
-/// Draws what is not there yet; notes for the user.
+/// Draws the missing frames. Returns notes for the user.
 fn draw_to_disk(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -187,7 +187,7 @@ fn draw_to_disk(
         let tick = || {
             unfinished.keep();
             progress.advance();
-            // with shards, layers come between
+            // with shards, layers are drawn together with the frames
             if done.fetch_add(1, Ordering::Relaxed) + 1 == frames && !layers.is_empty() && shards.is_none() {
                 progress.begin(Stage::Layers, frames * cameras);
             }

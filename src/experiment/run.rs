@@ -1,52 +1,53 @@
-//! Tracking and measuring with atomic directories, and rendering, tracking and measuring in one.
+//! Measures runs on disk, and renders, tracks and measures in one step; results appear atomically.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::external::EXTERNAL_FILE;
-use super::hints::explained;
 use super::made_by::{MadeBy, free_place};
-use super::measuring::{Measures, SeedMeasures, check_fit};
-use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
-use super::progress::Progress;
 use super::rendering::draw;
-use super::results::{RunRecord, RunResults, tracker_in_words};
-use super::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
-use super::start_check::StartDistance;
-use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
-use super::{ExperimentError, Models, NamedFiles};
+use super::tracking::track;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Listing, sibling, sign};
 use crate::benchmark_set::{BenchmarkSet, SetPlace};
+use crate::common::{ExperimentError, NamedFiles, Progress};
+use crate::external::EXTERNAL_FILE;
+use crate::external::start_check::StartDistance;
+use crate::measure::hints::with_hint;
+use crate::measure::measuring::check_fit;
+use crate::measure::poses_file::{check_angles, check_scale, read_poses};
+use crate::measure::results::describe_tracker;
+use crate::measure::tracked::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE};
+use crate::measure::{Measures, PosesDeclared, RunRecord, RunResults, SeedMeasures, Tracked};
+use crate::prepare::scenario_copy::{SCENARIO_FILE, inputs_of, scenario_text};
 use crate::scenario::{Scenario, ScenarioFile};
+use crate::train::Models;
 
-/// A run that is done.
+/// A finished run.
 #[derive(Clone, Debug)]
 pub struct RunOutcome {
     /// Its numbers.
     pub record: RunRecord,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// An evaluation that is done.
+/// A finished evaluation.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
     /// Its numbers.
     pub record: RunRecord,
     /// The folder with its files.
     pub place: PathBuf,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units,
-/// axes and names. The results of a run of this program go into its folder unless `out` says otherwise; nothing else
-/// there is changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into
-/// it.
+/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.c3d`, `.bvh`), whose units, axes and names
+/// the user may declare. Results of a run of this program go into its folder, or into `out`; nothing else there is
+/// changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into it.
 ///
 /// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
+/// [`ExperimentError`]; nothing is written then.
 pub fn evaluate_run(
     set: SetPlace<'_>,
     run: &Path,
@@ -67,10 +68,12 @@ pub fn evaluate_run(
         None => beside_estimate(run)?,
     };
     let body = &whole.blind.start.body;
-    let mut tracked = match is_own_output {
-        true if is_tracked => Tracked::read(run, body)?,
-        true => Tracked::read_program(run, body)?,
-        false => read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?,
+    let mut tracked = if is_tracked {
+        Tracked::read(run, body)?
+    } else if is_own_output {
+        Tracked::read_program(run, body)?
+    } else {
+        read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?
     };
     if !is_own_output && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
@@ -95,8 +98,8 @@ pub fn evaluate_run(
     }
     if !is_tracked {
         check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit)
-            .map_err(|detail| malformed(explained(&whole, &tracked, detail)))?;
-        let note = note_of_start(&whole, &tracked);
+            .map_err(|detail| malformed(with_hint(&whole, &tracked, detail)))?;
+        let note = start_note(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }
     check_sources(&whole, &tracked, run, progress)?;
@@ -110,7 +113,7 @@ pub fn evaluate_run(
     let made_by = MadeBy::evaluation(&whole.blind.set_hash, &run.display().to_string());
     let (place, other) = match out {
         Some(_) => (place.clone(), made_by.difference_by(&place, real_path)),
-        // beside the estimate, so that its file's name says which it is, from wherever it is named
+        // results are beside the estimate, so the name of its file identifies it, however its path was given
         None => (free_place(&place, |path| made_by.difference_by(path, file_name).is_some()), None),
     };
     let directory = Artefact::begin_unless(Destination { path: &place, force }, ArtefactKind::Run, other)?;
@@ -120,14 +123,14 @@ pub fn evaluate_run(
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
 }
 
-/// The path without links; as it is where nothing is there.
+/// The path with links resolved; unchanged if it does not exist.
 fn real_path(path: &str) -> String {
     fs::canonicalize(path).map_or_else(|_| path.to_owned(), |real| real.display().to_string())
 }
 
-/// What is to be said of the first frame of another program's estimate, as `track --exec --dry-run` says it of a
-/// program's: where it is far from the start pose, which errors of that pose do not explain.
-fn note_of_start(set: &BenchmarkSet, tracked: &Tracked) -> Option<String> {
+/// A note if the first frame of another program's estimate is far from the start pose, unless errors of the start pose
+/// explain it. `track --exec --dry-run` makes the same check.
+fn start_note(set: &BenchmarkSet, tracked: &Tracked) -> Option<String> {
     let of_seeds = tracked.estimates.sequences.iter().filter_map(|sequence| sequence.markers.first());
     let found = of_seeds.filter_map(|markers| StartDistance::new(&set.blind, markers));
     let farthest = found.max_by(|a, b| a.farthest_m.total_cmp(&b.farthest_m))?;
@@ -141,8 +144,8 @@ fn file_name(path: &str) -> String {
     Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Where the results of somebody else's estimate go: `NAME-evaluation` beside it, with the file's whole name, so that
-/// `mine.npz` and `mine.trc` have a place each.
+/// The place of the results of another program's estimate: `NAME-evaluation` beside it, with the file's whole name, so
+/// that `mine.npz` and `mine.trc` have different places.
 fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     run.file_name().map(|_| sibling(run, "", "-evaluation")).ok_or_else(|| ExperimentError::Argument {
         argument: "--out",
@@ -150,8 +153,8 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     })
 }
 
-/// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies
-/// beside the truth.
+/// Refuses a run whose model file was learned from frames of the test. `track` cannot check this, because the
+/// fingerprints of the test are on the truth side.
 pub(crate) fn check_sources(
     set: &BenchmarkSet,
     tracked: &Tracked,
@@ -186,7 +189,7 @@ pub(crate) fn check_sources(
 /// `skiagraph run`: renders, tracks and measures a scenario with all its seeds.
 ///
 /// # Errors
-/// [`ExperimentError`]; then nothing has changed on the disk.
+/// [`ExperimentError`]; nothing is written then.
 pub fn run(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -204,21 +207,21 @@ pub fn run(
     Ok(RunOutcome { record, notes })
 }
 
-/// One tracker to be run on a set with all seeds.
+/// The run of one tracker on a set with all seeds.
 pub(crate) struct MethodRun<'a> {
     pub(crate) directory: &'a Artefact,
-    /// Folder of the run inside the directory, which is there; empty for the directory itself.
+    /// Existing folder of the run inside the directory; empty for the directory itself.
     pub(crate) folder: &'a str,
     pub(crate) scenario: &'a Scenario,
     pub(crate) set: &'a BenchmarkSet,
     pub(crate) seeds: &'a [u64],
 }
 
-/// What came of an attempt.
+/// The result of a [`MethodRun`].
 pub(crate) struct MethodOutcome {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
-    pub(super) tracker_in_words: String,
+    pub(super) tracker_description: String,
     /// HumanEva error, mm, `[seed][frame]`.
     pub(super) errors: Vec<Vec<Option<f64>>>,
 }
@@ -228,7 +231,7 @@ impl MethodRun<'_> {
     pub(crate) fn run(&self, models: &mut Models, progress: &dyn Progress) -> Result<MethodOutcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, progress)?;
-        // As when tracking and evaluating separately: the files on disk are measured.
+        // as when tracking and evaluating separately, the files on disk are measured
         self.write(&tracked.files(&self.set.blind)?)?;
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
@@ -242,7 +245,7 @@ impl MethodRun<'_> {
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
         Ok(MethodOutcome {
             record: results.record,
-            tracker_in_words: tracker_in_words(&tracked),
+            tracker_description: describe_tracker(&tracked),
             errors: measures.seeds.iter().filter_map(error).collect(),
             tracked,
         })

@@ -1,18 +1,19 @@
-//! A picture of a measured run or of a comparison of methods, from the files that they left.
+//! The picture of a measured run or of a comparison of methods, from their files.
 
 use std::path::Path;
 
-use super::error::read_file;
-use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_in_words};
-use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, MethodComparison, PER_FRAME_FILE, RUN_FILE};
+use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_message};
+use super::{COMPARISON_FILE, MethodComparison};
+use crate::common::{ExperimentError, read_file};
 use crate::input::{limits, plain};
+use crate::measure::{CONTACT_SHEET_FILE, PER_FRAME_FILE, RUN_FILE};
 use crate::report::{ComparedMethod, SummaryPicture, comparison_picture, summary_picture};
 use crate::scenario::{TrackerSettings, json_tree};
 
 /// The comparison of methods in a folder, and its methods with their errors over the frames.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file that is missing or damaged.
+/// [`ExperimentError`] that names the missing or damaged file.
 pub(super) fn stored_methods(run: &Path) -> Result<(MethodComparison, Vec<ComparedMethod>), ExperimentError> {
     let path = run.join(COMPARISON_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
@@ -22,7 +23,7 @@ pub(super) fn stored_methods(run: &Path) -> Result<(MethodComparison, Vec<Compar
     }
     let mut methods = Vec::new();
     for (name, method) in &stored.methods {
-        // the name is a folder's: no path leads elsewhere
+        // the name must be a single folder's, so that it cannot lead elsewhere
         if Path::new(name).file_name().is_none_or(|file| file != name.as_str()) {
             return Err(malformed(format!("expected the name of a folder as a method's name, found {name:?}")));
         }
@@ -40,23 +41,23 @@ pub(super) fn stored_methods(run: &Path) -> Result<(MethodComparison, Vec<Compar
     Ok((stored, methods))
 }
 
-/// Of a run that compares methods: verdict, errors with intervals, errors over time.
+/// The picture of a comparison of methods: verdict, errors with intervals, errors over time.
 fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let (comparison, methods) = stored_methods(run)?;
     Ok(comparison_picture(&comparison.input(&methods))?)
 }
 
-/// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison
-/// of methods verdict, errors with intervals and errors over time.
+/// `skiagraph report RUN --png`: one PNG with the verdict, main figures, error over time and selected frames; for a
+/// comparison of methods, with the verdict, errors with intervals and errors over time.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file that is missing or damaged.
+/// [`ExperimentError`] that names the missing or damaged file.
 pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     if run.join(COMPARISON_FILE).is_file() {
         return methods_picture(run);
     }
     if is_unmeasured(run) {
-        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_in_words(run) });
+        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_message(run) });
     }
     let stored = read_record(&run.join(RUN_FILE))?;
     let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;
@@ -64,7 +65,7 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let sheet = sheet_path.is_file().then(|| read_listed(&sheet_path, limits::PICTURE)).transpose()?;
     let plural = if stored.seeds.len() == 1 { "" } else { "s" };
     let about = format!("{}, {} frames, {} seed{plural}", stored.tracker, stored.frames, stored.seeds.len());
-    // as on pages and in the terminal, what may have been misread is said before the verdict
+    // as on pages and the terminal, the hint precedes the verdict
     let hint = stored.hint.as_ref().map(|hint| plain(&hint.text) + " ");
     Ok(summary_picture(&SummaryPicture {
         title: &stored.scenario,
@@ -77,16 +78,16 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     })?)
 }
 
-/// A file that this program wrote, as it wrote it.
+/// The bytes of an unmodified file of this program.
 fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
     check_listed(path)?;
     read_file(path, limit)
 }
 
-/// One column of the table of frames, seed by seed; a column that is not `required` may be missing and is then empty.
+/// One column of the table of frames, per seed. A column that is not `required` may be missing, and is then empty.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file that is missing or damaged.
+/// [`ExperimentError`] that names the missing or damaged file.
 pub(super) fn stored_columns(
     path: &Path,
     seeds: &[u64],

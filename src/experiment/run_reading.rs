@@ -1,35 +1,36 @@
-//! Reads measured runs back: `run.json` of a run's folder, or of all runs below a folder.
+//! Reads measured runs: the `run.json` of a run's folder, or of all runs below a folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::error::read_file;
-use super::external::{EXTERNAL_FILE, ExternalRecord};
-use super::results::RUN_SCHEMA;
-use super::tracking::TRACK_FILE;
-use super::{COMPARISON_FILE, ExperimentError, RUN_FILE, RunRecord};
+use super::COMPARISON_FILE;
 use crate::artefacts::{LISTING, is_unlisted, parent_of};
+use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
+use crate::external::{EXTERNAL_FILE, ExternalRecord};
 use crate::input::{foreign, is_own_output, limits, plain, unquoted};
+use crate::measure::results::RUN_SCHEMA;
+use crate::measure::tracked::TRACK_FILE;
+use crate::measure::{RUN_FILE, RunRecord};
 use crate::scenario::json_tree;
 
-/// How deep below a folder runs are looked for.
+/// Depth to which runs are searched below a folder.
 const DEPTH: usize = 3;
-/// Runs of one side at most.
+/// Greatest number of runs of one side.
 const MOST_RUNS: usize = 10_000;
-/// What the names of folders with further seeds of a run begin with; they lie in the run's folder.
+/// Prefix of the names of folders with added seeds, which are inside the run's folder.
 pub(super) const MORE_SEEDS: &str = "seeds-";
 
 /// The runs of one side of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparedSide {
-    /// The folder's name, or its whole path where names are the same.
+    /// The folder's name, or its path if names are equal.
     pub name: String,
     /// The runs.
     pub runs: MeasuredRuns,
-    /// What its runs say of estimates that may have been misread.
+    /// Hints of its runs about estimates that may have been misread.
     pub misread: Vec<String>,
 }
 
@@ -40,26 +41,26 @@ impl ComparedSide {
     }
 }
 
-/// What `skiagraph compare` is asked to compare.
+/// The input of `skiagraph compare`.
 #[derive(Clone, Copy, Debug)]
 pub struct SidesToCompare<'a> {
-    /// Folders of runs: a side each, the first the base; with `versus` all together the base. A single folder with
-    /// several runs gives one side a run.
+    /// Folders of runs: one side each, of which the first is the base; with `versus`, all together are the base. A
+    /// single folder with several runs gives one side per run.
     pub paths: &'a [PathBuf],
-    /// Folders of runs that are the other side all together; may be empty.
+    /// Folders of runs that together are the other side; may be empty.
     pub versus: &'a [PathBuf],
-    /// Whether sets of the same name may differ; then they are compared unpaired.
+    /// Whether sets of the same name may differ; they are then compared unpaired.
     pub across_sets: bool,
-    /// What intervals run over, if that is asked for.
+    /// The unit over which intervals are computed, if given.
     pub unit: Option<IntervalUnit>,
 }
 
-/// `skiagraph compare`: the first side against the others.
+/// `skiagraph compare`: compares the first side with the others.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file, or the difference that makes sides incomparable.
-pub fn compare_sides(asked: SidesToCompare<'_>) -> Result<RunComparison, ExperimentError> {
-    let SidesToCompare { paths, versus, across_sets, unit } = asked;
+/// [`ExperimentError`] that names the file, or the difference that makes sides incomparable.
+pub fn compare_sides(input: SidesToCompare<'_>) -> Result<RunComparison, ExperimentError> {
+    let SidesToCompare { paths, versus, across_sets, unit } = input;
     let sides = if versus.is_empty() { read_sides(paths)? } else { read_two_sides(paths, versus)? };
     let [base, others @ ..] = sides.as_slice() else { return Err(too_few(paths)) };
     if others.is_empty() {
@@ -98,7 +99,7 @@ fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
     expanded.iter().zip(names).map(side).collect()
 }
 
-/// Two sides of one folder or more each.
+/// Two sides, each of one or more folders.
 fn read_two_sides(base: &[PathBuf], other: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
     let all = names(&[base, other].concat());
     let named = |names: &[String]| match names {
@@ -109,7 +110,7 @@ fn read_two_sides(base: &[PathBuf], other: &[PathBuf]) -> Result<Vec<ComparedSid
     Ok(vec![ComparedSide::new(named(base_names), base)?, ComparedSide::new(named(other_names), other)?])
 }
 
-/// The folders directly in this one that hold runs: methods of a comparison, cells of a sweep.
+/// The direct subfolders that have runs: methods of a comparison, cells of a sweep.
 fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut found: Vec<PathBuf> =
@@ -118,7 +119,7 @@ fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
     if found.is_empty() { vec![folder.to_owned()] } else { found }
 }
 
-/// Names of folders; whole paths where two have the same.
+/// Names of folders; paths if two names are equal.
 fn names(paths: &[PathBuf]) -> Vec<String> {
     let short = |path: &PathBuf| {
         let resolved = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
@@ -130,22 +131,22 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().zip(&all).map(|(path, n)| if unique(n) { n.clone() } else { path.display().to_string() }).collect()
 }
 
-/// All runs at these paths: each a `run.json`, a folder that holds one, or a folder with such folders below it. They
+/// All runs at these paths: each a `run.json`, a folder with one, or a folder with such folders below it. Together they
 /// are seeds of sets, draws of the noise of clips, and clips.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file that is missing, damaged, or of another tracker or set than the others.
+/// [`ExperimentError`] that names the file that is missing, damaged, or of another tracker or set than the others.
 pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let mut files = Vec::new();
     for path in paths {
         let found = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
         if found.is_empty() {
-            return Err(malformed(path, nothing_here(path)));
+            return Err(malformed(path, no_runs_message(path)));
         }
         files.extend(found);
         if files.len() > MOST_RUNS {
-            return Err(malformed(path, format!("holds {} runs, expected at most {MOST_RUNS}", files.len())));
+            return Err(malformed(path, format!("expected at most {MOST_RUNS} runs, found {}", files.len())));
         }
     }
     let mut runs = MeasuredRuns::default();
@@ -156,30 +157,32 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     Ok(runs)
 }
 
-/// Whether a folder holds what a tracker found, and no measure of it.
+/// Whether a folder has a tracked run that is not measured.
 pub(super) fn is_unmeasured(folder: &Path) -> bool {
     let is_there = |file: &str| folder.join(file).is_file();
     !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
 }
 
-/// What to do about it.
-pub(super) fn unmeasured_in_words(folder: &Path) -> String {
+/// The message about a run that is not measured.
+pub(super) fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
 
-fn nothing_here(path: &Path) -> String {
-    match () {
-        () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
-        () if is_unmeasured(path) => unmeasured_in_words(path),
-        () if path.join(COMPARISON_FILE).is_file() => {
-            format!("the folders of the methods in {COMPARISON_FILE} are missing")
-        }
-        () => format!("expected a {RUN_FILE}, as skiagraph run and skiagraph evaluate write it, or folders with one"),
+fn no_runs_message(path: &Path) -> String {
+    if !path.exists() {
+        return "there is no such file or folder; expected a run's folder".to_owned();
     }
+    if is_unmeasured(path) {
+        return unmeasured_message(path);
+    }
+    if path.join(COMPARISON_FILE).is_file() {
+        return format!("the folders of the methods in {COMPARISON_FILE} are missing");
+    }
+    format!("expected a {RUN_FILE} of skiagraph run or skiagraph evaluate, or folders with one")
 }
 
-/// Files `run.json` in a folder with those of its further seeds, or else below it, in the order of their paths. Hidden
-/// folders and links are left out, and so are folders without a listing inside those that have one.
+/// The `run.json` in a folder with those of its added seeds, or else those below it, in the order of their paths.
+/// Hidden folders and links are skipped, and so are folders without a listing inside folders that have one.
 fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
     let file = folder.join(RUN_FILE);
     if file.is_file() {
@@ -195,7 +198,7 @@ fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
 
 fn folders_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    // what others put into a result of ours is no run
+    // folders that others put into a result of this program are not runs
     let is_listed = folder.join(LISTING).is_file();
     let mut folders: Vec<PathBuf> = entries
         .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
@@ -207,8 +210,8 @@ fn folders_in(folder: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// What the runs at a path say of how their estimates were read, each with its clip; nothing where a file cannot be
-/// read, which [`read_runs`] tells.
+/// Hints of the runs at a path about misread estimates, each with its clip. Unreadable files are skipped, because
+/// [`read_runs`] reports them.
 pub(super) fn hints_of_runs(path: &Path) -> Vec<String> {
     let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
     let hint = |file: &PathBuf| {
@@ -218,32 +221,32 @@ pub(super) fn hints_of_runs(path: &Path) -> Vec<String> {
     files.iter().take(MOST_RUNS).filter_map(hint).collect()
 }
 
-/// Whether a folder holds further seeds of the run that it lies in.
+/// Whether a folder has added seeds of the run that it is in.
 fn is_more_seeds(folder: &Path) -> bool {
     folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(MORE_SEEDS))
 }
 
-/// The folders of runs at a path, without those of further seeds.
+/// The folders of runs at a path, without those of added seeds.
 pub(super) fn run_folders(path: &Path) -> Vec<PathBuf> {
     let files = run_files(path, DEPTH);
     let folders = files.iter().filter_map(|file| file.parent()).filter(|folder| !is_more_seeds(folder));
     folders.map(Path::to_owned).collect()
 }
 
-/// What a program is known by: its command, name and version, and options that are not the defaults.
+/// What identifies a program: its command, name and version, and options that differ from the defaults.
 fn identity(program: &ExternalRecord) -> Value {
     let mut known = json!({ "command": program.command, "name": program.name, "version": program.version });
-    // absent where all are the defaults, as in records of earlier versions
+    // absent if all are defaults, as in records of earlier versions
     if !program.options.are_default() {
         known["options"] = json!(program.options);
     }
     known
 }
 
-/// A `run.json` as it was written.
+/// Reads an unmodified `run.json`.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the file that is missing, damaged or changed.
+/// [`ExperimentError`] that names the missing, damaged or changed file.
 pub(super) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     check_listed(path)?;
@@ -258,14 +261,14 @@ pub(super) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     json_tree::value(tree).map_err(|e| malformed(foreign(e)))
 }
 
-/// The clip of one `run.json`, with its name.
+/// The name and clip of one `run.json`.
 fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let run = read_record(path)?;
     let runs = run.summary.runs.len();
     let lengths = run.summary.metrics.iter().map(|(name, metric)| (name, metric.per_run.len()));
     if let Some((name, found)) = lengths.into_iter().find(|(_, found)| *found != runs) {
-        return Err(malformed(format!("metrics.{name}.per_run: expected one value a run ({runs}), found {found}")));
+        return Err(malformed(format!("metrics.{name}.per_run: expected one value per run ({runs}), found {found}")));
     }
     let facts = MeasuredClip {
         set_hash: run.set_hash,
@@ -283,12 +286,12 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let mut seeds = clip.seeds.clone();
     seeds.sort_unstable();
     match seeds.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(twice) => Err(malformed(format!("runs: seed {} is there twice", twice[0]))),
+        Some(twice) => Err(malformed(format!("runs: seed {} occurs twice", twice[0]))),
         None => Ok((run.scenario, clip)),
     }
 }
 
-/// Refuses a file that this program did not write, or that was changed since.
+/// Refuses a file that this program did not write, or that was changed afterwards.
 ///
 /// # Errors
 /// [`ExperimentError::Malformed`].
@@ -297,8 +300,8 @@ pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
         return Ok(());
     }
     let detail = format!(
-        "skiagraph did not write this file, or it was changed since ({LISTING} beside it lists what was written); \
-         measure the run again with skiagraph evaluate SET {}",
+        "skiagraph did not write this file, or it was changed since (its hash is not in {LISTING} beside it); measure the \
+         run again with skiagraph evaluate SET {}",
         parent_of(path).display()
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })

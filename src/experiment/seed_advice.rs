@@ -1,21 +1,21 @@
-//! How a user runs the further seeds that would decide a gate.
+//! Advice on running the further seeds, draws or clips that would decide a gate.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use super::Baseline;
-use super::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
-use super::tracking::TRACK_FILE;
-use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, seeds_in_words};
+use crate::evaluation::{IntervalUnit, MeasuredClip, MoreSeeds, describe_seeds};
+use crate::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use crate::input::{self, limits, shell_word};
+use crate::measure::tracked::TRACK_FILE;
 
-/// Commands that are spelt out at most.
+/// Greatest number of commands in the advice.
 const MOST_COMMANDS: usize = 3;
 
-/// What to do for the draws or clips that checks lack; `None` where none would help. Both sides need them: they are
-/// sets.
+/// Advice on the draws or clips that checks lack; `None` if more would not help. Draws and clips are sets, so both
+/// sides need them.
 pub(super) fn set_advice(
     unit: IntervalUnit,
     baseline: &Baseline,
@@ -29,10 +29,11 @@ pub(super) fn set_advice(
     let sets = match unit {
         IntervalUnit::Draws => {
             format!(
-                "{more} more draw(s) of every clip: skiagraph render SCENARIO observation.seed=N --out SET, with a new N each"
+                "{more} more draw(s) of every clip: skiagraph render SCENARIO observation.seed=N --out SET, with a new N for \
+                 each"
             )
         }
-        _ => format!("{more} more clip(s): skiagraph render SCENARIO --out SET, with another motion each"),
+        _ => format!("{more} more clip(s): skiagraph render SCENARIO --out SET, with another motion for each"),
     };
     Some(format!(
         "for {sets}; run both trackers on them (skiagraph track SET ... --out RUN, skiagraph evaluate SET RUN), and save \
@@ -41,7 +42,7 @@ pub(super) fn set_advice(
     ))
 }
 
-/// What to do for the seeds that checks of the runs at these paths lack; `None` where none would help.
+/// Advice on the seeds that checks of the runs at these paths lack; `None` if more would not help.
 pub(super) fn seed_advice(
     runs: &[PathBuf],
     baseline: &Baseline,
@@ -58,33 +59,33 @@ pub(super) fn seed_advice(
     let more = of_run.max(of_both);
     match (more, of_both) {
         (0, _) => None,
-        (_, 0) => Some(format!("for {more} more seed(s) of the run: {}", of_the_runs(runs, baseline, more))),
+        (_, 0) => Some(format!("for {more} more seed(s) of the run: {}", run_commands(runs, baseline, more))),
         _ => Some(format!(
-            "run and baseline need {more} more seed(s) each, and --add-seeds runs those of the run alone; first those of \
+            "run and baseline need {more} more seed(s) each, and --add-seeds only adds those of the run; first add those of \
              the baseline, with its own tracker and settings: {}; then those of the run: {}",
-            of_the_baseline(baseline, more),
-            of_the_runs(runs, baseline, more)
+            baseline_commands(baseline, more),
+            run_commands(runs, baseline, more)
         )),
     }
 }
 
-fn of_the_runs(runs: &[PathBuf], baseline: &Baseline, more: usize) -> String {
+fn run_commands(runs: &[PathBuf], baseline: &Baseline, more: usize) -> String {
     let folders: Vec<PathBuf> = runs.iter().flat_map(|run| run_folders(run)).collect();
     let by_hand = folders.iter().filter(|folder| !folder.join(TRACK_FILE).is_file());
-    let commands: Vec<String> = by_hand.map(|folder| further_by_hand(folder, more)).collect();
+    let commands: Vec<String> = by_hand.map(|folder| commands_by_hand(folder, more)).collect();
     match commands.len() {
         0 => {
             let runs = runs.iter().map(|run| shown(run)).collect::<Vec<_>>().join(" ");
-            format!("skiagraph gate {runs} --baseline {} --add-seeds {more}, as here", baseline.name)
+            format!("skiagraph gate {runs} --baseline {} --add-seeds {more}", baseline.name)
         }
         count if count > MOST_COMMANDS => {
-            format!("{}; and so on for {} further runs", commands[..MOST_COMMANDS].join("; "), count - MOST_COMMANDS)
+            format!("{}; likewise for {} further runs", commands[..MOST_COMMANDS].join("; "), count - MOST_COMMANDS)
         }
         _ => commands.join("; "),
     }
 }
 
-fn further_by_hand(folder: &Path, more: usize) -> String {
+fn commands_by_hand(folder: &Path, more: usize) -> String {
     let clips = read_runs(&[folder.to_owned()]).map(|runs| runs.clips).unwrap_or_default();
     let last = clips.values().flat_map(|clip| &clip.seeds).max().copied();
     let first = last.map_or(0, |last| last.saturating_add(1));
@@ -92,13 +93,13 @@ fn further_by_hand(folder: &Path, more: usize) -> String {
     format!("--add-seeds {}", by_hand(folder, &seeds))
 }
 
-/// How such seeds of a run that skiagraph did not track are made.
+/// Advice on running these seeds of a run that another program tracked.
 pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
-    let cannot = format!("cannot run what made {}", folder.display());
+    let cannot = format!("cannot run the tracker of {}", folder.display());
     let record = input::read(&folder.join(EXTERNAL_FILE), limits::RECORD).ok();
     let record = record.and_then(|bytes| serde_json::from_slice::<ExternalRecord>(&bytes).ok());
     let Some(record) = record else {
-        return format!("{cannot}; run your tracker with the seeds {}, and evaluate them again", seeds_in_words(seeds));
+        return format!("{cannot}; run it with the seeds {}, and evaluate them again", describe_seeds(seeds));
     };
     let blocks = seeds.chunk_by(|seed, next| seed.saturating_add(1) == *next);
     let commands: Vec<String> = blocks
@@ -106,7 +107,7 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
         .map(|block| {
             let (first, count) = (block[0], block.len());
             let place = shown(&folder.join(format!("{MORE_SEEDS}{first}-{}", block[count - 1])));
-            let program = format!("{}{}", shell_word(&record.command), record.options.in_words());
+            let program = format!("{}{}", shell_word(&record.command), record.options.as_arguments());
             let truth = if record.without_truth { " --truth DIR" } else { "" };
             format!(
                 "skiagraph track SET --exec {program} --seed {first} --seeds {count} --out {place}, then skiagraph \
@@ -117,7 +118,7 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
     format!("{cannot}; run the program: {}", commands.join("; "))
 }
 
-fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
+fn baseline_commands(baseline: &Baseline, more: usize) -> String {
     let clips = &baseline.runs.clips;
     let Some(clip) = clips.values().next() else { return String::new() };
     let first = clip.seeds.iter().min().copied().unwrap_or_default();
@@ -125,21 +126,21 @@ fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
     let seeds = clip.seeds.len() + more;
     let run = match program(clip) {
         Some(command) => {
-            let program = format!("{}{}", shell_word(command), options(clip).in_words());
+            let program = format!("{}{}", shell_word(command), options(clip).as_arguments());
             format!("skiagraph track SET --exec {program}{seed} --seeds {seeds} --out DIR, skiagraph evaluate SET DIR")
         }
         None => format!("skiagraph run SCENARIO{seed} --seeds {seeds} --out DIR"),
     };
-    let each = if clips.len() > 1 { ", one folder a clip," } else { "" };
+    let each = if clips.len() > 1 { ", one folder per clip," } else { "" };
     format!("{run}{each} and skiagraph baseline save {} DIR", baseline.name)
 }
 
-/// The command line of the program that was measured, where it was one.
+/// The command line of the measured program, if it was an external one.
 fn program(clip: &MeasuredClip) -> Option<&str> {
     clip.settings.as_ref()?.get("command").and_then(Value::as_str)
 }
 
-/// The options that the program was run with.
+/// The options with which the program was run.
 fn options(clip: &MeasuredClip) -> ProgramOptions {
     let options = clip.settings.as_ref().and_then(|settings| settings.get("options")).cloned();
     options.and_then(|options| serde_json::from_value(options).ok()).unwrap_or_default()
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_of_the_run_are_added_and_those_of_both_have_two_commands() {
+    fn seeds_of_the_run_need_one_command_and_those_of_both_need_two() {
         let run = [PathBuf::from("nowhere")];
         let advice = |lacking: &[MoreSeeds]| seed_advice(&run, &baseline(None), lacking.iter().copied());
         assert_eq!(advice(&[]), None);
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_is_run_by_hand_with_the_exact_command() {
+    fn the_advice_for_a_program_has_its_exact_command() {
         let folder = tempfile::tempdir().unwrap();
         let mut record = serde_json::json!({
             "schema": "skiagraph.program/1", "command": "sh t.sh", "name": null, "version": null, "set_hash": "",
@@ -215,9 +216,9 @@ mod tests {
     }
 
     #[test]
-    fn estimates_of_nobody_known_are_made_again_by_who_made_them() {
+    fn the_advice_for_unknown_programs_names_the_seeds() {
         let words = by_hand(Path::new("theirs"), &[5, 6]);
-        assert!(words.starts_with("cannot run what made theirs; run your tracker"), "{words}");
+        assert!(words.starts_with("cannot run the tracker of theirs; run it with"), "{words}");
         assert!(words.contains("seeds 5 to 6"), "{words}");
     }
 }

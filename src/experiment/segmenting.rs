@@ -1,4 +1,4 @@
-//! `skiagraph segment`: silhouettes from images of a camera that stands still.
+//! `skiagraph segment`: silhouettes from images of a static camera.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -6,25 +6,23 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::error::read_file;
 use super::pictures::{images_in, read_image};
-use super::progress::{Progress, Stage, advance};
-use super::{ExperimentError, to_json};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, difference};
 use crate::benchmark_set::silhouette_to_png;
+use crate::common::{ExperimentError, Progress, Stage, advance, read_file, to_json};
 use crate::input::limits;
 use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
 use crate::parallel;
 use crate::raster::Mask;
 
-/// The record's name.
+/// The file of the record.
 pub const SEGMENT_FILE: &str = "segment.json";
 
-/// What to segment, and how.
+/// The input of a segmentation.
 #[derive(Clone, Debug)]
 pub struct SegmentInput<'a> {
-    /// Directories with images of the background, one a period; a single one is cut into `components` periods of equal
-    /// length, by name.
+    /// Directories with images of the background, one per period. The images of a single directory are divided, in the
+    /// order of their names, into `components` periods of equal length.
     pub background: &'a [PathBuf],
     /// Directory with the images to segment.
     pub frames: &'a Path,
@@ -32,46 +30,47 @@ pub struct SegmentInput<'a> {
     pub components: usize,
     /// Settings of the mixture, the shadow rule and the cleaning.
     pub settings: BackgroundSettings,
-    /// Learns while it goes on, in place of the mixture: the background comes first, then every frame is learned.
+    /// Settings of the online method, used instead of the mixture: it learns from the background images and then from
+    /// every frame.
     pub online: Option<OnlineSettings>,
 }
 
-/// What was segmented: `segment.json`.
+/// The record of a segmentation: `segment.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segmented {
     /// `skiagraph.segment/1`.
     pub schema: String,
     /// `mixture` or `online`.
     pub method: String,
-    /// Frames of the background in each period.
+    /// Number of background frames in each period.
     pub background_frames: Vec<usize>,
-    /// Frames that were segmented.
+    /// Number of segmented frames.
     pub frames: usize,
     /// Width and height, pixels.
     pub size_px: [u32; 2],
     /// 1 for grey, 3 for colour.
     pub channels: usize,
-    /// Mean share of the pixels that is foreground.
+    /// Mean share of foreground pixels.
     pub foreground: f64,
     /// Settings of the mixture, the shadow rule and the cleaning.
     pub settings: BackgroundSettings,
-    /// What it was made from.
+    /// Its input.
     #[serde(default)]
     pub of: SegmentedFrom,
-    /// Frames a second, reading and writing included, on all threads.
+    /// Frames per second on all threads, with reading and writing.
     pub frames_per_second: f64,
 }
 
-/// From which images masks were made and how, by which the same command is known.
+/// The images and settings of a segmentation, by which the same command is recognised.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SegmentedFrom {
-    /// Directories of the background, as the command named them.
+    /// Directories of the background, as named by the command.
     pub background: Vec<String>,
-    /// Directory of the frames, as the command named it.
+    /// Directory of the frames, as named by the command.
     pub frames: String,
     /// Components of the mixture.
     pub components: usize,
-    /// Learning rate, of the online method.
+    /// Learning rate of the online method.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
     /// Settings of the mixture, the shadow rule and the cleaning.
@@ -89,7 +88,7 @@ impl SegmentedFrom {
         }
     }
 
-    /// How what lies in a folder was made otherwise; `None` where it was not, or is not ours.
+    /// The first difference from the segmentation in a folder; `None` without a difference or a segmentation.
     fn difference_at(&self, folder: &Path) -> Option<String> {
         let there = read_file(&folder.join(SEGMENT_FILE), limits::RECORD).ok()?;
         let there: Value = serde_json::from_slice(&there).ok()?;
@@ -97,10 +96,10 @@ impl SegmentedFrom {
     }
 }
 
-/// Segments the images of a directory: one mask each, under the image's name with the ending `.png`.
+/// Segments the images of a directory. Each mask has the name of its image with the extension `.png`.
 ///
 /// # Errors
-/// [`ExperimentError`] naming the image or argument; then nothing has changed on the disk.
+/// [`ExperimentError`] that names the image or argument; nothing is written then.
 pub fn segment(
     input: &SegmentInput<'_>,
     to: Destination<'_>,
@@ -145,7 +144,7 @@ pub fn segment(
     Ok(segmented)
 }
 
-/// Writes a frame's mask and counts its pixels.
+/// Writes a frame's mask and returns its number of pixels.
 type Write<'a> = &'a (dyn Fn(usize, &Mask) -> Result<u64, ExperimentError> + Sync);
 
 fn by_mixture(
@@ -159,7 +158,7 @@ fn by_mixture(
         .map_err(|e| ExperimentError::Argument { argument: "--background", detail: e.to_string() })?;
     let of_frame = |index: usize| {
         advance(progress)?;
-        let mask = segmenter.silhouette(&read_image(&frames[index])?).map_err(misfit(&frames[index]))?;
+        let mask = segmenter.silhouette(&read_image(&frames[index])?).map_err(shape_error(&frames[index]))?;
         write(index, &mask)
     };
     parallel::map(frames.len(), of_frame).into_iter().collect()
@@ -180,22 +179,22 @@ fn online(
     };
     let mut model = OnlineBackground::new(&first, settings);
     for image in background {
-        model.update(image).map_err(misfit(input.frames))?;
+        model.update(image).map_err(shape_error(input.frames))?;
     }
     let mut counts = Vec::with_capacity(frames.len());
     for (index, path) in frames.iter().enumerate() {
         advance(progress)?;
-        let mask = model.update(&read_image(path)?).map_err(misfit(path))?;
+        let mask = model.update(&read_image(path)?).map_err(shape_error(path))?;
         counts.push(write(index, &input.settings.cleaning.clean(&mask))?);
     }
     Ok(counts)
 }
 
-fn misfit(path: &Path) -> impl Fn(crate::observation::BackgroundError) -> ExperimentError {
+fn shape_error(path: &Path) -> impl Fn(crate::observation::BackgroundError) -> ExperimentError {
     move |e| ExperimentError::Malformed { path: path.to_owned(), detail: e.to_string() }
 }
 
-/// Names of the masks; two images that differ by their ending only would share one.
+/// The names of the masks. Two images that differ only in their extension are refused.
 fn names_of(frames: &[PathBuf], directory: &Path) -> Result<Vec<String>, ExperimentError> {
     let name =
         |path: &PathBuf| path.file_stem().map(|stem| format!("{}.png", stem.to_string_lossy())).unwrap_or_default();
@@ -220,8 +219,8 @@ fn periods_of(input: &SegmentInput<'_>) -> Result<Vec<Vec<PathBuf>>, ExperimentE
     let (count, components) = (images.len(), input.components.max(1));
     if count < components {
         let detail = format!(
-            "{count} background frame(s) in {} for {components} components of the mixture; give more frames, or fewer \
-             --components",
+            "expected at least one background frame for each of the {components} components of the mixture, found {count} \
+             in {}; give more frames, or fewer --components",
             one.display()
         );
         return Err(ExperimentError::Argument { argument: "--background", detail });
@@ -230,7 +229,7 @@ fn periods_of(input: &SegmentInput<'_>) -> Result<Vec<Vec<PathBuf>>, ExperimentE
     Ok((0..components).map(period).collect())
 }
 
-/// All images of the background, which must have one size.
+/// All images of the background, which must have the same size.
 fn read_periods(periods: &[Vec<PathBuf>]) -> Result<Vec<Vec<Image>>, ExperimentError> {
     let paths: Vec<&PathBuf> = periods.iter().flatten().collect();
     let mut images =
@@ -242,7 +241,7 @@ fn read_periods(periods: &[Vec<PathBuf>]) -> Result<Vec<Vec<Image>>, ExperimentE
             let shape = *expected.get_or_insert(image.shape());
             if image.shape() != shape {
                 let error = crate::observation::BackgroundError::Shape { found: image.shape(), expected: shape };
-                return Err(misfit(path)(error));
+                return Err(shape_error(path)(error));
             }
             Ok(image)
         };

@@ -1,36 +1,36 @@
-//! `skiagraph track`: a tracker of ours or a program, seed by seed, over a set on disk.
+//! `skiagraph track`: runs a tracker of this program or an external program over a set on disk, seed by seed.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::error::read_file;
-use super::external::{
+use super::made_by::MadeBy;
+use super::tracking::track;
+use super::unfinished_run::UnfinishedRun;
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
+use crate::benchmark_set::{BlindSet, TruthSet, is_public};
+use crate::common::{ExperimentError, Progress, read_file, to_json};
+use crate::external::{
     ANSWERS_FILE, Conformance, ExternalRecord, ProgramSeed, ProgramSettings, Programmed, dry_run,
     track_seed_with_program,
 };
-use super::hints::told_by_the_start;
-use super::made_by::MadeBy;
-use super::progress::Progress;
-use super::tracking::{Tracked, track};
-use super::unfinished_run::UnfinishedRun;
-use super::{ExperimentError, Models, to_json};
-use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
-use crate::benchmark_set::{BlindSet, TruthSet, is_public};
 use crate::input::{hex_sha256, limits};
+use crate::measure::Tracked;
+use crate::measure::hints::hint_from_start;
 use crate::scenario::TrackerSettings;
+use crate::train::Models;
 
-/// What a finished seed of a program is kept in.
+/// The file of a program's finished seed.
 const SEED_FILE: &str = "answers.json";
-/// Files that a program's command names are known by what they hold up to this size, bytes.
+/// Files in a program's command are identified by their content up to this size, bytes.
 const LARGEST_PROGRAM: u64 = 64 << 20;
 
-/// `skiagraph track`: runs a tracker over a set. Of the set it reads cameras, observations and start alone, unless the
-/// tracker is the oracle.
+/// `skiagraph track`: runs a tracker over a set. It reads only the blind side of the set, except for reference trackers
+/// such as the oracle.
 ///
 /// # Errors
-/// [`ExperimentError`]; then no run has changed on the disk. It is [`ExperimentError::Unfinished`] or an interruption
-/// whose progress is saved where seeds are finished, with which the same call would go on.
+/// [`ExperimentError`]; no run on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
+/// saved progress if some seeds are finished, from which the same call would resume.
 pub fn track_set(
     set: &Path,
     settings: &TrackerSettings,
@@ -41,7 +41,7 @@ pub fn track_set(
     track_set_calibrating(set, settings, seeds, None, to, progress)
 }
 
-/// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
+/// As [`track_set`]; `calibrate` overrides the set's setting whether the tracker calibrates its body.
 ///
 /// # Errors
 /// As [`track_set`].
@@ -73,7 +73,7 @@ pub fn track_set_calibrating(
                     Tracked::read(&folder, &blind.start.body)
                 }
             });
-            let all = all.map_err(|error| unfinished.told(error))?;
+            let all = all.map_err(|error| unfinished.with_progress(error))?;
             (Tracked::of_seeds(&blind, all)?, Some(unfinished))
         }
     };
@@ -83,7 +83,7 @@ pub fn track_set_calibrating(
     Ok(tracked)
 }
 
-/// `skiagraph track --exec`: runs a program over a set, handed a folder that holds the blind side alone.
+/// `skiagraph track --exec`: runs a program over a set; the program gets a folder with the blind side only.
 ///
 /// # Errors
 /// As [`track_set`].
@@ -94,7 +94,7 @@ pub fn track_set_with_program(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<ExternalRecord, ExperimentError> {
-    let settings = &hiding(settings, set)?;
+    let settings = &with_hidden_set(settings, set)?;
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
     let made_by = MadeBy::program(&blind, settings, seeds);
@@ -121,21 +121,13 @@ pub fn track_set_with_program(
                 kind = kind.take().or(done.kind().map(str::to_owned));
                 Ok(done)
             });
-            (all.map_err(|error| unfinished.told(error))?, Some(unfinished))
+            (all.map_err(|error| unfinished.with_progress(error))?, Some(unfinished))
         }
     };
     let mut done = Programmed::new(&blind, settings, all)?;
     done.record.without_truth = is_public(set);
-    let tracked = Tracked {
-        record: None,
-        estimates: done.estimates,
-        search: Vec::new(),
-        sources: Vec::new(),
-        program: Some(done.record.clone()),
-        estimate: None,
-        read_as: None,
-    };
-    told_by_the_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
+    let tracked = Tracked { program: Some(done.record.clone()), ..Tracked::from_estimates(done.estimates) };
+    hint_from_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
     directory.write_all(&tracked.files(&blind)?)?;
     directory.write(ANSWERS_FILE, &done.answers)?;
     directory.finish()?;
@@ -143,7 +135,7 @@ pub fn track_set_with_program(
     Ok(done.record)
 }
 
-/// `skiagraph track --exec --dry-run`: whether a program keeps to the protocol.
+/// `skiagraph track --exec --dry-run`: checks whether a program follows the protocol.
 ///
 /// # Errors
 /// [`ExperimentError`] if the program never becomes ready, or the set cannot be read.
@@ -152,11 +144,11 @@ pub fn check_program(
     settings: &ProgramSettings,
     progress: &dyn Progress,
 ) -> Result<Conformance, ExperimentError> {
-    dry_run(&BlindSet::read(set)?, &hiding(settings, set)?, progress)
+    dry_run(&BlindSet::read(set)?, &with_hidden_set(settings, set)?, progress)
 }
 
-/// The same settings; a sandbox hides the set and the recordings, and can be made here.
-fn hiding(settings: &ProgramSettings, set: &Path) -> Result<ProgramSettings, ExperimentError> {
+/// The same settings with a checked sandbox, if any, that hides the set and the recordings.
+fn with_hidden_set(settings: &ProgramSettings, set: &Path) -> Result<ProgramSettings, ExperimentError> {
     let mut settings = settings.clone();
     if let Some(sandbox) = &mut settings.sandbox {
         let recordings = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
@@ -166,7 +158,7 @@ fn hiding(settings: &ProgramSettings, set: &Path) -> Result<ProgramSettings, Exp
     Ok(settings)
 }
 
-/// Every seed in order, with the folder of those that are finished; what `one` made of them.
+/// Calls `one` for every seed in order, with the folder of the seed if it is finished. Returns the results.
 fn seed_by_seed<T>(
     seeds: &[u64],
     unfinished: &UnfinishedRun,
@@ -185,13 +177,13 @@ fn seed_by_seed<T>(
     Ok(all)
 }
 
-/// What the model file of a tracker holds.
+/// The hash of a tracker's model file; null without one.
 fn model_hash(settings: &TrackerSettings) -> Result<Value, ExperimentError> {
     let Some(name) = settings.kind().model_file() else { return Ok(Value::Null) };
     Ok(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?).into())
 }
 
-/// What the files hold that a program's command names.
+/// The hashes of the files in a program's command.
 fn hashes_in(command: &str) -> Value {
     let named = command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
     let hash = |word: &str| {

@@ -1,28 +1,29 @@
-//! Trackers from the settings of scenarios.
+//! Builds trackers from the settings of scenarios.
 
-use super::calibrating::{self, Beginning};
+use super::calibrating;
+use super::calibrating::Beginning;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
-use super::progress::{Progress, Stage};
-use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
+use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
     AnnealedParticleFilter, BodyCalibration, Frozen, Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
+use crate::train::Models;
 
-/// What a tracker may be built from.
+/// Builds the trackers of a set.
 pub(super) struct TrackerFactory<'a> {
     pub(super) set: &'a BlindSet,
-    /// One pose of the tracker's body a frame: for oracles alone.
+    /// One pose of the tracker's body per frame; only for reference trackers.
     pub(super) truth: Option<&'a Motion>,
     pub(super) progress: &'a dyn Progress,
 }
 
 impl TrackerFactory<'_> {
-    /// A tracker that has started.
+    /// Builds and starts a tracker.
     pub(super) fn begin(
         &self,
         settings: &TrackerSettings,
@@ -35,8 +36,8 @@ impl TrackerFactory<'_> {
         Ok(tracker)
     }
 
-    /// Calibrates the body with each of the trackers, which have started with the body as given; nothing where that is
-    /// not asked for, or the tracker keeps its body.
+    /// Calibrates the body with each of the trackers, which have started with the given body. Returns nothing if the
+    /// set does not request it, or the tracker cannot calibrate.
     pub(super) fn calibrate(
         &self,
         settings: &TrackerSettings,
@@ -49,7 +50,7 @@ impl TrackerFactory<'_> {
         let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
             let name = settings.name();
             self.progress.note(&format!(
-                "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
+                "tracker_body.calibrate: {name} does not calibrate the body; annealed_particle_filter does"
             ));
             return Ok(Vec::new());
         };
@@ -58,8 +59,8 @@ impl TrackerFactory<'_> {
         self.progress.begin(Stage::Calibrate, frames * seeds.len());
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
-            let found = calibrating::calibrated(self.set, likelihood, tracker.as_mut(), self.progress)?;
-            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
+            let found = calibrating::calibrate_body(self.set, likelihood, tracker.as_mut(), self.progress)?;
+            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.describe()));
             calibrations.push(found);
         }
         Ok(calibrations)

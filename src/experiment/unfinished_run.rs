@@ -1,20 +1,19 @@
-//! A run over several seeds: those that are finished survive an interruption, and the same command goes on with the
-//! others.
+//! An unfinished run over several seeds: finished seeds survive an interruption, and the same command resumes.
 //!
-//! They lie in `NAME.partial` beside the run: `settings.json`, by which the same command is known, and a folder
-//! `seed-N` for each, with a listing of its own, which appears when it is whole. Finished runs are put together from
-//! these files alone, so that one that was interrupted has the bytes of an undisturbed one.
+//! They are in `NAME.partial` beside the run: `settings.json`, by which the same command is recognised, and a folder
+//! `seed-N` for each finished seed, with its own listing, which appears when it is complete. Finished runs are made
+//! from these files alone, so that an interrupted run has the same bytes as an uninterrupted one.
 
 use std::fs;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{ExperimentError, NamedFiles};
 use crate::artefacts::{
     ArtefactError, Destination, Resumable, ResumableKind, difference, is_signed, output, remove, sign, sync_parent,
     write_synced,
 };
+use crate::common::{ExperimentError, NamedFiles};
 
 const SEED: &str = "seed-";
 const WRITING: &str = "writing";
@@ -26,12 +25,12 @@ const KIND: ResumableKind = ResumableKind {
     others: &[WRITING],
 };
 
-/// The finished seeds of a run that is being made.
+/// The finished seeds of an unfinished run.
 #[derive(Debug)]
 pub(super) struct UnfinishedRun(Resumable);
 
 impl UnfinishedRun {
-    /// Begins, or goes on with what was begun with the same settings. The run's place must be locked.
+    /// Begins a run, or resumes one with the same settings. The run's place must be locked.
     ///
     /// # Errors
     /// As [`Resumable::begin`].
@@ -41,18 +40,18 @@ impl UnfinishedRun {
         Resumable::begin(to, &KIND, settings, |there| difference(there, &here)).map(Self)
     }
 
-    /// The folder of a finished seed, with the files that were put there.
+    /// The folder of a finished seed; `None` if it is not finished.
     pub(super) fn seed(&self, seed: u64) -> Option<PathBuf> {
         Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
     }
 
-    /// Keeps a seed that is finished; gives its folder.
+    /// Stores a finished seed. Returns its folder.
     ///
     /// # Errors
     /// [`ArtefactError::Output`] if it cannot be written.
     pub(super) fn put(&self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
         let (folder, writing) = (self.folder_of(seed), self.0.folder().join(WRITING));
-        // what was left there is not whole
+        // leftovers are incomplete
         for left in [&folder, &writing] {
             remove(left).map_err(output(left, "remove the directory"))?;
         }
@@ -72,20 +71,20 @@ impl UnfinishedRun {
         self.0.folder().join(format!("{SEED}{seed}"))
     }
 
-    /// Refuses to go on where what is finished was made otherwise.
+    /// Refuses to resume if the finished seeds were made differently.
     ///
     /// # Errors
     /// [`ArtefactError::OtherUnfinished`].
     pub(super) fn check_same(&self, what: &str, there: &str, here: &str) -> Result<(), ArtefactError> {
-        if there == here { Ok(()) } else { Err(self.0.differs(format!("{what}: there {there}, here {here}"))) }
+        if there == here { Ok(()) } else { Err(self.0.differs(format!("{what}: was {there}, now {here}"))) }
     }
 
-    /// What to tell of a run that ended early.
-    pub(super) fn told(&self, error: ExperimentError) -> ExperimentError {
+    /// The error of a run that ended early, with its saved progress.
+    pub(super) fn with_progress(&self, error: ExperimentError) -> ExperimentError {
         error.with_progress(&self.0)
     }
 
-    /// The run stands in its place: what was kept for it goes.
+    /// Removes the stored seeds, because the run is complete.
     pub(super) fn finish(self) {
         self.0.discard();
     }
@@ -105,19 +104,19 @@ mod tests {
     }
 
     #[test]
-    fn finished_seeds_are_found_by_the_same_settings_alone_and_only_whole() {
+    fn only_complete_seeds_of_the_same_settings_are_resumed() {
         let root = tempfile::tempdir().unwrap();
         let (place, around) = (root.path().join("run"), root.path().join("run.partial"));
         let run = begin(&place, 100, false).unwrap();
         assert!(run.seed(3).is_none());
-        assert!(matches!(run.told(ExperimentError::Interrupted), ExperimentError::Interrupted));
+        assert!(matches!(run.with_progress(ExperimentError::Interrupted), ExperimentError::Interrupted));
         let folder = run.put(3, &files("three")).unwrap();
         assert_eq!(fs::read_to_string(folder.join("poses.npz")).unwrap(), "three");
         run.put(4, &files("four")).unwrap();
-        let told = run.told(ExperimentError::Interrupted);
-        assert!(matches!(told, ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })), "{told}");
+        let error = run.with_progress(ExperimentError::Interrupted);
+        assert!(matches!(error, ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })), "{error}");
         drop(run);
-        // a seed that was cut is not whole
+        // a truncated seed is not complete
         fs::write(around.join("seed-4/poses.npz"), "fo").unwrap();
         let again = begin(&place, 100, false).unwrap();
         assert!(again.seed(3).is_some() && again.seed(4).is_none());

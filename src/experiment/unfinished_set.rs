@@ -1,7 +1,7 @@
-//! A set that is being drawn: what is whole survives an interruption, and the same command goes on with it.
+//! An unfinished set: complete files survive an interruption, and the same command resumes.
 //!
-//! Everything lies in `NAME.partial` beside the set: `settings.toml`, by which the same command is known, with the key
-//! that everything is drawn from; `finished.sha256`, the journal of whole files; and `set`, which moves to its place
+//! Everything is in `NAME.partial` beside the set: `settings.toml`, by which the same command is recognised, with the
+//! key of the random numbers; `finished.sha256`, the journal of complete files; and `set`, which is moved to its place
 //! when it is complete.
 
 use std::fs;
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::ExperimentError;
 use super::key_source::fresh_key;
 use crate::artefacts::{
     Artefact, ArtefactError, ArtefactKind, Destination, Resumable, ResumableKind, difference, output,
 };
 use crate::benchmark_set::SetError;
+use crate::common::ExperimentError;
 use crate::rng::ObservationKey;
 
 const JOURNAL: &str = "finished.sha256";
@@ -23,13 +23,13 @@ const KEY: &str = "--key";
 const KIND: ResumableKind = ResumableKind {
     settings: "settings.toml",
     schema: "skiagraph.unfinished/1",
-    head: "# A set that is being drawn, or was interrupted. The same `skiagraph render` goes on with it; to begin \
-           anew, remove this folder.\n",
+    head: "# A set that is being drawn, or was interrupted. The same `skiagraph render` resumes it; to start again, \
+           remove this folder.\n",
     is_work: |name| name == FOLDER,
     others: &[JOURNAL, "finished.writing"],
 };
 
-/// The place of a set that is being drawn.
+/// A set that is being drawn.
 #[derive(Debug)]
 pub(super) struct UnfinishedSet {
     resumable: Resumable,
@@ -37,8 +37,8 @@ pub(super) struct UnfinishedSet {
 }
 
 impl UnfinishedSet {
-    /// Begins a set, or goes on with one of the same settings. Without a key that is `stated` the one that was begun
-    /// with stays, or a fresh one is drawn.
+    /// Begins a set, or resumes one with the same settings. Without a `stated` key, the key of the resumed set is used,
+    /// or a fresh one is drawn.
     ///
     /// # Errors
     /// As [`Artefact::begin`] and [`Resumable::begin`].
@@ -60,60 +60,57 @@ impl UnfinishedSet {
         Ok(this)
     }
 
-    /// The key of the drawing that was interrupted before it came to `place`; `None` where there is none.
+    /// The key of the unfinished set of `place`; `None` if there is none.
     pub(super) fn key_begun(place: &Path) -> Option<ObservationKey> {
         Resumable::settings_at(place, &KIND).map(|settings| key_in(&settings))
     }
 
-    /// The key that everything drawn for the observations depends on.
+    /// The key of the observations' random numbers.
     pub(super) fn key(&self) -> ObservationKey {
         key_in(self.resumable.settings())
     }
 
-    /// Where to draw meanwhile.
+    /// The folder of the unfinished set.
     pub(super) fn folder(&self) -> &Path {
         self.directory.folder()
     }
 
-    /// The journal of the drawing.
+    /// The journal of complete files.
     pub(super) fn journal(&self) -> PathBuf {
         self.resumable.folder().join(JOURNAL)
     }
 
-    /// There is something that is worth keeping.
+    /// Marks the progress as worth keeping.
     pub(super) fn keep(&self) {
         self.resumable.keep();
     }
 
-    /// Has the set that stands in the place moved aside: other settings made it.
+    /// Moves the existing set aside at the end, because it was made with other settings.
     pub(super) fn keep_other(&mut self) {
         self.directory.keep_other();
     }
 
-    /// Puts the set in its place.
+    /// Moves the set to its place.
     ///
     /// # Errors
     /// As [`Artefact::finish`].
     pub(super) fn finish(self) -> Result<(), ExperimentError> {
         let Self { resumable, directory } = self;
-        directory.finish().map_err(|error| told(&resumable, error.into()))?;
+        directory.finish().map_err(|error| with_progress(&resumable, error.into()))?;
         resumable.discard();
         Ok(())
     }
 
-    /// What to tell of a drawing that ended early: progress is kept where the reason may pass, else removed.
-    pub(super) fn told(&self, error: ExperimentError) -> ExperimentError {
-        told(&self.resumable, error)
+    /// The error of a set that could not be completed. Progress is kept if the reason may be temporary, else removed.
+    pub(super) fn with_progress(&self, error: ExperimentError) -> ExperimentError {
+        with_progress(&self.resumable, error)
     }
 }
 
-fn told(resumable: &Resumable, error: ExperimentError) -> ExperimentError {
+fn with_progress(resumable: &Resumable, error: ExperimentError) -> ExperimentError {
     match error {
         ExperimentError::Set(SetError::Differs { file }) if resumable.is_kept() => {
-            let difference = format!(
-                "{file} would be another: a recording, a robot or this program has changed since, or a file that the \
-                 scenario names"
-            );
+            let difference = format!("{file} would differ, because a file of the scenario or this program has changed");
             resumable.differs(difference).into()
         }
         ExperimentError::Interrupted
@@ -126,7 +123,7 @@ fn told(resumable: &Resumable, error: ExperimentError) -> ExperimentError {
     }
 }
 
-/// What makes one drawing the same as another, as text that is compared key by key.
+/// The settings that determine a set, compared key by key.
 pub(super) fn settings_of(scenario: &str, shards: Option<usize>) -> Result<Value, ExperimentError> {
     let scenario: Value = toml::from_str(scenario)
         .map_err(|e| ExperimentError::Malformed { path: KIND.settings.into(), detail: e.to_string() })?;
@@ -137,15 +134,15 @@ pub(super) fn settings_of(scenario: &str, shards: Option<usize>) -> Result<Value
     Ok(settings)
 }
 
-/// The key in settings; those of older versions know the public one alone.
+/// The key in settings; older versions only had the public key.
 fn key_in(settings: &Value) -> ObservationKey {
     settings[KEY].as_str().and_then(|text| text.parse().ok()).unwrap_or_default()
 }
 
-/// What to say of a key that is not the one that was begun with; it is not told.
+/// The message about a key that differs from that of the unfinished set, which is not revealed.
 fn other_key(begun: ObservationKey, stated: Option<ObservationKey>) -> Option<String> {
-    let words = "another key was begun with; leave out --key and observation.key to go on with that one";
-    stated.filter(|stated| *stated != begun).map(|_| format!("{KEY}: {words}"))
+    let message = "the unfinished set has another key; leave out --key and observation.key to resume with that key";
+    stated.filter(|stated| *stated != begun).map(|_| format!("{KEY}: {message}"))
 }
 
 #[cfg(test)]
@@ -166,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_was_drawn_is_kept_and_another_one_is_refused_without_being_told() {
+    fn a_drawn_key_is_kept_and_another_one_is_refused_without_revealing_it() {
         let root = tempfile::tempdir().unwrap();
         let place = root.path().join("walk");
         let set = begin_with(&place, "", false, None).unwrap();
@@ -179,7 +176,10 @@ mod tests {
             assert_eq!(begin_with(&place, "", false, same).unwrap().key(), key);
         }
         let refused = begin(&place, "", false).unwrap_err().to_string();
-        assert!(refused.contains("--key: another key") && !refused.contains(&key.to_hex()), "{refused}");
+        assert!(
+            refused.contains("--key: the unfinished set has another key") && !refused.contains(&key.to_hex()),
+            "{refused}"
+        );
         let anew = begin(&place, "", true).unwrap();
         assert!(anew.key().is_public());
         drop(anew);
@@ -188,18 +188,18 @@ mod tests {
     }
 
     #[test]
-    fn errors_that_do_not_pass_leave_nothing_and_a_full_disk_keeps_what_is_there() {
+    fn permanent_errors_remove_progress_and_a_full_disk_keeps_it() {
         let root = tempfile::tempdir().unwrap();
         let (place, around) = (root.path().join("walk"), root.path().join("walk.partial"));
         let set = begin(&place, "", false).unwrap();
         set.keep();
         let full = SetError::Io { path: "a".into(), action: "write", source: std::io::ErrorKind::StorageFull.into() };
-        let said = set.told(full.into());
-        assert!(said.exit_code() == 75 && said.to_string().contains("walk.partial: run the same"), "{said}");
+        let error = set.with_progress(full.into());
+        assert!(error.exit_code() == 75 && error.to_string().contains("walk.partial: run the same"), "{error}");
         drop(set);
         assert!(around.exists());
         let set = begin(&place, "", false).unwrap();
-        assert!(matches!(set.told(ExperimentError::NoTraining), ExperimentError::NoTraining));
+        assert!(matches!(set.with_progress(ExperimentError::NoTraining), ExperimentError::NoTraining));
         drop(set);
         assert!(!around.exists());
     }

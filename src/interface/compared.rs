@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::Measured;
+use crate::common::ExperimentError;
 use crate::evaluation::{RunComparison, compare_runs};
-use crate::experiment::ExperimentError;
 use crate::experiment::run_reading::ComparedSide;
 
 /// One side of a comparison: a measured run in memory, or folders of measured runs on disk.

@@ -5,11 +5,12 @@ use std::path::Path;
 use super::never_replaced;
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
+use crate::common::{ExperimentError, NoProgress};
 use crate::evaluation::{Evaluation, MeasuredClip, MeasuredRuns, Summary};
-use crate::experiment::measuring::check_fit;
 use crate::experiment::run::check_sources;
-use crate::experiment::scene_hash::scene_hash;
-use crate::experiment::{ExperimentError, Measures, NoProgress, RunResults, Tracked};
+use crate::measure::measuring::check_fit;
+use crate::measure::{Measures, RunResults, Tracked};
+use crate::prepare::scene_hash::scene_hash;
 
 /// What [`measure`] found.
 #[derive(Clone, Debug)]

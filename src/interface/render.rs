@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::artefacts::Destination;
 use crate::benchmark_set::BenchmarkSet;
-use crate::experiment::{self, ExperimentError, NoProgress};
+use crate::common::{ExperimentError, NoProgress};
+use crate::experiment;
 use crate::scenario::ScenarioFile;
 
 /// Makes the benchmark set of a scenario, in memory, or on disk if `to` is given. Returns the set and notes for the

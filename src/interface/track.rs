@@ -3,10 +3,12 @@
 use super::never_replaced;
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
 use crate::benchmark_set::{BlindSet, Estimates};
-use crate::experiment::tracking::track_with;
-use crate::experiment::{self, ExperimentError, Models, NoProgress, Tracked};
+use crate::common::{ExperimentError, NoProgress};
+use crate::experiment::{self, tracking::track_with};
+use crate::measure::Tracked;
 use crate::scenario::TrackerSettings;
 use crate::tracker::Tracker;
+use crate::train::Models;
 
 /// Runs a tracker on a set, once per seed. It is given cameras, observations, its body and the start pose, never the
 /// truth.

@@ -1,4 +1,4 @@
-//! What a camera sees over time, as an animated PNG: the observed silhouettes with the true skeleton on them.
+//! A camera's view over time as an animated PNG: the observed silhouettes with the true skeleton.
 
 use std::io::Write;
 
@@ -11,15 +11,14 @@ use super::overlay::{BoneLine, PictureWindow, Whose, draw_bones};
 use crate::camera::Camera;
 use crate::raster::Mask;
 
-/// Greatest number that a frame's duration is counted with.
+/// Maximum denominator of a frame's duration.
 const FINEST: f64 = 60_000.0;
 
-/// Writes an animation of `frames` frames at `frames_per_second` that repeats for ever. `frame(i)` is called once a
+/// Writes an animation of `frames` frames at `frames_per_second` that loops for ever. `frame(i)` is called once per
 /// frame, in order; one picture is in memory at a time.
 ///
 /// # Errors
-/// [`ReportError`] where a picture cannot be drawn; whatever `frame` answers; [`std::io::Error`]s of `to` as the
-/// encoder words them.
+/// [`ReportError`] if a picture cannot be drawn or `to` cannot be written; errors of `frame`.
 pub fn write_animation<E: From<ReportError>>(
     to: impl Write,
     camera: &Camera,
@@ -34,7 +33,7 @@ pub fn write_animation<E: From<ReportError>>(
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     encoder.set_animated(u32::try_from(frames).unwrap_or(u32::MAX), 0).map_err(encoding)?;
-    // so many parts of a second a frame, counted as finely as the format can
+    // a frame's duration as a fraction of a second, with the largest terms that the format allows
     let parts = (FINEST / frames_per_second.max(1.0)).floor().clamp(1.0, FINEST);
     encoder
         .set_frame_delay(parts as u16, (parts * frames_per_second).round().clamp(1.0, 65_535.0) as u16)
@@ -68,7 +67,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     #[test]
-    fn every_frame_is_there_with_its_duration_and_its_skeleton() {
+    fn every_frame_has_its_duration_and_its_skeleton() {
         let eye = Point3::new(3.0, 0.0, 1.0);
         let view = FieldOfView::Vertical(0.8);
         let camera = Camera::look_at("c", eye, Point3::new(0.0, 0.0, 1.0), Vector3::z(), view, 64, 48).unwrap();

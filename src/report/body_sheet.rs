@@ -1,4 +1,4 @@
-//! A body in one picture: turned about the vertical, in some poses, and the limits of its joints.
+//! A body in one picture: from several sides, in several poses, and with the limits of its joints.
 
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
@@ -12,7 +12,7 @@ use super::{FactGroup, ReportError};
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, SilhouettePainter};
 use crate::camera::{Camera, FieldOfView};
 
-/// Views of the turntable, and most poses.
+/// Number of views around the body, and maximum number of poses.
 const ACROSS: usize = 8;
 /// Size of one view, pixels.
 const CELL: [u32; 2] = [150, 230];
@@ -20,27 +20,27 @@ const MARGIN: u32 = 14;
 const ROW: u32 = 18;
 const NAMES: u32 = 250;
 
-/// Links take these in turn.
+/// Colours of the links, in rotation.
 const LINKS: [[f64; 3]; 5] =
     [[0.80, 0.84, 0.88], [0.56, 0.74, 0.62], [0.62, 0.68, 0.84], [0.86, 0.72, 0.56], [0.76, 0.62, 0.76]];
 
-/// The camera looks from this many times half the height of a view away.
+/// Distance of the camera, in multiples of half the height of a view.
 const DISTANCE: f64 = 7.0;
-/// What a view shows beyond the links' origins and markers, as a factor: flesh.
+/// Margin of a view beyond the links' origins and markers, as a factor, for the body's surface.
 const FLESH: f64 = 1.15;
 
 const TEMPLATE: &str = include_str!("body_page.html");
 
-/// A body to be shown.
+/// A body to show.
 #[derive(Clone, Debug)]
 pub struct BodySheet<'a> {
     /// Its title.
     pub title: String,
     /// The body.
     pub body: &'a Humanoid,
-    /// Poses with their names, eight at most.
+    /// Up to eight poses with their names.
     pub poses: Vec<(String, Pose)>,
-    /// A motion whose range of every angle is marked within the limits.
+    /// A motion whose range of every joint angle is marked within the limits.
     pub motion: Option<&'a Motion>,
     /// Facts, for the page.
     pub facts: Vec<FactGroup>,
@@ -55,8 +55,8 @@ struct Page<'a> {
 }
 
 impl BodySheet<'_> {
-    /// Four poses of any body: as it stands, at the middle of its joints' ranges, and nine tenths of the way to their
-    /// ends. Ranges are cut at 1.5 rad.
+    /// Four poses of any body: standing, at the middle of its joints' ranges, and at 10 % and 90 % of the ranges.
+    /// Ranges are clamped to 1.5 rad.
     pub fn four_poses(body: &Humanoid) -> Vec<(String, Pose)> {
         let towards = |share: f64| {
             let mut pose = body.standing_pose();
@@ -74,10 +74,10 @@ impl BodySheet<'_> {
         ]
     }
 
-    /// A PNG.
+    /// The picture as PNG.
     ///
     /// # Errors
-    /// [`ReportError`] when there is nothing to draw.
+    /// [`ReportError`] if there is nothing to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let degrees = self.body.degrees_of_freedom.len() as u32;
         let columns = 2_u32;
@@ -104,13 +104,13 @@ impl BodySheet<'_> {
     /// A page with the picture and the facts.
     ///
     /// # Errors
-    /// [`ReportError`] as of [`Self::png`].
+    /// Those of [`Self::png`].
     pub fn page(&self) -> Result<String, ReportError> {
         let picture = format!("data:image/png;base64,{}", encode(&self.png()?));
         render_page(TEMPLATE, &Page { title: &self.title, picture, facts: &self.facts, facts_heading: "Facts" })
     }
 
-    /// The body from `azimuth` degrees about the vertical, 0 from ahead, shaded.
+    /// Draws the shaded body from `azimuth` degrees about the vertical; 0 is the front.
     fn view(&self, picture: &mut Pixmap, pose: &Pose, azimuth: f64, [left, top]: [u32; 2]) -> Result<(), ReportError> {
         let frames = self.body.link_frames(pose);
         let middle = middle_of(&frames);
@@ -135,7 +135,7 @@ impl BodySheet<'_> {
         Ok(())
     }
 
-    /// Half the height, metres, that every view shows, so that all links and markers of all poses lie in it.
+    /// Half the height of every view, m, such that all links and markers of all poses are inside.
     fn half_height(&self) -> f64 {
         let aspect = f64::from(CELL[1]) / f64::from(CELL[0]);
         let standing = self.body.standing_pose();
@@ -151,7 +151,7 @@ impl BodySheet<'_> {
         FLESH * poses.map(reach).fold(0.1, f64::max)
     }
 
-    /// A bar for every angle from its lower to its upper limit, and what a motion uses of it.
+    /// Draws a bar for every angle from its lower to its upper limit, and the range that the motion uses.
     fn limits(&self, picture: &mut Pixmap, top: u32, rows: u32, length: u32) {
         let heading = match self.motion {
             Some(_) => "Limits of joint angles: blue; used by the motion: orange; -180° to 180°",

@@ -1,4 +1,4 @@
-//! One camera's view of one frame: silhouettes and both skeletons.
+//! A camera's view of one frame: silhouettes and both skeletons.
 
 use nalgebra::Point2;
 use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
@@ -9,8 +9,7 @@ use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
-use super::drawing::new_picture;
-use super::drawing::{BLUE, FIGURE, new_sheet, pixel};
+use super::drawing::{BLUE, FIGURE, new_picture, new_sheet, pixel};
 use super::overlay::{PictureWindow, Whose, draw_bones, marker_bones};
 
 /// Width of a view's picture, pixels.
@@ -18,11 +17,11 @@ pub const CELL_WIDTH: u32 = 360;
 /// Height of a view's picture, pixels.
 pub const CELL_HEIGHT: u32 = 480;
 
-/// Neither silhouette.
+/// In neither silhouette.
 pub(super) const GROUND: [u8; 3] = [0x1b, 0x26, 0x31];
 /// Props.
 pub(super) const PROP: [u8; 3] = [0x4a, 0x41, 0x54];
-/// Both silhouettes.
+/// In both silhouettes.
 pub(super) const BOTH: [u8; 3] = FIGURE;
 /// Observed, but not covered by the model.
 pub(super) const ONLY_OBSERVED: [u8; 3] = [0xf2, 0xc1, 0x4e];
@@ -36,15 +35,15 @@ pub(super) struct OverlaidView<'a> {
     pub(super) observed: &'a Mask,
     /// `None` without a pose to draw.
     pub(super) estimated: Option<&'a Mask>,
-    /// Where props are, if there are any.
+    /// The mask of the props, if there are any.
     pub(super) props: Option<&'a Mask>,
     pub(super) truth: &'a Markers,
     pub(super) estimate: &'a Markers,
 }
 
 impl OverlaidView<'_> {
-    /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate or without a
-    /// pixel.
+    /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate, and if both
+    /// are empty.
     pub(super) fn overlap(&self) -> Option<f64> {
         intersection_over_union(self.estimated?, self.observed)
     }
@@ -59,7 +58,7 @@ impl OverlaidView<'_> {
         PixelBounds { left: 0, top: 0, right: self.observed.width(), bottom: self.observed.height() }
     }
 
-    /// The picture of the part of the image around `bounds`, `span` camera pixels wide.
+    /// Draws the part of the image around `bounds`, `span` camera pixels wide.
     pub(super) fn draw(&self, bounds: &PixelBounds, span: f64) -> Result<Pixmap, ReportError> {
         let scale = f64::from(CELL_WIDTH) / span;
         let half = Point2::new(0.5 * span, 0.5 * f64::from(CELL_HEIGHT) / scale);
@@ -83,14 +82,14 @@ impl OverlaidView<'_> {
         Ok(picture)
     }
 
-    /// Both silhouettes at the camera's own size.
+    /// Both silhouettes at the camera's resolution.
     fn silhouettes(&self) -> Result<Pixmap, ReportError> {
         let (width, height) = (self.observed.width(), self.observed.height());
         let mut picture = new_picture(width, height)?;
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         for (place, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
             let observed = self.observed.get(x, y);
-            // without an estimated silhouette nothing counts as missed
+            // without an estimated silhouette, no pixel counts as missed
             let estimated = self.estimated.map_or(observed, |mask| mask.get(x, y));
             let tone = match (observed, estimated) {
                 (true, true) => BOTH,
@@ -105,7 +104,7 @@ impl OverlaidView<'_> {
     }
 }
 
-/// How wide a picture must be, in camera pixels, to hold `bounds` with a margin.
+/// The width of a picture that contains `bounds` with a margin, camera pixels.
 pub(super) fn span(bounds: &PixelBounds) -> f64 {
     let aspect = f64::from(CELL_WIDTH) / f64::from(CELL_HEIGHT);
     let (width, height) = (bounds.right - bounds.left, bounds.bottom - bounds.top);
@@ -143,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn agreement_and_both_kinds_of_disagreement_have_their_own_tone() {
+    fn agreement_and_both_kinds_of_disagreement_have_different_colours() {
         let (observed, estimated) = (block([40, 160], [40, 200]), block([80, 200], [40, 200]));
         let (camera, nobody) = (camera_in_front(), [None; 15]);
         let view = OverlaidView {

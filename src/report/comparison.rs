@@ -1,4 +1,4 @@
-//! The page that compares several methods.
+//! The page that compares methods.
 
 use std::collections::BTreeMap;
 
@@ -38,11 +38,11 @@ pub struct ComparisonInput<'a> {
 pub struct ComparedMethod {
     /// Its name; its report is `NAME/report.html`.
     pub name: String,
-    /// Its tracker, in words.
+    /// Description of its tracker.
     pub tracker: String,
-    /// Whether it is told the truth or a part of it, as an oracle is: a reference, not a tracker to choose.
+    /// Whether it uses the ground truth or a part of it, like an oracle: a reference, not a tracker to choose.
     pub knows_truth: bool,
-    /// All its seeds together.
+    /// Summary over all its seeds.
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
     pub frozen: BTreeMap<String, f64>,
@@ -60,8 +60,9 @@ struct ComparisonPage<'a> {
     columns: Vec<String>,
     verdict: String,
     rows: Vec<MethodRow<'a>>,
-    /// For broad pages and for phones.
+    /// For wide screens.
     plot: String,
+    /// For phones.
     narrow: String,
 }
 
@@ -74,7 +75,7 @@ struct MethodRow<'a> {
     band: Option<Band>,
 }
 
-/// A method's error with its interval as a bar, in per cent of the greatest.
+/// A method's error and interval as bars, in per cent of the largest.
 #[derive(Serialize)]
 struct Band {
     error: f64,
@@ -103,10 +104,10 @@ impl<'a> MethodRow<'a> {
     }
 }
 
-/// The page: HTML with its plot inside, no network needed.
+/// The page: self-contained HTML with an inline plot.
 ///
 /// # Errors
-/// [`ReportError`] without a method, or where the plot cannot be drawn.
+/// [`ReportError`] without a method, or if the plot cannot be drawn.
 pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportError> {
     let mut methods: Vec<&ComparedMethod> = input.methods.iter().collect();
     methods.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
@@ -129,7 +130,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
     render_page(TEMPLATE, &page)
 }
 
-/// Mean error, mm; infinite where there is none, so that it comes last.
+/// Mean error, mm; infinite without an error, so that the method is sorted last.
 pub(super) fn error_of(method: &ComparedMethod) -> f64 {
     method.summary.metrics.get("humaneva_mm").map_or(f64::INFINITY, |error| error.mean)
 }
@@ -140,7 +141,7 @@ pub(super) fn error_with_ends(method: &ComparedMethod) -> Option<(f64, [f64; 2])
     Some((error.mean, error.ci95.map_or([error.mean; 2], |ends| [ends.low, ends.high])))
 }
 
-/// A row a method, with its error and interval to one scale.
+/// One row per method, with errors and intervals on a common scale.
 fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
     let greatest = methods
         .iter()
@@ -157,22 +158,23 @@ fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
         .collect()
 }
 
-/// In words: which of the trackers is best, and whether it is surely better than the next. What knows the truth is a
-/// reference and no tracker, however small its error.
+/// States which tracker is best, and whether it is significantly better than the next. A method that uses the ground
+/// truth is a reference, not a tracker, however small its error.
 pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
     let measured: Vec<&&ComparedMethod> = methods.iter().filter(|method| error_of(method).is_finite()).collect();
     let trackers: Vec<&&ComparedMethod> = measured.iter().copied().filter(|method| !method.knows_truth).collect();
     let [best, rest @ ..] = trackers.as_slice() else {
-        return match measured.is_empty() {
-            true => "No method has an error that could be measured.".into(),
-            false => "All methods that could be measured know the truth: there is no tracker to choose.".into(),
+        return if measured.is_empty() {
+            "No method has an error that could be measured.".into()
+        } else {
+            "All methods that could be measured use the ground truth, so there is no tracker to choose.".into()
         };
     };
     let among = if trackers.len() < measured.len() { " of the trackers" } else { "" };
     let lost = best.summary.metrics.get("lost_limb").map_or_else(String::new, |lost| {
         format!(" (a marker is more than 150 mm off in {} of its frames)", percent(lost.mean))
     });
-    let alone = format!("{} has the least mean marker error{among}, {:.1} mm{lost}", best.name, error_of(best));
+    let alone = format!("{} has the lowest mean marker error{among}, {:.1} mm{lost}", best.name, error_of(best));
     let Some(next) = rest.first() else { return format!("{alone}.") };
     let values = |method: &ComparedMethod| -> Vec<(u64, f64)> {
         let runs = method.summary.runs.iter().zip(&method.summary.metrics["humaneva_mm"].per_run);
@@ -189,7 +191,7 @@ pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
             between(ends.low, ends.high, crate::evaluation::Unit::Millimetre)
         ),
         Some(ends) => format!(
-            "{alone}, but cannot be told from {} with these seeds: the difference is {more:.1} mm (95 %: {}).",
+            "{alone}, but these seeds do not show a difference from {}: the difference is {more:.1} mm (95 %: {}).",
             next.name,
             between(ends.low, ends.high, crate::evaluation::Unit::Millimetre)
         ),
@@ -197,7 +199,7 @@ pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
     }
 }
 
-/// The error of every method with its interval, the best first.
+/// The error of every method with its interval, best first.
 pub(super) fn error_bars(methods: &[ComparedMethod]) -> BarPlot {
     let mut sorted: Vec<&ComparedMethod> = methods.iter().filter(|method| error_of(method).is_finite()).collect();
     sorted.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
@@ -208,7 +210,7 @@ pub(super) fn error_bars(methods: &[ComparedMethod]) -> BarPlot {
         BarGroup { name: method.name.replace('_', " "), bars: vec![bar] }
     };
     let mut legend = vec![("tracker".to_owned(), Colour::Blue)];
-    legend.extend(methods.iter().any(|m| m.knows_truth).then(|| ("knows the truth".to_owned(), Colour::Grey)));
+    legend.extend(methods.iter().any(|m| m.knows_truth).then(|| ("uses the ground truth".to_owned(), Colour::Grey)));
     BarPlot {
         value_label: "mean marker error, mm".to_owned(),
         legend,
@@ -217,7 +219,7 @@ pub(super) fn error_bars(methods: &[ComparedMethod]) -> BarPlot {
     }
 }
 
-/// The median of the seeds' values, within a band from the least to the greatest if there are several seeds.
+/// The median over seeds, with a band for the range over seeds if there are several.
 pub(super) fn median_line<E: AsRef<[Option<f64>]>>(
     name: &str,
     stroke: Stroke,
@@ -245,13 +247,13 @@ pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
         let stroke = if index < COLOURS.len() { Stroke::solid(colour) } else { Stroke::dashed(colour) };
         median_line(&method.name.replace('_', " "), stroke, &method.errors, |frame| frame as f64)
     };
-    let in_words = |method: &ComparedMethod| format!("{} {:.0} mm", method.name.replace('_', " "), error_of(method));
+    let describe = |method: &ComparedMethod| format!("{} {:.0} mm", method.name.replace('_', " "), error_of(method));
     LinePlot {
         x_label: "set frame, from 0".to_owned(),
         y_label: "mean marker error, mm".to_owned(),
         lines: methods.iter().enumerate().map(line).collect(),
         y_from: Some(0.0),
-        finding: methods.iter().filter(|m| error_of(m).is_finite()).map(in_words).collect::<Vec<_>>().join(", "),
+        finding: methods.iter().filter(|m| error_of(m).is_finite()).map(describe).collect::<Vec<_>>().join(", "),
         ..LinePlot::default()
     }
 }
@@ -259,10 +261,10 @@ pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told};
+    use crate::report::fixture::{Story, with_input};
 
     fn method(name: &str, story: &Story, knows_truth: bool) -> ComparedMethod {
-        let summary = told(story, |input| input.summary.clone());
+        let summary = with_input(story, |input| input.summary.clone());
         let (name, tracker, frozen) = (name.to_owned(), "a tracker".to_owned(), BTreeMap::new());
         ComparedMethod { name, tracker, knows_truth, summary, frozen, errors: vec![vec![None, Some(1.0)]; 3] }
     }
@@ -276,26 +278,26 @@ mod tests {
         ]
     }
 
-    /// The false verdict of old: "truth_refitted has the least error".
     #[test]
-    fn what_knows_the_truth_is_never_the_best_tracker() {
+    fn a_reference_that_uses_the_truth_is_never_the_best_tracker() {
         let all = methods();
         let said = verdict(&all.iter().collect::<Vec<_>>());
-        assert!(said.starts_with("graph has the least mean marker error of the trackers, "), "{said}");
+        assert!(said.starts_with("graph has the lowest mean marker error of the trackers, "), "{said}");
         assert!(said.contains("(a marker is more than 150 mm off in 34 % of its frames)"), "{said}");
         assert!(!said.contains("truth_refitted") && said.contains("frozen"), "{said}");
         let knowing = verdict(&[&all[0]]);
-        assert_eq!(knowing, "All methods that could be measured know the truth: there is no tracker to choose.");
+        let expected = "All methods that could be measured use the ground truth, so there is no tracker to choose.";
+        assert_eq!(knowing, expected);
         let alone = verdict(&[&all[1]]);
-        assert!(alone.starts_with("graph has the least mean marker error, "), "{alone}");
+        assert!(alone.starts_with("graph has the lowest mean marker error, "), "{alone}");
     }
 
     #[test]
-    fn the_page_and_the_figures_mark_what_knows_the_truth() {
+    fn the_page_and_the_figures_mark_references_that_use_the_truth() {
         let all = methods();
         let input = ComparisonInput { title: "Walk", frames: 2, seeds: 3, matched: false, methods: &all };
         let html = comparison_page(&input).unwrap();
-        assert_eq!(html.matches("a reference that knows the truth").count(), 1);
+        assert_eq!(html.matches("a reference that uses the ground truth").count(), 1);
         assert!(html.contains("Frames with a marker over 150 mm off"), "a column");
         let bars = error_bars(&all);
         assert_eq!(

@@ -1,5 +1,4 @@
-//! Methods side by side in one picture: verdict, errors with their intervals, errors over the frames. For messages and
-//! slides.
+//! A comparison of methods in one picture, for messages and slides: verdict, errors with intervals, errors over time.
 
 use tiny_skia::Pixmap;
 
@@ -13,7 +12,7 @@ use super::lettering::draw_text;
 use super::plots::Size;
 use super::summary_picture::PLOT_SCALE;
 
-/// Methods that have a row and a line.
+/// Maximum number of methods with a row and a line.
 const MOST: usize = 30;
 const ROW: f32 = 34.0;
 const PLOT_HEIGHT: f32 = 340.0;
@@ -21,7 +20,7 @@ const PLOT_HEIGHT: f32 = 340.0;
 /// The picture as PNG, 1200 pixels wide; methods sorted by error.
 ///
 /// # Errors
-/// [`ReportError`] without a method, or where nothing can be drawn.
+/// [`ReportError`] without a method, or if drawing fails.
 pub fn comparison_picture(input: &ComparisonInput<'_>) -> Result<Vec<u8>, ReportError> {
     let mut methods: Vec<ComparedMethod> = input.methods.to_vec();
     methods.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
@@ -47,9 +46,9 @@ pub fn comparison_picture(input: &ComparisonInput<'_>) -> Result<Vec<u8>, Report
 
 fn rows(picture: &mut Pixmap, methods: &[ComparedMethod], [left, top, room]: [f32; 3]) {
     fill(picture, [left, top, room, 40.0 + ROW * methods.len() as f32], CARD, 255);
-    let title = "mean marker error and its 95 % interval, mm; upright line: a tracker that never moves";
+    let title = "mean marker error and its 95 % interval, mm; vertical line: a tracker that never moves";
     draw_text(picture, title, [left + 14.0, top + 14.0], 11.0, FAINT);
-    // an interval of three wild seeds must not squeeze all others
+    // a very wide interval must not squeeze all others
     let ends = methods.iter().filter_map(error_with_ends).map(|(mean, [_, high])| high.min(2.0 * mean));
     let greatest = ends.fold(1e-9, f64::max);
     let (from, width) = (left + 0.34 * room, 0.5 * room);
@@ -75,11 +74,11 @@ fn rows(picture: &mut Pixmap, methods: &[ComparedMethod], [left, top, room]: [f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told};
+    use crate::report::fixture::{Story, with_input};
 
     #[test]
     fn the_picture_of_a_comparison_has_a_bar_and_a_line_for_every_method() {
-        let summary = told(&Story { seeds: 3, ..Story::default() }, |input| input.summary.clone());
+        let summary = with_input(&Story { seeds: 3, ..Story::default() }, |input| input.summary.clone());
         let method = |name: &str, error: f64| ComparedMethod {
             name: name.to_owned(),
             tracker: "a tracker".to_owned(),

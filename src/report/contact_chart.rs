@@ -1,4 +1,4 @@
-//! Stances, gaps and slip of the feet over time, as a plot and as a page.
+//! Stances, ground gaps and slip of the feet over time, as a plot and as a page.
 
 use serde::Serialize;
 
@@ -10,12 +10,12 @@ const TEMPLATE: &str = include_str!("contact_page.html");
 const WIDTH: u32 = 1000;
 const LINES_HEIGHT: u32 = 240;
 
-/// Contact of a motion with the ground over time.
+/// Ground contact of a motion over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactChart {
     /// Name of the motion.
     pub title: String,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// The left and the right foot.
     pub feet: [FootCourse; 2],
@@ -23,7 +23,7 @@ pub struct ContactChart {
     pub others: Vec<(String, Vec<Option<f64>>)>,
     /// Sentences above the plots.
     pub summary: Vec<String>,
-    /// Table below them: heads, then rows.
+    /// Table below the plots: headings, then rows.
     pub table: (Vec<String>, Vec<Vec<String>>),
 }
 
@@ -45,7 +45,7 @@ const COLOURS: [Colour; 2] = [Colour::Blue, Colour::Orange];
 const GAP_SHOWN_MM: f64 = 120.0;
 
 impl ContactChart {
-    /// All plots below each other in one picture.
+    /// All plots, stacked in one picture.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -61,10 +61,10 @@ impl ContactChart {
         Ok(Svg(whole).standalone())
     }
 
-    /// A page with the plots and the table, no network needed.
+    /// A self-contained page with the plots and the table.
     ///
     /// # Errors
-    /// [`ReportError`] when a plot or the page fails.
+    /// [`ReportError`] if a plot or the page cannot be rendered.
     pub fn page(&self) -> Result<String, ReportError> {
         #[derive(Serialize)]
         struct ContactPage<'a> {
@@ -135,7 +135,7 @@ impl ContactChart {
     }
 }
 
-/// Runs of frames in seconds, a frame lasting until the next.
+/// Converts ranges of frames to seconds; a frame lasts until the next one.
 pub(super) fn seconds(stances: &[[usize; 2]], frames_per_second: f64) -> Vec<[f64; 2]> {
     stances.iter().map(|stance| stance.map(|frame| frame as f64 / frames_per_second)).collect()
 }
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_holds_every_plot_below_the_other() {
+    fn the_picture_stacks_all_plots() {
         let svg = chart().svg().unwrap();
         assert_eq!(svg.matches("<svg ").count(), 5, "the whole, stances, gap, slip and the margin");
         assert!(svg.contains("left foot") && svg.contains("slip while standing") && svg.contains("margin, mm"));

@@ -1,4 +1,4 @@
-//! All views of some frames in one picture.
+//! All views of selected frames in one picture.
 
 use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
@@ -13,7 +13,7 @@ const GAP: u32 = 8;
 const HEAD: u32 = 44;
 const LETTER_HEIGHT: f32 = 18.0;
 
-/// One view of one frame, ready to be shown.
+/// One rendered view of one frame.
 pub(super) struct SheetPicture {
     /// The picture.
     pub(super) picture: Pixmap,
@@ -21,11 +21,11 @@ pub(super) struct SheetPicture {
     pub(super) overlap: Option<f64>,
 }
 
-/// A PNG of the sheet: a row for every camera, a column for every frame; observed silhouette light, model silhouette
-/// where it differs amber (missed) and blue (too much), truth green, estimate red and dashed.
+/// A PNG of the sheet, with one row per camera and one column per frame. Colours: observed silhouette light; where the
+/// model silhouette differs, amber (missed) and blue (excess); truth green; estimate red and dashed.
 ///
 /// # Errors
-/// [`ReportError`] where a frame lacks a view or there is nothing to draw.
+/// [`ReportError`] if a frame lacks a view or there is nothing to draw.
 pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     let columns = cells(sheet)?;
     let (across, down) = (sheet.frames.len() as u32, sheet.rig.cameras.len() as u32);
@@ -37,7 +37,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
             frame.seed,
             frame.frame,
             seconds(sheet, frame),
-            error_in_words(frame)
+            describe_error(frame)
         );
         draw_text(
             &mut picture,
@@ -61,7 +61,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     encoded(&picture)
 }
 
-/// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
+/// The pictures, `[frame][camera]`. Every camera follows the body, with the same scale in all frames.
 pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<SheetPicture>>, ReportError> {
     let views: Vec<Vec<OverlaidView<'_>>> =
         sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
@@ -119,12 +119,12 @@ pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
     frame.frame as f64 / sheet.frames_per_second
 }
 
-fn error_in_words(frame: &SheetFrame) -> String {
+fn describe_error(frame: &SheetFrame) -> String {
     frame.error_mm().map_or(String::new(), |error| format!(", {error:.0} mm"))
 }
 
 impl SheetFrame {
-    /// Mean distance of the markers that truth and estimate share, millimetres.
+    /// Mean distance of the markers that both truth and estimate have, mm.
     pub(super) fn error_mm(&self) -> Option<f64> {
         let pairs = self.truth.iter().zip(&self.estimate);
         let distances: Vec<f64> =
@@ -139,7 +139,7 @@ mod tests {
     use crate::report::fixture::walking_sheet;
 
     #[test]
-    fn the_sheet_has_a_row_a_camera_and_a_column_a_frame() {
+    fn the_sheet_has_one_row_per_camera_and_one_column_per_frame() {
         let rig = crate::report::fixture::rig(2);
         let sheet = walking_sheet(&rig, &[1, 20, 40]);
         let picture = Pixmap::decode_png(&contact_sheet(&sheet).unwrap()).unwrap();
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_view_of_a_frame_is_the_one_of_least_overlap() {
+    fn the_worst_view_of_a_frame_has_the_lowest_overlap() {
         let rig = crate::report::fixture::rig(3);
         let mut sheet = walking_sheet(&rig, &[20]);
         let observed = &sheet.frames[0].observed[1];

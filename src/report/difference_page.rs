@@ -4,17 +4,17 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constant_rows, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
+    DifferenceRow, clip_rows, constant_rows, describe_lost, how, joint_rows, metric_rows, pairing, scope, seeds_of,
 };
-use super::difference_sentence::in_sentences;
+use super::difference_sentence::describe_side;
 use super::difference_text::misread;
 use super::html::render_page;
 use crate::evaluation::{AgainstBase, METRICS, RunComparison};
 
 const TEMPLATE: &str = include_str!("difference_page.html");
-/// Sides that a page shows: every one takes some twenty kilobytes.
+/// Maximum number of sides on a page; each takes about 20 kB.
 const SIDES: usize = 200;
-/// Sides that the title names.
+/// Maximum number of sides named in the title.
 const NAMED: usize = 20;
 
 #[derive(Serialize)]
@@ -22,18 +22,18 @@ struct DifferencePage<'a> {
     title: String,
     base: &'a str,
     seeds: String,
-    how: &'static str,
+    how: String,
     /// Sides whose estimates may have been misread.
     misread: Vec<String>,
     sides: Vec<PageSide<'a>>,
-    /// How many sides there are, where not all are shown.
+    /// The number of sides, unless all are shown.
     of_sides: Option<usize>,
 }
 
 #[derive(Serialize)]
 struct PageSide<'a> {
     name: &'a str,
-    /// What was found.
+    /// The findings.
     sentence: String,
     trackers: String,
     pairing: &'static str,
@@ -49,12 +49,12 @@ struct DifferenceTable {
     first: &'static str,
     /// Whether rows have p values, findings and coverage.
     tested: bool,
-    /// Whether it is folded away.
+    /// Whether it is initially collapsed.
     folded: bool,
     rows: Vec<DifferenceRow>,
 }
 
-/// HTML with all metrics, clips and markers of every side against the base; no network needed.
+/// Self-contained HTML with all metrics, clips and markers of every side against the base.
 ///
 /// # Errors
 /// [`ReportError`] if the page cannot be rendered.
@@ -76,25 +76,26 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         .into_iter()
         .map(|other| PageSide {
             name: &other.side.name,
-            sentence: in_sentences(other, &comparison.base.name),
+            sentence: describe_side(other, &comparison.base.name),
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
             scope: scope(other),
-            lost: lost_in_words(&other.lost_tracks),
+            lost: describe_lost(&other.lost_tracks),
             skipped: other.skipped.clone(),
             tables: side(other),
         })
         .collect();
     let count = comparison.others.len();
-    let names = match count <= NAMED {
-        true => sides.iter().map(|side| side.name).collect::<Vec<_>>().join(", "),
-        false => format!("{count} sides"),
+    let names = if count <= NAMED {
+        sides.iter().map(|side| side.name).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("{count} sides")
     };
     let page = DifferencePage {
         title: format!("{names} against {}", comparison.base.name),
         base: &comparison.base.name,
         seeds: seeds_of(comparison),
-        how: HOW,
+        how: how(comparison),
         misread: misread(comparison),
         sides,
         of_sides: (count > SIDES).then_some(count),
@@ -102,7 +103,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
     render_page(TEMPLATE, &page)
 }
 
-/// All sides; of very many the best and the worst by the first metric of all tables, the best first.
+/// All sides, or if there are too many, the best and the worst by the first metric, best first.
 fn shown(others: &[AgainstBase]) -> Vec<&AgainstBase> {
     let mut sides: Vec<&AgainstBase> = others.iter().collect();
     if sides.len() <= SIDES {
@@ -124,7 +125,7 @@ mod tests {
     use crate::evaluation::Finding;
 
     #[test]
-    fn of_very_many_sides_the_page_shows_the_best_and_the_worst() {
+    fn a_page_of_very_many_sides_shows_the_best_and_the_worst() {
         let mut many = compared(&["walk"]);
         let one = many.others[0].clone();
         many.others = (0..1000)
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_begins_with_what_was_found_and_folds_away_what_is_the_actors() {
+    fn the_page_begins_with_the_findings_and_collapses_the_actors_own_values() {
         let mut comparison = compared(&["walk"]);
         let side = &mut comparison.others[0];
         let mut truth = side.metrics[0].clone();

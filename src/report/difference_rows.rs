@@ -23,12 +23,12 @@ pub(super) struct DifferenceRow {
     /// `better`, `worse` or nothing.
     pub(super) class: &'static str,
     pub(super) coverage: String,
-    /// What the row leaves out, and how it was made.
+    /// Details: rule, protocol and omissions.
     pub(super) notes: String,
     pub(super) bar: Option<IntervalBar>,
 }
 
-/// Where the difference and its interval lie, in percent of a width whose middle is 0.
+/// Positions of the difference and its interval, in percent of a width whose middle is 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct IntervalBar {
     low: f64,
@@ -53,11 +53,11 @@ impl DifferenceRow {
         let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };
         let [base, other] = metric.coverage.map(|share| share.map_or_else(|| "-".to_owned(), percent));
         let mut notes = vec![format!("{}.", metric.difference), format!("{}.", metric.protocol)];
-        notes.extend((!metric.also.is_empty()).then(|| format!("The same in every run: {}.", metric.also.join(", "))));
+        notes.extend((!metric.also.is_empty()).then(|| format!("Equal in every run: {}.", metric.also.join(", "))));
         notes.extend(metric.skipped.iter().map(|skipped| format!("{skipped}.")));
         Self {
-            p: metric.p_holm.map(p_in_words).unwrap_or_default(),
-            finding: in_words(metric.finding),
+            p: metric.p_holm.map(describe_p).unwrap_or_default(),
+            finding: describe_finding(metric.finding),
             class: class(metric.finding),
             coverage: if base == other { base } else { format!("{base} → {other}") },
             notes: notes.join(" "),
@@ -65,7 +65,7 @@ impl DifferenceRow {
         }
     }
 
-    /// A clip or a joint: no test of its own.
+    /// The row of a clip or a joint, without a test.
     pub(super) fn plain(title: String, name: &str, difference: &Difference, unit: Unit) -> Self {
         Self {
             title,
@@ -88,24 +88,24 @@ impl DifferenceRow {
     }
 }
 
-/// Rows of all metrics, or of the short table; without those that only say that the actor is the same.
+/// Rows of all metrics, or of the main metrics; without the actor's own values that are equal on both sides.
 pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
     let shown = side.metrics.iter().filter(|metric| all || MAIN_METRICS.contains(&metric.metric.as_str()));
     shown.filter(|metric| !is_constant(metric)).map(DifferenceRow::from_metric).collect()
 }
 
-/// Rows of the actor's own values where they are the same on both sides.
+/// Rows of the actor's own values that are equal on both sides.
 pub(super) fn constant_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
     side.metrics.iter().filter(|metric| is_constant(metric)).map(DifferenceRow::from_metric).collect()
 }
 
-/// The names of [`constant_rows`], in words; nothing without any.
-pub(super) fn constants_in_words(side: &AgainstBase) -> Option<String> {
+/// The names of [`constant_rows`] as a phrase; `None` without any.
+pub(super) fn describe_constants(side: &AgainstBase) -> Option<String> {
     let names: Vec<String> = constant_rows(side).into_iter().map(|row| row.name).collect();
     (!names.is_empty()).then(|| format!("the actor's own values are equal on both sides: {}", names.join(", ")))
 }
 
-/// Rows of HumanEva's error clip by clip; nothing for a single clip.
+/// Rows of HumanEva's error by clip; empty for a single clip.
 pub(super) fn clip_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
     let of = |metric: &ComparedMetric| {
         let rows = metric.per_clip.iter();
@@ -124,7 +124,7 @@ pub(super) fn joint_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
 }
 
 /// `1 of 10 runs (0 to 40 %) lost the body, against 0 of 10 (0 to 28 %): +10 % (-19 to 40 %)`
-pub(super) fn lost_in_words(lost: &LostTracks) -> Option<String> {
+pub(super) fn describe_lost(lost: &LostTracks) -> Option<String> {
     let rate = |rate: &Rate| {
         let ends = rate.ci95;
         format!("{} of {} ({} to {})", rate.count, rate.of, whole(ends.low), percent(ends.high))
@@ -149,20 +149,41 @@ pub(super) fn seeds_of(comparison: &RunComparison) -> String {
     seeds.map(|(clip, seeds)| format!("{clip}, seeds {seeds}")).collect::<Vec<_>>().join("; ")
 }
 
-/// How pairs are made, in words.
+/// How runs are paired.
 pub(super) fn pairing(side: &AgainstBase) -> &'static str {
     match (side.paired, side.unit) {
         (false, _) => "unpaired",
         (true, IntervalUnit::Seeds) => "paired by clip x seed",
-        (true, IntervalUnit::Draws) => "paired by clip x draw of the noise",
+        (true, IntervalUnit::Draws) => "paired by clip x noise draw",
         (true, IntervalUnit::Clips) => "paired by clip",
     }
 }
 
-pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean, with its 95 % interval. p: \
-    two-sided t test, adjusted by Holm for the number of metrics; a finding is given from p <= 0.05 on";
+/// Tests that p values come from: rule of the difference, whether the sides are paired, and the name.
+const TESTS: [(DifferenceRule, bool, &str); 4] = [
+    (DifferenceRule::PairedT, true, "Student's t test on pairs"),
+    (DifferenceRule::Welch, false, "Welch's t test"),
+    (DifferenceRule::Exact, true, "the sign test on pairs where all differ by the same"),
+    (DifferenceRule::Exact, false, "the rank test where no run varies"),
+];
 
-/// What the intervals run over, as a sentence.
+/// How differences, intervals and p values are made; names the tests that the p values of this comparison come from.
+pub(super) fn how(comparison: &RunComparison) -> String {
+    let is_used = |(rule, paired, _): &(DifferenceRule, bool, &str)| {
+        let sides = comparison.others.iter().filter(|side| side.paired == *paired);
+        sides.flat_map(|side| &side.metrics).any(|m| m.p_holm.is_some() && m.difference.rule == *rule)
+    };
+    let tests: Vec<&str> = TESTS.iter().filter(|test| is_used(test)).map(|(.., name)| *name).collect();
+    let p = if tests.is_empty() {
+        "p: none, because there are too few runs".to_owned()
+    } else {
+        let tests = tests.join(", or ");
+        format!("p: two-sided, {tests}; adjusted by Holm for the number of metrics; a finding needs p <= 0.05")
+    };
+    format!("Difference: other minus base, mean over clips of each clip's mean, with its 95 % interval. {p}")
+}
+
+/// What the intervals cover, as a sentence.
 pub(super) fn scope(side: &AgainstBase) -> String {
     let mut letters = side.scope.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
@@ -177,7 +198,7 @@ fn percent(share: f64) -> String {
     if shown.fract() == 0.0 { format!("{shown:.0} %") } else { format!("{shown:.1} %") }
 }
 
-fn p_in_words(p: f64) -> String {
+fn describe_p(p: f64) -> String {
     match p {
         p if p < 0.001 => "<0.001".to_owned(),
         p if p >= 0.9995 => "1".to_owned(),
@@ -185,7 +206,7 @@ fn p_in_words(p: f64) -> String {
     }
 }
 
-fn in_words(finding: Finding) -> &'static str {
+fn describe_finding(finding: Finding) -> &'static str {
     match finding {
         Finding::Better => "better",
         Finding::Worse => "worse",

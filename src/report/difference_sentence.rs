@@ -1,23 +1,24 @@
-//! What a comparison found, in a sentence or two before its tables.
+//! The findings of a comparison in a few sentences.
 
 use super::displayed::{between_to, number, number_to};
 use super::grading::percent;
 use crate::evaluation::{AgainstBase, ComparedMetric, Direction, Finding};
 
-/// Which side is better by the mean marker error, by how much and how surely; how often a limb is lost on either; and
-/// how many other metrics are better or worse.
-pub(super) fn in_sentences(side: &AgainstBase, base: &str) -> String {
+/// States which side has the lower mean marker error, by how much and with which interval; how often each loses a limb;
+/// and how many other metrics are better or worse.
+pub(super) fn describe_side(side: &AgainstBase, base: &str) -> String {
     let name = side.side.name.as_str();
     let find = |metric: &str| side.metrics.iter().find(|compared| compared.metric == metric);
     let error = find("humaneva_mm").map_or_else(
         || format!("{name} and {base} have no marker error in common."),
-        |error| error_in_words(error, name, base),
+        |error| describe_error(error, name, base),
     );
-    let sentences = [Some(error), find("lost_limb").map(|lost| lost_in_words(lost, name, base)), others_in_words(side)];
+    let lost = find("lost_limb").map(|lost| describe_lost_limbs(lost, name, base));
+    let sentences = [Some(error), lost, describe_others(side)];
     sentences.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
+fn describe_error(error: &ComparedMetric, name: &str, base: &str) -> String {
     let found = &error.difference;
     let size = number_to(found.difference.abs(), error.unit, found.difference);
     let than = if found.difference > 0.0 { "more than" } else { "less than" };
@@ -44,24 +45,24 @@ fn error_in_words(error: &ComparedMetric, name: &str, base: &str) -> String {
     }
 }
 
-/// How often a limb is lost, which a mean hides.
-fn lost_in_words(lost: &ComparedMetric, name: &str, base: &str) -> String {
+/// How often a limb is lost, which the mean error hides.
+fn describe_lost_limbs(lost: &ComparedMetric, name: &str, base: &str) -> String {
     let [of_base, of_other] = [lost.difference.base, lost.difference.other].map(percent);
     format!(
         "A marker is more than 150 mm off in {of_other} of the frames of {name} and in {of_base} of those of {base}."
     )
 }
 
-/// Metrics by which a side can be better, without those of the actor and those that the sentences before name.
-fn others_in_words(side: &AgainstBase) -> Option<String> {
-    let told = ["humaneva_mm", "lost_limb"];
+/// Counts the other metrics that are better or worse, without the actor's own values.
+fn describe_others(side: &AgainstBase) -> Option<String> {
+    let described = ["humaneva_mm", "lost_limb"];
     let others = || {
         let all = side.metrics.iter().filter(|metric| metric.direction != Direction::Neither);
-        all.filter(|metric| !told.contains(&metric.metric.as_str()) && !is_of_actor(metric))
+        all.filter(|metric| !described.contains(&metric.metric.as_str()) && !is_of_actor(metric))
     };
     let count = |finding: Finding| others().filter(|metric| metric.finding == finding).count();
     let (better, worse, all) = (count(Finding::Better), count(Finding::Worse), others().count());
-    (all > 0 && better + worse > 0).then(|| format!("Of {all} other metrics {better} are better and {worse} worse."))
+    (all > 0 && better + worse > 0).then(|| format!("Of {all} other metrics, {better} are better and {worse} worse."))
 }
 
 /// Whether a metric is the actor's own value.
@@ -69,7 +70,7 @@ pub(super) fn is_of_actor(metric: &ComparedMetric) -> bool {
     metric.metric.starts_with("truth_")
 }
 
-/// Whether a row says only that the actor is the same.
+/// Whether a row is the actor's own value, equal on both sides.
 pub(super) fn is_constant(metric: &ComparedMetric) -> bool {
     is_of_actor(metric) && metric.finding == Finding::Same
 }
@@ -82,7 +83,7 @@ mod tests {
     #[test]
     fn the_sentence_names_the_better_side_with_the_difference_and_its_interval() {
         let mut comparison = compared(&["walk"]);
-        let said = in_sentences(&comparison.others[0], "main");
+        let said = describe_side(&comparison.others[0], "main");
         let expected = "my_change is worse than main: its mean marker error is 34.6 mm, 4.2 mm more than that of main \
             (difference, 95 %: 3.9 to 4.5).";
         assert_eq!(said, expected);
@@ -96,13 +97,13 @@ mod tests {
         let mut other = lost.clone();
         other.metric = "pck150".to_owned();
         side.metrics.extend([lost, truth, other]);
-        let said = in_sentences(&comparison.others[0], "main");
+        let said = describe_side(&comparison.others[0], "main");
         let lost = "A marker is more than 150 mm off in 0 % of the frames of my_change and in 25 % of those of main.";
-        assert_eq!(said, format!("{expected} {lost} Of 1 other metrics 1 are better and 0 worse."));
+        assert_eq!(said, format!("{expected} {lost} Of 1 other metrics, 1 are better and 0 worse."));
     }
 
     #[test]
-    fn what_is_not_shown_or_equal_is_said_so() {
+    fn sides_without_a_shown_difference_and_equal_sides_are_described() {
         let mut comparison = compared(&["walk"]);
         let side = &mut comparison.others[0];
         for (finding, words) in [
@@ -111,10 +112,10 @@ mod tests {
             (Finding::TooFew, "Too few seeds to say whether my_change or main is better"),
         ] {
             side.metrics[0].finding = finding;
-            let said = in_sentences(side, "main");
+            let said = describe_side(side, "main");
             assert!(said.starts_with(words) && !said.contains("worse"), "{said}");
         }
         side.metrics.clear();
-        assert_eq!(in_sentences(side, "main"), "my_change and main have no marker error in common.");
+        assert_eq!(describe_side(side, "main"), "my_change and main have no marker error in common.");
     }
 }

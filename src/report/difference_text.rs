@@ -1,12 +1,12 @@
 //! Differences of runs as text: for a terminal, and as Markdown for a pull request.
 
 use super::difference_rows::{
-    DifferenceRow, HOW, clip_rows, constants_in_words, joint_rows, lost_in_words, metric_rows, pairing, scope, seeds_of,
+    DifferenceRow, clip_rows, describe_constants, describe_lost, how, joint_rows, metric_rows, pairing, scope, seeds_of,
 };
-use super::difference_sentence::in_sentences;
+use super::difference_sentence::describe_side;
 use crate::evaluation::{AgainstBase, RunComparison};
 
-/// A table for a terminal: the main metrics, or all with `all`, which adds joints.
+/// A table for a terminal with the main metrics, or with `all` also the other metrics and markers.
 pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
     let base = &comparison.base;
     let mut lines = misread(comparison);
@@ -20,22 +20,22 @@ pub fn comparison_text(comparison: &RunComparison, all: bool) -> String {
             base.name,
             pairing(side)
         ));
-        lines.push(format!("  {}", in_sentences(side, &base.name)));
+        lines.push(format!("  {}", describe_side(side, &base.name)));
         lines.extend(table("metric", &metric_rows(side, all)));
         lines.extend(table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
         if all {
             lines.extend(table("error by marker, mm", &joint_rows(side)));
-            lines.extend(constants_in_words(side).map(|words| format!("  {words}")));
+            lines.extend(describe_constants(side).map(|words| format!("  {words}")));
         }
-        lines.extend(lost_in_words(&side.lost_tracks).map(|line| format!("  {line}")));
+        lines.extend(describe_lost(&side.lost_tracks).map(|line| format!("  {line}")));
         lines.extend(left_out(side).into_iter().map(|line| format!("  left out: {line}")));
         lines.push(format!("  {}", side.scope));
     }
-    lines.push(format!("\n  {HOW}"));
+    lines.push(format!("\n  {}", how(comparison)));
     lines.join("\n")
 }
 
-/// Sides whose estimates may have been misread, before all else.
+/// Warnings about sides whose estimates may have been misread.
 pub(super) fn misread(comparison: &RunComparison) -> Vec<String> {
     let sides = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.side));
     let line = |name: &str, hint: &String| format!("{name}: the estimate may have been misread: {hint}");
@@ -61,7 +61,7 @@ fn table(title: &str, rows: &[DifferenceRow]) -> Vec<String> {
     lines
 }
 
-/// Clips, metrics and runs that the numbers leave out.
+/// Clips, metrics and runs that were left out.
 fn left_out(side: &AgainstBase) -> Vec<String> {
     let mut all = side.skipped.clone();
     for metric in &side.metrics {
@@ -70,17 +70,18 @@ fn left_out(side: &AgainstBase) -> Vec<String> {
     all
 }
 
-/// The same as Markdown, folded where it is long.
+/// The same as Markdown, with the long part collapsed.
 pub fn comparison_markdown(comparison: &RunComparison) -> String {
     let base = &comparison.base;
     let mut text: String = misread(comparison).iter().map(|line| format!("**{}**\n\n", cell(line))).collect();
+    let how = how(comparison);
     for side in &comparison.others {
         text.push_str(&format!("### {} against {}\n\n", cell(&side.side.name), cell(&base.name)));
-        text.push_str(&format!("**{}**\n\n", cell(&in_sentences(side, &base.name))));
+        text.push_str(&format!("**{}**\n\n", cell(&describe_side(side, &base.name))));
         text.push_str(&format!("{}; {}.\n\n", pairing(side), cell(&seeds_of(comparison))));
         text.push_str(&markdown_table("metric", &metric_rows(side, false)));
         text.push_str(&markdown_table("HumanEva 3-D error by clip, mm", &clip_rows(side)));
-        if let Some(lost) = lost_in_words(&side.lost_tracks) {
+        if let Some(lost) = describe_lost(&side.lost_tracks) {
             text.push_str(&format!("{}{}.\n\n", lost[..1].to_uppercase(), &lost[1..]));
         }
         text.push_str(&format!("{}.\n\n", cell(&scope(side))));
@@ -88,10 +89,10 @@ pub fn comparison_markdown(comparison: &RunComparison) -> String {
             text.push_str(&format!("- left out: {}\n", cell(&line)));
         }
         let (all, joints) = (metric_rows(side, true), joint_rows(side));
-        let constants = constants_in_words(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
+        let constants = describe_constants(side).map(|words| format!("{}.\n\n", cell(&words))).unwrap_or_default();
         let more = [markdown_table("metric", &all), markdown_table("error by marker, mm", &joints), constants].concat();
         text.push_str(&format!(
-            "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{HOW}.\n\n</details>\n\n"
+            "\n<details><summary>All metrics and markers</summary>\n\n{more}\n{how}.\n\n</details>\n\n"
         ));
     }
     text
@@ -112,7 +113,7 @@ fn markdown_table(title: &str, rows: &[DifferenceRow]) -> String {
     text
 }
 
-/// Text that cannot end a cell, start markup or mention somebody: names of folders and clips are anybody's.
+/// Escapes text so that it cannot end a cell, start markup or mention a user: names of folders and clips are untrusted.
 pub(super) fn cell(text: &str) -> String {
     let mut safe = String::new();
     for character in text.chars() {
@@ -129,7 +130,7 @@ pub(super) fn cell(text: &str) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::evaluation::{MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
+    use crate::evaluation::{DifferenceRule, MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
     use std::collections::BTreeMap;
 
     /// Five seeds of a metric.
@@ -178,12 +179,34 @@ pub(super) mod tests {
             assert!(line.contains(part), "{part}: {line}");
         }
         assert!(text.contains("paired by clip x seed") && !text.contains("by clip, mm"), "{text}");
-        assert!(
-            text.contains("intervals run over 5 seeds of one clip (walk, 0.1 s): they say nothing about"),
-            "{text}"
-        );
+        assert!(text.contains("intervals are over 5 seeds of one clip (walk, 0.1 s): they do not cover"), "{text}");
         assert!(comparison_text(&compared(&["walk", "jump"]), true).contains("by clip, mm"));
         assert!(comparison_text(&compared(&["walk"]), true).contains("left knee"));
+    }
+
+    #[test]
+    fn the_footnote_names_the_tests_that_the_p_values_come_from() {
+        let with = |rule: DifferenceRule, paired: bool| {
+            let mut comparison = compared(&["walk"]);
+            comparison.others[0].paired = paired;
+            comparison.others[0].metrics.iter_mut().for_each(|metric| metric.difference.rule = rule);
+            comparison_text(&comparison, false).lines().last().unwrap().to_owned()
+        };
+        for (rule, paired, name) in [
+            (DifferenceRule::PairedT, true, "p: two-sided, Student's t test on pairs; adjusted by Holm"),
+            (DifferenceRule::Welch, false, "p: two-sided, Welch's t test; adjusted by Holm"),
+            (
+                DifferenceRule::Exact,
+                true,
+                "p: two-sided, the sign test on pairs where all differ by the same; adjusted",
+            ),
+            (DifferenceRule::Exact, false, "p: two-sided, the rank test where no run varies; adjusted"),
+        ] {
+            assert!(with(rule, paired).contains(name), "{rule:?}: {}", with(rule, paired));
+        }
+        let mut without = compared(&["walk"]);
+        without.others[0].metrics.iter_mut().for_each(|metric| metric.p_holm = None);
+        assert!(comparison_text(&without, false).contains("p: none, because there are too few runs"));
     }
 
     #[test]

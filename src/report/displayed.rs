@@ -1,18 +1,18 @@
-//! Values with their units, as pages show them.
+//! Formats values and units for pages.
 
 use crate::evaluation::{MetricSummary, Unit};
 
-/// A displayed value: shares as percentages, others with suitable decimals.
+/// Formats a value: shares as percentages, others with decimals that suit the unit.
 pub(crate) fn number(value: f64, unit: Unit) -> String {
     with_decimals(value, unit, decimals(unit))
 }
 
-/// A displayed value with as many decimals as two significant digits of `least`, a small difference, need, and no fewer
-/// than the unit has: no difference is shown as 0.0 that is none.
+/// Formats a value with enough decimals for two significant digits of `least`, a small difference, and no fewer than
+/// the unit has, so that a nonzero difference is never shown as 0.0.
 pub(super) fn number_to(value: f64, unit: Unit, least: f64) -> String {
     let least = if unit == Unit::Fraction { 100.0 * least } else { least }.abs();
     let needed = if least > 0.0 && least.is_finite() { 1.0 - libm::floor(libm::log10(least)) } else { 0.0 };
-    // beyond a millionth rounding shows, and no difference
+    // below a millionth, a difference is due to rounding
     with_decimals(value, unit, decimals(unit).max(if needed <= 6.0 { needed.max(0.0) as usize } else { 0 }))
 }
 
@@ -39,20 +39,20 @@ pub(crate) fn between(low: f64, high: f64, unit: Unit) -> String {
     format!("{} to {}", number(low, unit), number(high, unit))
 }
 
-/// As [`between`], with decimals as [`number_to`].
+/// Like [`between`], with the decimals of [`number_to`].
 pub(super) fn between_to(low: f64, high: f64, unit: Unit, least: f64) -> String {
     format!("{} to {}", number_to(low, unit, least), number_to(high, unit, least))
 }
 
-/// The interval of a metric, or why there is none: the same words on a page and in a picture.
-pub(super) fn interval_in_words(metric: &MetricSummary) -> String {
+/// The interval of a metric, or the reason why there is none.
+pub(super) fn describe_interval(metric: &MetricSummary) -> String {
     match metric.ci95 {
         Some(ends) => format!("95 %: {}", between(ends.low, ends.high, metric.unit)),
         None => metric.interval.clone(),
     }
 }
 
-/// With its sign, and decimals as [`number_to`]; 0 has no sign.
+/// Formats a value with its sign and the decimals of [`number_to`]; 0 has no sign.
 pub(super) fn signed_to(value: f64, unit: Unit, least: f64) -> String {
     let text = number_to(value, unit, least);
     if text.starts_with('-') || value == 0.0 { text } else { format!("+{text}") }
@@ -69,13 +69,12 @@ mod tests {
         assert_eq!(number(-0.25, Unit::Energy), "-0.2500");
     }
 
-    /// "0.0 mm less than that of main", and "+0.0" beside it.
     #[test]
-    fn a_small_difference_has_two_digits_and_rounding_has_none() {
+    fn a_small_difference_has_two_digits_and_a_rounding_error_has_none() {
         let shown = |value: f64| signed_to(value, Unit::Millimetre, value);
         assert_eq!([0.0312, -0.0042, 4.25, 0.0].map(shown), ["+0.031", "-0.0042", "+4.2", "0.0"]);
         assert_eq!([0.55, 0.99, 12.0].map(shown), ["+0.55", "+0.99", "+12.0"]);
-        assert_eq!(shown(1e-13), "+0.0", "what rounding leaves");
+        assert_eq!(shown(1e-13), "+0.0", "a rounding error");
         assert_eq!(number_to(0.2, Unit::Millimetre, 0.031), "0.200");
         assert_eq!(signed_to(0.000_31, Unit::Fraction, 0.000_31), "+0.031");
     }

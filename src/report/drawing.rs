@@ -1,4 +1,4 @@
-//! What pictures are drawn with: colours, boxes, lines, wrapped text, plots, and PNG with our mark.
+//! Drawing primitives for pictures: colours, boxes, lines, wrapped text, plots, and PNG with this program's mark.
 
 use png::{BitDepth, ColorType, Encoder};
 use tiny_skia::{
@@ -17,11 +17,11 @@ pub(crate) const INK: [u8; 3] = Colour::Ink.on_dark();
 pub(crate) const FAINT: [u8; 3] = Colour::Faint.on_dark();
 pub(crate) const LINE: [u8; 3] = Colour::Blue.on_dark();
 pub(crate) const FLOOR: [u8; 3] = Colour::Grey.on_dark();
-/// Lines of the grid, and the ground of bars.
+/// Grid lines, and the background of bars.
 pub(crate) const GRID: [u8; 3] = Colour::Grid.on_dark();
-/// Bars of the left side, limits, and silhouettes of the model alone.
+/// Bars of the left side, joint limits, and pixels in the model's silhouette only.
 pub(crate) const BLUE: [u8; 3] = [0x4f, 0x7f, 0xe0];
-/// Bars of the right side, and what is used of limits.
+/// Bars of the right side, and the used part of joint limits.
 pub(crate) const ORANGE: [u8; 3] = [0xe0, 0x8a, 0x3c];
 /// Silhouettes.
 pub(crate) const FIGURE: [u8; 3] = [0xa9, 0xb8, 0xc6];
@@ -39,14 +39,14 @@ pub(crate) fn new_picture(width: u32, height: u32) -> Result<Pixmap, ReportError
     Pixmap::new(width, height).ok_or(ReportError::Size { width, height })
 }
 
-/// A picture of [`PAPER`].
+/// A new picture filled with [`PAPER`].
 pub(crate) fn new_sheet(width: u32, height: u32) -> Result<Pixmap, ReportError> {
     let mut picture = new_picture(width, height)?;
     picture.fill(colour(PAPER));
     Ok(picture)
 }
 
-/// Lines of at most `room` pixels.
+/// Wraps text into lines of at most `room` pixels.
 pub(crate) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -61,12 +61,12 @@ pub(crate) fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
     lines
 }
 
-/// The height at which a line is at most `room` wide, at most `height`.
+/// The largest letter height up to `height` at which a line is at most `room` wide.
 pub(crate) fn fitting(text: &str, height: f32, room: f32) -> f32 {
     height * room / text_width(text, height).max(room)
 }
 
-/// The head of a picture [`WIDTH`] wide: its title, what it is about, and lines of so high letters.
+/// Draws the head of a picture of width [`WIDTH`]: title, description, and lines with letters of this height.
 pub(crate) fn draw_head(picture: &mut Pixmap, title: &str, about: &str, lines: &[String], height: f32) {
     let room = WIDTH as f32 - 2.0 * MARGIN;
     draw_text(picture, title, [MARGIN, 26.0], fitting(title, 30.0, room), INK);
@@ -119,18 +119,18 @@ pub(crate) fn dot(picture: &mut Pixmap, [x, y]: [f32; 2], radius: f32, colour: [
     }
 }
 
-/// Text that ends at `right`.
+/// Draws text that ends at `right`.
 pub(crate) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [right - text_width(text, height), top], height, colour);
 }
 
-/// Text about a centre.
+/// Draws text centred at `x`.
 pub(crate) fn draw_text_about(picture: &mut Pixmap, text: &str, [x, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [x - 0.5 * text_width(text, height), top], height, colour);
 }
 
 impl PlotDrawing {
-    /// Draws all onto a part of a dark picture, so many pixels a CSS pixel.
+    /// Draws all shapes onto a part of a dark picture, with `scale` pixels per CSS pixel.
     pub(crate) fn draw_on(&self, picture: &mut Pixmap, [left, top]: [f32; 2], scale: f32) {
         let place = |[x, y]: [f64; 2]| [left + scale * x as f32, top + scale * y as f32];
         let all = |points: &[[f64; 2]]| points.iter().copied().map(place).collect::<Vec<_>>();
@@ -169,12 +169,12 @@ pub(crate) fn rgb(picture: &Pixmap) -> Vec<u8> {
     picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }
 
-/// As PNG, with the mark by which this program recognises its own files.
+/// Encodes a picture as PNG, with the mark by which this program recognises its own files.
 pub(crate) fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
     to_png([picture.width(), picture.height()], ColorType::Rgb, &rgb(picture))
 }
 
-/// Pixels as PNG with our mark.
+/// Encodes pixels as PNG, with the same mark.
 pub(crate) fn to_png([width, height]: [u32; 2], colours: ColorType, pixels: &[u8]) -> Result<Vec<u8>, ReportError> {
     let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
     let mut bytes = Vec::new();
@@ -194,8 +194,7 @@ mod tests {
 
     #[test]
     fn long_text_is_wrapped_between_words_and_a_long_line_is_made_smaller() {
-        let lines =
-            wrapped("Good: the mean marker error is 12 mm. Limited by: nothing at all that can be told", 17.0, 400.0);
+        let lines = wrapped("Good: the mean marker error is 12 mm. Limited by: nothing in particular", 17.0, 400.0);
         assert!(lines.len() > 1 && lines.iter().all(|line| text_width(line, 17.0) <= 400.0), "{lines:?}");
         assert_eq!(wrapped("", 17.0, 400.0), Vec::<String>::new());
         let head = "seed 12, set frame 123456, 2057.60 s, 1234 mm";

@@ -1,4 +1,4 @@
-//! A figure as a file of its own, for papers and slides.
+//! A figure as a separate file, for papers and slides.
 
 use super::plots::Svg;
 
@@ -7,9 +7,9 @@ use super::plots::Svg;
 pub struct FigureFile {
     /// Its name without `.svg`.
     pub name: String,
-    /// What it shows and how to read it, in plain text.
+    /// Its caption in plain text: what it shows and how to read it.
     pub caption: String,
-    /// Its text: colours for white paper, no style sheet, so that any program that reads SVG shows it alike.
+    /// The SVG: colours for white paper, no style sheet, so that every SVG program shows it alike.
     pub svg: String,
 }
 

@@ -1,4 +1,4 @@
-//! The figures of runs and comparisons as files of their own.
+//! The figures of runs and comparisons as separate files.
 
 use super::comparison::{ComparisonInput, error_bars, error_plot, verdict};
 use super::figure_file::FigureFile;
@@ -10,7 +10,7 @@ use crate::evaluation::SeedRun;
 /// The figures of a run's page, each half a page wide.
 ///
 /// # Errors
-/// [`ReportError`] without a run, or where a plot cannot be drawn.
+/// [`ReportError`] without a run, or if a plot cannot be drawn.
 pub fn run_figures(input: &ReportInput<'_>) -> Result<Vec<FigureFile>, ReportError> {
     let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
@@ -21,7 +21,7 @@ pub fn run_figures(input: &ReportInput<'_>) -> Result<Vec<FigureFile>, ReportErr
 /// The figures of several methods: errors with their intervals, and errors over time.
 ///
 /// # Errors
-/// [`ReportError`] without a method, or where a plot cannot be drawn.
+/// [`ReportError`] without a method, or if a plot cannot be drawn.
 pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>, ReportError> {
     if input.methods.is_empty() {
         return Err(ReportError::NoRun);
@@ -37,7 +37,7 @@ pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>
         ),
         FigureFile::new(
             "error",
-            "Mean marker error over time: medians over seeds, bands from the least to the greatest seed.".to_owned(),
+            "Mean marker error over time: lines are medians over seeds, bands the range over seeds.".to_owned(),
             &lines.svg(Size { width: 560, height: 320 })?,
         ),
     ])
@@ -46,11 +46,11 @@ pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told};
+    use crate::report::fixture::{Story, with_input};
 
     #[test]
     fn a_runs_figures_are_those_of_its_page_for_white_paper() {
-        let files = told(&Story { seeds: 3, ..Story::default() }, |input| run_figures(input).unwrap());
+        let files = with_input(&Story { seeds: 3, ..Story::default() }, |input| run_figures(input).unwrap());
         let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
         assert_eq!(names, ["error", "stances", "joints", "pck", "energy", "survival", "annealing"]);
         for file in &files {
@@ -59,6 +59,6 @@ mod tests {
             roxmltree::Document::parse(&file.svg).unwrap();
             assert!(!file.caption.is_empty());
         }
-        assert!(told(&Story::default(), |input| run_figures(&ReportInput { runs: &[], ..*input }).is_err()));
+        assert!(with_input(&Story::default(), |input| run_figures(&ReportInput { runs: &[], ..*input }).is_err()));
     }
 }

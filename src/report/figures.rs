@@ -15,23 +15,23 @@ use super::{ReportError, ReportInput, ReportRun, Shown};
 /// A plot at several widths; the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct ResponsiveSvg {
-    /// For the whole width of a page; not of all plots.
+    /// For the whole width of a page, if the plot has this size.
     pub(super) broad: Option<String>,
-    /// For half of it.
+    /// For half the width of a page.
     pub(super) wide: String,
     /// For a phone.
     pub(super) narrow: String,
 }
 
 impl ResponsiveSvg {
-    /// Drawn for each width, the broad one if so asked.
+    /// Draws a plot for each width; the full width only if `is_broad`.
     fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
         let text = |width| draw(width).map(|Svg(text)| text);
         let broad = if is_broad { Some(text(BROAD)?) } else { None };
         Ok(Self { broad, wide: text(WIDE)?, narrow: text(NARROW)? })
     }
 
-    /// Of lines, so high for each width.
+    /// Draws a line plot with these heights for the three widths.
     pub(super) fn of_lines(plot: &LinePlot, is_broad: bool, heights: [u32; 3]) -> Result<Self, ReportError> {
         let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
         let broad = if is_broad { Some(draw(BROAD, heights[0])?) } else { None };
@@ -42,15 +42,15 @@ impl ResponsiveSvg {
 /// A plot with its explanation.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
-    /// Fragment of the address.
+    /// Fragment identifier.
     pub(super) id: &'static str,
     title: &'static str,
     how_to_read: String,
     #[serde(flatten)]
     plot: ResponsiveSvg,
-    /// Whether it is about how the search went: such figures are folded away.
+    /// Whether it concerns the search; such figures are collapsed.
     pub(super) about_search: bool,
-    /// Whether its horizontal axis is the frames.
+    /// Whether its horizontal axis is the frame.
     over_frames: bool,
 }
 
@@ -60,7 +60,7 @@ impl Figure {
         Svg(self.plot.wide.clone())
     }
 
-    /// What it shows and how to read it.
+    /// The caption: what it shows and how to read it.
     pub(super) fn caption(&self) -> String {
         format!("{}. {}", self.title, self.how_to_read)
     }
@@ -129,9 +129,12 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
     let mut all = vec![tracker];
     all.extend(frozen.map(|f| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), indexed(f))));
     let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
-    let name = |worst: &Shown| match several {
-        true => format!("worst: {}, seed {}", worst.frame, runs[worst.run].seed),
-        false => format!("worst: {}", worst.frame),
+    let name = |worst: &Shown| {
+        if several {
+            format!("worst: {}, seed {}", worst.frame, runs[worst.run].seed)
+        } else {
+            format!("worst: {}", worst.frame)
+        }
     };
     let worst = worst_frames(&runs, 1).iter().map(|worst| (worst.frame as f64, name(worst))).collect();
     let plot = LinePlot {
@@ -157,7 +160,7 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
     lines("error", "Error over time", how, Span::Whole, &plot)
 }
 
-/// The error over time in words.
+/// A summary of the error over time.
 fn error_finding(input: &ReportInput<'_>, runs: &[SeedRun<'_>]) -> String {
     let mean = input.summary.metrics.get("humaneva_mm").map(|error| format!("mean {:.0} mm", error.mean));
     let worst = worst_frames(runs, 1).first().and_then(|worst| {
@@ -202,7 +205,7 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     }))
 }
 
-/// Number of stances of each foot, in words.
+/// A summary of the number of stances of each foot.
 fn stance_finding(run: &ReportRun<'_>) -> String {
     let of_foot = |foot: &super::FootStances| {
         format!("{} stands {} times, in the estimate {}", foot.foot, foot.truth.len(), foot.estimate.len())
@@ -241,7 +244,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         groups,
         finding: joint_finding(input),
     };
-    let mut how = format!("Shorter is better.{}{}", worst_in_words(input), sides_in_words(input));
+    let mut how = format!("Shorter is better.{}{}", describe_worst(input), describe_sides(input));
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
     }
@@ -258,11 +261,11 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     }))
 }
 
-/// So many times further off than any other marker hands and feet are on their mean where they are said to be worst.
+/// Hands and feet are called worst if their mean error is this many times that of every other marker.
 const CLEARLY: f64 = 1.1;
 
-/// Which markers are worst, as a sentence with a space before it: hands and feet where they are.
-fn worst_in_words(input: &ReportInput<'_>) -> String {
+/// A sentence, after a space, on the worst markers: hands and feet if they are clearly worst, else the worst marker.
+fn describe_worst(input: &ReportInput<'_>) -> String {
     let is_end = |joint: &&JointSummary| ["wrist", "ankle"].iter().any(|part| joint.joint.ends_with(part));
     let joints = &input.summary.per_joint;
     let (ends, others): (Vec<&JointSummary>, Vec<&JointSummary>) = joints.iter().partition(is_end);
@@ -271,7 +274,7 @@ fn worst_in_words(input: &ReportInput<'_>) -> String {
     let greatest_of_others = others.iter().copied().fold(0.0, f64::max);
     match (mean(&ends), joints.iter().max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm))) {
         (Some(of_ends), _) if !others.is_empty() && of_ends > CLEARLY * greatest_of_others => {
-            " Hands and feet are worst here, as they often are, because they cover little of the silhouette.".to_owned()
+            " Hands and feet are worst here, as is common, because they cover little of the silhouette.".to_owned()
         }
         (_, Some(worst)) if joints.len() > 1 => {
             format!(" Worst here: {}, {:.0} mm.", worst.joint.replace('_', " "), worst.mean_mm)
@@ -280,9 +283,9 @@ fn worst_in_words(input: &ReportInput<'_>) -> String {
     }
 }
 
-/// The joint whose sides differ most, where one is at least twice as far off as the other and by 30 mm: one limb is
-/// lost there and the other is not.
-fn sides_in_words(input: &ReportInput<'_>) -> String {
+/// A sentence, after a space, on the joint whose sides differ most, if one error is at least twice the other and 30 mm
+/// larger: then one limb is lost and the other is not.
+fn describe_sides(input: &ReportInput<'_>) -> String {
     let joints = &input.summary.per_joint;
     let pair = |left: &JointSummary| {
         let part = left.joint.strip_prefix("left_")?.to_owned();
@@ -294,11 +297,11 @@ fn sides_in_words(input: &ReportInput<'_>) -> String {
     one_sided.max_by(|one, other| apart(one).total_cmp(&apart(other))).map_or_else(String::new, |(part, left, right)| {
         let [worse, better] = if left > right { ["left", "right"] } else { ["right", "left"] };
         let (more, less) = (left.max(right), left.min(right));
-        format!(" The {worse} {part} is {more:.0} mm off and the {better} one {less:.0} mm: one limb is lost and not the other.")
+        format!(" The {worse} {part} is {more:.0} mm off, the {better} one {less:.0} mm: one limb is lost, the other is not.")
     })
 }
 
-/// The worst and the best joint, in words.
+/// A summary of the worst and the best joint.
 fn joint_finding(input: &ReportInput<'_>) -> String {
     let by_error = |a: &&JointSummary, b: &&JointSummary| a.mean_mm.total_cmp(&b.mean_mm);
     let joints = || input.summary.per_joint.iter();
@@ -351,21 +354,18 @@ fn energies(input: &ReportInput<'_>, run: &ReportRun<'_>) -> Result<Option<Figur
         finding: energy_finding(run),
         ..LinePlot::default()
     };
-    let how = match input.own_likelihood {
-        true => {
-            "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
-            likelihood or the body model causes the error. Where it is above, the search missed a better pose."
-        }
-        false => {
-            "By skiagraph's silhouette likelihood on the set's body, because the program's own is not known. Where the dashed \
-            line is above the solid line, the silhouettes show that there is a better pose; where it is below, they fit a \
-            wrong one."
-        }
+    let how = if input.own_likelihood {
+        "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
+         likelihood or the body model causes the error. Where it is above, the search missed a better pose."
+    } else {
+        "By skiagraph's silhouette likelihood on the set's body, because the program's own likelihood is unknown. Where the \
+         dashed line is above the solid line, the silhouettes fit the true pose better; where it is below, they fit a wrong \
+         pose better."
     };
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 
-/// In how many frames the images prefer the estimate, in words.
+/// A summary of the number of frames in which the images prefer the estimate.
 fn energy_finding(run: &ReportRun<'_>) -> String {
     let both =
         run.truth_energy.iter().zip(run.estimate_energy).filter_map(|(truth, estimate)| Some((*truth)? - (*estimate)?));
@@ -448,7 +448,7 @@ fn seed_note(run: &ReportRun<'_>) -> String {
     format!(" Seed {}.", run.run.seed)
 }
 
-/// The values of a metric frame by frame; empty where it was not measured.
+/// The values of a metric per frame; empty if it was not measured.
 pub(super) fn per_frame<'a>(evaluation: &'a Evaluation, metric: &str) -> &'a [Option<f64>] {
     evaluation.metrics.get(metric).map_or(&[], |value| &value.per_frame)
 }

@@ -1,4 +1,4 @@
-//! A walking stick figure, and trackers that follow it more or less: input for tests and for viewing the page.
+//! A walking stick figure, and trackers that follow it more or less closely: input for tests and for viewing the page.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -21,7 +21,7 @@ use super::{
 const FRAMES: usize = 121;
 const FPS: f64 = 60.0;
 
-/// What a told run is like.
+/// Properties of a made-up run.
 pub(super) struct Story {
     pub(super) title: &'static str,
     pub(super) seeds: u64,
@@ -32,25 +32,25 @@ pub(super) struct Story {
     pub(super) energies: bool,
     /// Energy of the truth minus energy of the estimate.
     pub(super) gap: f64,
-    /// The frame from which on the body is lost.
+    /// First frame in which the body is lost.
     pub(super) lost_from: Option<usize>,
-    /// How far the whole estimate stands beside the truth, metres.
+    /// Constant sideways offset of the estimate, m.
     pub(super) beside_m: f64,
-    /// Size of the error that wanders, 1 for centimetres.
+    /// Size of the varying error; 1 means centimetres.
     pub(super) wander: f64,
     /// Whether left and right limbs are exchanged.
     pub(super) exchanged: bool,
-    /// Whether the estimate keeps one pose and goes along with the actor.
+    /// Whether the estimate keeps one pose while following the actor's position.
     pub(super) rigid: bool,
-    /// The frame from which on the left wrist is half a metre off.
+    /// First frame in which the left wrist is half a metre off.
     pub(super) wrist_lost_from: Option<usize>,
-    /// The frame from which on the left wrist has no estimate.
+    /// First frame in which the left wrist has no estimate.
     pub(super) wrist_missing_from: Option<usize>,
-    /// Overlap with the exact silhouettes, where those observed are corrupted.
+    /// Overlap with the exact silhouettes, if the observed ones are corrupted.
     pub(super) exact_overlap: Option<f64>,
-    /// Whether energies are of the tracker's own likelihood.
+    /// Whether energies come from the tracker's own likelihood.
     pub(super) own_likelihood: bool,
-    /// Frames on the sheet; the worst is added. None, no sheet.
+    /// Frames on the sheet, to which the worst is added; empty for no sheet.
     pub(super) shown: &'static [usize],
 }
 
@@ -79,8 +79,8 @@ impl Default for Story {
     }
 }
 
-/// Builds the input and hands it to `read`.
-pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -> T {
+/// Builds the input of a story and calls `read` with it.
+pub(super) fn with_input<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -> T {
     let rig = rig(4);
     let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
     let estimates: Vec<Vec<Markers>> = (0..story.seeds).map(|seed| estimate(&truth, story, seed)).collect();
@@ -160,12 +160,12 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     })
 }
 
-/// A camera 4 m before the figure, on the +X side, looking back at it.
+/// A camera 4 m in front of the figure, on the +X side, looking at it.
 pub(super) fn camera_in_front() -> Camera {
     rig(1).cameras.remove(0)
 }
 
-/// Cameras on a circle around the place where the figure walks.
+/// Cameras on a circle around the figure's path.
 pub(super) fn rig(count: usize) -> CameraRig {
     let cameras = (0..count).map(|index| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / count as f64);
@@ -185,7 +185,7 @@ pub(super) fn rig(count: usize) -> CameraRig {
     CameraRig { cameras: cameras.collect() }
 }
 
-/// A sheet of the walking figure with an estimate 3 cm beside it.
+/// A sheet of the walking figure with an estimate that is 3 cm off.
 pub(super) fn walking_sheet<'a>(rig: &'a CameraRig, frames: &[usize]) -> Sheet<'a> {
     let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
     let beside: Vec<Markers> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.03, 0.0))).collect();
@@ -251,7 +251,7 @@ fn walking(frame: usize) -> Markers {
     markers
 }
 
-/// The truth with an error that wanders, most at the hands and feet, and grows from nothing in the first frames.
+/// The truth with a varying error, which is largest at the hands and feet and grows from zero in the first frames.
 fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
     let of_frame = |(frame, markers): (usize, &Markers)| {
         let beside = Vector3::new(0.0, story.beside_m, 0.0);
@@ -278,7 +278,7 @@ fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
     truth.iter().enumerate().map(of_frame).collect()
 }
 
-/// A smooth number of size one that differs from marker to marker, axis to axis and seed to seed.
+/// A smooth function of the frame of size one, different for every marker, axis and seed.
 fn wander(frame: usize, marker: usize, axis: usize, seed: u64) -> f64 {
     let (t, place) = (frame as f64, (3 * marker + axis) as f64 + 11.3 * seed as f64);
     libm::sin(0.13 * t + 1.7 * place) + 0.6 * libm::sin(0.41 * t + 2.9 * place) + 0.3 * libm::sin(1.9 * t + 4.1 * place)

@@ -1,4 +1,4 @@
-//! What a gate says: for a terminal, as Markdown, as JUnit XML and as annotations of GitHub Actions.
+//! The result of a gate: as text, Markdown, JUnit XML and annotations for GitHub Actions.
 
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value};
@@ -9,16 +9,16 @@ use super::difference_text::cell;
 use super::displayed::{between_to, number, number_to, symbol};
 use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, IntervalUnit, MoreSeeds, find_metric};
 
-/// A gate's outcome with the names of what was held against what.
+/// A gate's outcome with the names of the run and the baseline.
 #[derive(Clone, Copy, Debug)]
 pub struct GateReport<'a> {
     /// The run.
     pub run: &'a str,
     /// The baseline.
     pub baseline: &'a str,
-    /// What the gate says.
+    /// The outcome.
     pub outcome: &'a GateOutcome,
-    /// What counts for a check that is inconclusive.
+    /// The verdict to report for an inconclusive check.
     pub inconclusive: GateVerdict,
 }
 
@@ -33,25 +33,25 @@ fn word(verdict: GateVerdict) -> &'static str {
 
 impl GateReport<'_> {
     fn headline(&self) -> String {
-        let said = match self.outcome.verdict {
+        let relation = match self.outcome.verdict {
             GateVerdict::Pass => "is within the margins of",
             GateVerdict::Fail => "is worse than",
             GateVerdict::Inconclusive => "may be worse than",
         };
-        format!("{}: {} {said} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
+        format!("{}: {} {relation} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
     }
 
-    /// Runs whose estimate may have been misread, before all else.
+    /// Warnings about runs whose estimate may have been misread.
     fn misread(&self) -> impl Iterator<Item = String> {
         self.outcome.misread.iter().map(|hint| format!("the estimate may have been misread: {hint}"))
     }
 
-    /// What a check's verdict counts as.
-    fn counted(&self, verdict: GateVerdict) -> GateVerdict {
+    /// The verdict to report for a check.
+    fn reported(&self, verdict: GateVerdict) -> GateVerdict {
         if verdict == GateVerdict::Inconclusive { self.inconclusive } else { verdict }
     }
 
-    /// A line a check, the failing ones first; exact checks that pass share one.
+    /// One line per check, failing ones first; exact checks that pass share a line.
     pub fn text(&self) -> String {
         let mut lines: Vec<String> = self.misread().collect();
         lines.extend([self.headline(), String::new()]);
@@ -63,7 +63,9 @@ impl GateReport<'_> {
         lines.extend(checks.iter().map(line));
         let quiet = self.outcome.checks.iter().filter(|check| is_quiet(check)).count();
         if quiet > 0 {
-            lines.push(format!("  PASS          {quiet} metrics of the truth and others compared exactly: unchanged"));
+            lines.push(format!(
+                "  PASS          metrics compared exactly, such as those of the truth: {quiet} unchanged"
+            ));
         }
         lines.push(format!("  {}", self.outcome.scope));
         lines.extend(self.outcome.notes.iter().map(|note| format!("  note: {note}")));
@@ -87,10 +89,10 @@ impl GateReport<'_> {
     }
 
     /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run; an inconclusive
-    /// check has the level of what it counts as.
+    /// check has the level of its reported verdict.
     pub fn annotations(&self) -> String {
         let line = |check: &Check| {
-            let level = match (check.verdict, self.counted(check.verdict)) {
+            let level = match (check.verdict, self.reported(check.verdict)) {
                 (GateVerdict::Pass, _) => return None,
                 (_, GateVerdict::Pass) => "notice",
                 (_, GateVerdict::Fail) => "error",
@@ -109,7 +111,7 @@ impl GateReport<'_> {
         lines.join("\n")
     }
 
-    /// JUnit XML, a test case a check; an inconclusive one is what it counts as.
+    /// JUnit XML with one test case per check; an inconclusive check has its reported verdict.
     ///
     /// # Errors
     /// [`ReportError`] if it cannot be rendered.
@@ -123,12 +125,13 @@ impl GateReport<'_> {
         }
         let case = |check: &Check| JunitCase {
             name: xml(&name(check)),
-            verdict: word(self.counted(check.verdict)),
+            verdict: word(self.reported(check.verdict)),
             is_open: check.verdict == GateVerdict::Inconclusive,
             finding: xml(&finding(check)),
         };
         let cases: Vec<JunitCase> = self.outcome.checks.iter().map(case).collect();
-        let count = |verdict| self.outcome.checks.iter().filter(|check| self.counted(check.verdict) == verdict).count();
+        let count =
+            |verdict| self.outcome.checks.iter().filter(|check| self.reported(check.verdict) == verdict).count();
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_template("junit", JUNIT)?;
@@ -152,12 +155,12 @@ const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </testsuites>
 "#;
 
-/// Without characters that XML 1.0 does not allow.
+/// Removes characters that XML 1.0 does not allow.
 fn xml(text: &str) -> String {
     text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')).collect()
 }
 
-/// As workflow commands want it: `%`, line breaks, and in properties `:` and `,` as well.
+/// Escapes text for workflow commands: `%` and line breaks, and in properties also `:` and `,`.
 fn escaped(text: &str, is_property: bool) -> String {
     let mut safe = String::new();
     for character in text.chars() {
@@ -214,7 +217,7 @@ fn finding(check: &Check) -> String {
                 unit => format!("; {more} more {unit}, measured for run and baseline, would decide it"),
             },
             MoreSeeds::TooMany => {
-                format!("; the difference is about the margin: more {} will hardly decide it", found.over)
+                format!("; the difference is close to the margin: more {} are unlikely to decide it", found.over)
             }
         });
     }
@@ -243,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_says_by_how_much_against_what_and_how_sure() {
+    fn a_failure_has_its_difference_interval_and_baseline() {
         let outcome = outcome(4.0, 0.3);
         let report = GateReport {
             run: "runs/mine",
@@ -257,7 +260,7 @@ mod tests {
             text.contains("4.0 mm worse (worse by 3.7 to 4.3 mm at 95 %), margin 2.0 mm; 34.4 against 30.4"),
             "{text}"
         );
-        assert!(text.contains("1 metrics of the truth") || text.contains("compared exactly"), "{text}");
+        assert!(text.contains("compared exactly"), "{text}");
         assert!(report.markdown().contains("| **FAIL** | humaneva\\_mm |"), "{}", report.markdown());
         assert!(report.annotations().starts_with("::error title=FAIL humaneva_mm::4.0 mm worse"));
         let junit = report.junit().unwrap();
@@ -268,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inconclusive_gate_says_how_many_seeds_would_decide_it() {
+    fn an_inconclusive_gate_has_the_number_of_seeds_that_would_decide_it() {
         let outcome = outcome(1.2, 1.5);
         let report = GateReport { run: "r", baseline: "b", outcome: &outcome, inconclusive: GateVerdict::Inconclusive };
         assert!(report.text().contains("more seed"), "{}", report.text());

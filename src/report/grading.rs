@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::ReportInput;
 use crate::evaluation::{Direction, Unit, find_metric};
 
-/// The grade of a run; the worst last.
+/// The grade of a run, from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// The body is followed, limbs and all.
+    /// The body is followed, including all limbs.
     Good,
-    /// The body is followed; single limbs or stretches are off.
+    /// The body is followed, but single limbs or stretches are off.
     Usable,
     /// The body is found, but its pose is unreliable.
     Poor,
@@ -36,17 +36,17 @@ impl Grade {
 pub struct Criterion {
     /// [`crate::evaluation::Metric::name`], `floors` for the comparison with a tracker that never moves.
     pub metric: String,
-    /// Name for people.
+    /// Display name.
     pub title: String,
-    /// The run's value; for `floors` the number of metrics that are worse.
+    /// The run's value; for `floors`, the number of metrics that are worse.
     pub value: f64,
     /// The resulting grade.
     pub grade: Grade,
     /// The limits of good, usable and poor, inclusive; `None` if any value has that grade.
     pub limits: [Option<f64>; 3],
-    /// The value in words.
+    /// The value as text.
     pub finding: String,
-    /// The limits in words.
+    /// The limits as text.
     pub limits_in_words: [String; 3],
     /// The reason for these limits.
     pub why: String,
@@ -57,7 +57,7 @@ struct Limits {
     metric: &'static str,
     title: &'static str,
     limits: [Option<f64>; 3],
-    /// With `{}` for the value.
+    /// Text with `{}` for the value.
     finding: &'static str,
     why: &'static str,
 }
@@ -108,9 +108,9 @@ const LIMITS: [Limits; 7] = [
         title: "Frames with left and right exchanged",
         limits: [Some(0.05), Some(0.2), None],
         finding: "left and right exchanged in {} of the frames",
-        why: "counted are stretches of half a second or more in which legs or arms would be within 100 mm of the truth if left \
-            and right were exchanged, and are twice as far off as they are: there the tracker follows the wrong limb. \
-            Limbs that fit a little better exchanged are not counted",
+        why: "these are stretches of half a second or more in which legs or arms would be within 100 mm of the truth if left \
+            and right were exchanged, and are twice as far off without the exchange: there the tracker follows the wrong \
+            limb. Limbs that fit only a little better when exchanged are not counted",
     },
     Limits {
         metric: "silhouette_iou",
@@ -126,13 +126,13 @@ const LIMITS: [Limits; 7] = [
 /// them: two bodies in the same pose differ in it by a few degrees.
 const FLOORS: [&str; 5] = ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", OVERLAP, "pck150"];
 
-/// The overlap with the observed silhouettes, and with the exact ones, which is measured where the observed ones are
-/// corrupted: an estimate should not be blamed for what it is right not to follow.
+/// The overlap with the observed silhouettes, and with the exact ones, which is measured if the observed ones are
+/// corrupted: an estimate should not be penalised for not following the corruption.
 const OVERLAP: &str = "silhouette_iou";
 const EXACT_OVERLAP: &str = "silhouette_iou_exact";
 
-/// The metric that stands for one of the limits in this run.
-fn in_its_place(input: &ReportInput<'_>, metric: &'static str) -> &'static str {
+/// The metric that replaces the metric of a limit in this run: the exact overlap if silhouettes are corrupted.
+fn effective_metric(input: &ReportInput<'_>, metric: &'static str) -> &'static str {
     let is_corrupted = input.summary.metrics.contains_key(EXACT_OVERLAP);
     if metric == OVERLAP && is_corrupted { EXACT_OVERLAP } else { metric }
 }
@@ -143,7 +143,7 @@ pub(super) fn criteria(input: &ReportInput<'_>) -> Vec<Criterion> {
 }
 
 fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
-    let name = in_its_place(input, limits.metric);
+    let name = effective_metric(input, limits.metric);
     let value = input.summary.metrics.get(name)?.mean;
     let metric = find_metric(name)?;
     let holds = |limit: &Option<f64>| limit.is_none_or(|limit| !metric.is_worse(value, limit));
@@ -172,8 +172,8 @@ fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
     })
 }
 
-/// The number of metrics in which a tracker that never moves is better: none is good; if the HumanEva error is among
-/// them, poor.
+/// The number of metrics in which a tracker that never moves is better: 0 is good; poor if the HumanEva error is among
+/// them, else usable.
 fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     let frozen = input.frozen?;
     let is_worse = |name: &&str| {
@@ -181,7 +181,7 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
         let [value, floor] = [input.summary.metrics.get(*name)?.mean, frozen.metrics.get(*name)?.mean];
         Some(metric.is_worse(value, floor) || *name == "humaneva_mm" && value == floor)
     };
-    let floors = FLOORS.iter().map(|name| in_its_place(input, name));
+    let floors = FLOORS.iter().map(|name| effective_metric(input, name));
     let worse: Vec<&str> = floors.filter(|name| is_worse(name) == Some(true)).collect();
     let grade = match worse.first() {
         None => Grade::Good,
@@ -201,8 +201,8 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
             format!("no better than a tracker that never moves in: {}", titles.join(", "))
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
-        why: "a tracker that ignores all images and keeps its start pose reaches this floor; compared are errors of \
-            position and pose, and the overlap"
+        why: "a tracker that ignores all images and keeps its start pose reaches these values; errors of position and pose \
+            and the overlap are compared"
             .to_owned(),
     })
 }
@@ -222,10 +222,10 @@ pub(super) fn percent(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told};
+    use crate::report::fixture::{Story, with_input};
 
     fn criterion(story: &Story, metric: &str) -> Criterion {
-        told(story, |input| criteria(input).into_iter().find(|criterion| criterion.metric == metric).unwrap())
+        with_input(story, |input| criteria(input).into_iter().find(|criterion| criterion.metric == metric).unwrap())
     }
 
     #[test]
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_value_on_a_limit_still_has_the_better_grade() {
-        // 0.01 mm to either side, the fixture's own error taken off
+        // 0.1 mm to either side, without the fixture's varying error
         let base = criterion(&Story { wander: 0.0, beside_m: 0.1, ..Story::default() }, "humaneva_mm");
         assert!((base.value - 100.0).abs() < 1e-6, "{}", base.value);
         let at =
@@ -253,10 +253,10 @@ mod tests {
     }
 
     #[test]
-    fn losing_the_floor_of_the_error_is_poor_and_of_another_measure_usable() {
+    fn an_error_above_the_floor_is_poor_and_another_metric_below_its_floor_usable() {
         assert_eq!(criterion(&Story::default(), "floors").grade, Grade::Good);
         assert_eq!(criterion(&Story { beside_m: 9.0, ..Story::default() }, "floors").grade, Grade::Poor);
-        let turned = told(&Story::default(), |input| {
+        let turned = with_input(&Story::default(), |input| {
             let mut frozen = input.frozen.unwrap().clone();
             frozen.metrics.get_mut("pa_mpjpe_mm").unwrap().mean = 0.0;
             let input = ReportInput { frozen: Some(&frozen), ..*input };

@@ -1,4 +1,4 @@
-//! Renders pages from templates: the shared shell, its style, and the content of a page.
+//! Renders pages from templates: the shared shell and style, and the content of a page.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -10,12 +10,12 @@ use super::plots::{css_rules, css_variables};
 
 const SHELL: &str = include_str!("shell.html");
 const FACTS: &str = include_str!("facts.html");
-/// Contents of the page, and tables that are sorted by a click; of every page.
+/// Script of every page: table of contents and sortable tables.
 const SCRIPT: &str = include_str!("shell.js");
 const TRANSPORT: &str = include_str!("transport.html");
 const STYLE: &str = include_str!("page.css");
 
-/// A self-contained page: `template` extends `shell.html`, `page` names what it shows.
+/// Renders a self-contained page: `template` extends `shell.html`, `page` has the values.
 pub(crate) fn render_page(template: &str, page: &impl Serialize) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -35,7 +35,7 @@ fn style() -> String {
     format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{rules}\n{STYLE}")
 }
 
-/// JSON whose text cannot end a script.
+/// JSON for a page, escaped so that it cannot end a script element.
 pub(super) fn in_page(data: &impl Serialize) -> Result<String, ReportError> {
     let text = serde_json::to_string(data).map_err(|error| ReportError::Plot(error.to_string()))?;
     Ok(text.replace('<', "\\u003c"))

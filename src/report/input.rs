@@ -9,38 +9,38 @@ use crate::tracker::LayerRecord;
 
 use super::Playback;
 
-/// Everything a page shows. All runs are of one clip and differ in their seed.
+/// The content of a page. All runs have the same clip and differ in their seed.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportInput<'a> {
     /// The scenario's title.
     pub title: &'a str,
-    /// The tracker, in words: its name and its main settings.
+    /// Description of the tracker: its name and its main settings.
     pub tracker: &'a str,
     /// Whether actor and tracker have the same body.
     pub matched: bool,
     /// Further facts, in groups: bodies, cameras, noise, settings, version.
     pub facts: &'a [FactGroup],
-    /// One entry a seed, at least one.
+    /// One entry per seed, at least one.
     pub runs: &'a [ReportRun<'a>],
-    /// All runs together.
+    /// Summary over all runs.
     pub summary: &'a Summary,
-    /// Whether energies are of the tracker's own likelihood; else of skiagraph's on the set's body.
+    /// Whether energies come from the tracker's own likelihood; else from skiagraph's likelihood on the set's body.
     pub own_likelihood: bool,
     /// A tracker that never moves, on the same clip.
     pub frozen: Option<&'a Evaluation>,
     /// The pictures.
     pub sheet: Option<&'a Sheet<'a>>,
-    /// Every frame in every camera of the sheet: of the run with the median error, and of that with the worst frame
-    /// where it is another.
+    /// Every frame in every camera of the sheet, for the run with the median error and, if different, the run with the
+    /// worst frame.
     pub playbacks: &'a [Playback],
-    /// How the run came about, where it is known: what differs from run to run.
+    /// Provenance of this run, if known: values that differ from run to run.
     pub this_run: &'a [(String, String)],
-    /// What would explain most of the error, if the estimate were read otherwise.
+    /// A hint if reading the estimate differently would remove most of the error.
     pub hint: Option<&'a str>,
 }
 
 impl<'a> ReportInput<'a> {
-    /// Runs with nothing else told of them.
+    /// Input with runs and their summary only.
     pub fn of_runs(title: &'a str, tracker: &'a str, runs: &'a [ReportRun<'a>], summary: &'a Summary) -> Self {
         Self {
             title,
@@ -59,7 +59,7 @@ impl<'a> ReportInput<'a> {
     }
 }
 
-/// Some facts that belong together.
+/// A group of facts.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FactGroup {
     /// Heading.
@@ -71,7 +71,7 @@ pub struct FactGroup {
 /// One seed's run.
 #[derive(Clone, Debug)]
 pub struct ReportRun<'a> {
-    /// Clip, seed and what was measured.
+    /// Clip, seed and evaluation.
     pub run: SeedRun<'a>,
     /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
     pub truth_energy: &'a [Option<f64>],
@@ -99,15 +99,15 @@ pub struct FootStances {
 /// Observed and estimated bodies in some frames.
 #[derive(Clone, Debug)]
 pub struct Sheet<'a> {
-    /// The cameras; those that move as they are in frame 0.
+    /// The cameras; moving ones at their position in frame 0.
     pub rig: &'a CameraRig,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// Masks of the props in every camera's image; empty without props.
     pub props: Vec<Mask>,
     /// The columns, from left to right ([`frames_to_show`]).
     pub frames: Vec<SheetFrame>,
-    /// The worst frames, the worst first ([`worst_frames`]).
+    /// The worst frames, worst first ([`worst_frames`]).
     pub worst: Vec<SheetFrame>,
 }
 
@@ -118,7 +118,7 @@ pub struct SheetFrame {
     pub seed: u64,
     /// Frame number.
     pub frame: usize,
-    /// The cameras in this frame and masks of the props in their images (empty without props), where any moves.
+    /// If any camera moves, the cameras in this frame and the masks of the props in their images (empty without props).
     pub moved: Option<(CameraRig, Vec<Mask>)>,
     /// The observation of every camera.
     pub observed: Vec<Mask>,
@@ -136,7 +136,7 @@ pub enum ReportError {
     /// There is nothing to show.
     #[error("a report needs at least one run")]
     NoRun,
-    /// A frame has another number of silhouettes than the rig has cameras.
+    /// The number of silhouettes of a frame differs from the number of cameras.
     #[error("frame {frame}: {found} silhouettes for {cameras} cameras; give one for every camera")]
     Views {
         /// Frame number.
@@ -146,7 +146,7 @@ pub enum ReportError {
         /// Cameras of the rig.
         cameras: usize,
     },
-    /// A picture or plot of no size.
+    /// A picture or plot has an invalid size.
     #[error("cannot draw a picture of {width} x {height} pixels")]
     Size {
         /// Width in pixels.
@@ -160,7 +160,7 @@ pub enum ReportError {
     /// An animation could not be drawn or written.
     #[error("cannot write the animation: {detail}")]
     Animation {
-        /// Why.
+        /// The reason.
         detail: String,
     },
     /// A picture could not be encoded.
@@ -183,8 +183,8 @@ pub struct Shown {
 /// Smallest distance between two listed worst frames of one run.
 const APART: usize = 10;
 
-/// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst
-/// of all runs last.
+/// The frames for a sheet: `count` frames spread evenly over the scored frames of the typical run, then the worst frame
+/// of all runs.
 pub fn frames_to_show(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
     let Some(run) = typical_run(runs) else { return vec![] };
     let evaluation = runs[run].evaluation;
@@ -201,8 +201,8 @@ pub fn frames_to_show(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
     shown
 }
 
-/// The `count` frames of the greatest HumanEva error of all runs, the worst first, no two within ten frames of each
-/// other in one run.
+/// The `count` frames with the largest HumanEva errors of all runs, worst first; no two frames of a run are within ten
+/// frames of each other.
 pub fn worst_frames(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
     let errors = |run: &SeedRun<'_>| {
         run.evaluation.metrics.get("humaneva_mm").map(|metric| metric.per_frame.clone()).unwrap_or_default()
@@ -224,7 +224,7 @@ pub fn worst_frames(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
     chosen
 }
 
-/// Index of the run whose mean HumanEva error is the (lower) median: the one for figures that show only one.
+/// Index of the run whose mean HumanEva error is the (lower) median, for figures that show a single run.
 pub fn typical_run(runs: &[SeedRun<'_>]) -> Option<usize> {
     let error = |run: &SeedRun<'_>| run.evaluation.metrics.get("humaneva_mm").map_or(f64::INFINITY, |value| value.mean);
     let mut order: Vec<usize> = (0..runs.len()).collect();

@@ -5,14 +5,14 @@ use std::sync::LazyLock;
 use ab_glyph::{Font, FontRef, OutlineCurve, Point};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
-/// `None` if the file were no font, which a test excludes.
+/// `None` if the file were not a font, which a test excludes.
 static FONT: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(include_bytes!("font/OpenSans-Regular.ttf")).ok());
 
-/// Height of a capital in font sizes.
+/// Height of a capital letter, as a fraction of the font size.
 pub(super) const CAPITAL_OF_FONT_SIZE: f32 = CAPITAL / 2048.0;
 
-/// Height of a capital in units of the font.
+/// Height of a capital letter in font units.
 const CAPITAL: f32 = 1462.0;
 
 /// Width of a line of text whose capitals are `height` pixels high.
@@ -21,8 +21,8 @@ pub(crate) fn text_width(text: &str, height: f32) -> f32 {
     placed(font, text).last().map_or(0.0, |(left, glyph)| left + font.h_advance_unscaled(glyph)) * height / CAPITAL
 }
 
-/// Writes a line of text whose capitals are `height` pixels high and begin at `at`, left and top, with a dark rim by
-/// which it can be read on any ground. A letter that the font lacks is a box.
+/// Draws a line of text with capitals of `height` pixels and its top left at `at`, with a dark rim so that it is
+/// readable on any background. A letter that the font lacks is drawn as a box.
 pub(crate) fn draw_text(picture: &mut Pixmap, text: &str, at: [f32; 2], height: f32, [red, green, blue]: [u8; 3]) {
     let Some(path) = FONT.as_ref().and_then(|font| outline(font, text, at, height)) else { return };
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
@@ -33,7 +33,7 @@ pub(crate) fn draw_text(picture: &mut Pixmap, text: &str, at: [f32; 2], height: 
     picture.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
 }
 
-/// Where every letter begins, and the letter, in units of the font.
+/// The left edge of every letter, in font units, and its glyph.
 fn placed<'t>(font: &'t FontRef<'static>, text: &'t str) -> impl Iterator<Item = (f32, ab_glyph::GlyphId)> + 't {
     let mut end = 0.0;
     let mut before = None;
@@ -50,7 +50,7 @@ fn outline(font: &FontRef<'static>, text: &str, [x, y]: [f32; 2], height: f32) -
     let scale = height / CAPITAL;
     let mut path = PathBuilder::new();
     for (left, glyph) in placed(font, text) {
-        // the font's y axis points up from the foot of its letters
+        // the font's y axis points up from the baseline
         let place = |point: Point| (x + scale * (left + point.x), y + height - scale * point.y);
         let mut pen: Option<Point> = None;
         for curve in font.outline(glyph).into_iter().flat_map(|outline| outline.curves) {
@@ -105,17 +105,17 @@ mod tests {
     }
 
     #[test]
-    fn capitals_are_as_high_as_asked_and_text_stays_within_its_width() {
+    fn capitals_have_the_requested_height_and_text_stays_within_its_width() {
         let [left, top, right, bottom] = inked("MM H");
         // 18 rows from 20 on, to the pixel
         assert_eq!([top, bottom], [20.0, 37.0]);
-        // the letters begin and end where the font draws them: with a little room on either side
+        // letters begin and end at the font's outlines, which have a little space on either side
         let font = FONT.as_ref().unwrap();
         let scale = 18.0 / CAPITAL;
         let drawn = |letter: char| font.outline(font.glyph_id(letter)).unwrap().bounds;
         let (begin, last) = (10.0 + scale * drawn('M').min.x, placed(font, "MM H").last().unwrap().0);
         let end = 10.0 + scale * (last + drawn('H').max.x);
-        // a pixel is bright if half of it is covered, as counted in quarters
+        // a pixel is bright if half of it is covered, in steps of a quarter
         assert!((left - begin).abs() <= 0.75 && (right + 1.0 - end).abs() <= 0.75, "{left} {begin}, {right} {end}");
         assert!(begin > 10.0 && end < 10.0 + text_width("MM H", 18.0), "within its width");
     }
@@ -124,11 +124,11 @@ mod tests {
     fn small_letters_are_small_and_reach_below_the_line() {
         let ([_, x, ..], [.., g]) = (inked("x"), inked("g"));
         assert!(x > 23.0 && g > 40.0, "{x} {g}");
-        assert_ne!(inked("e"), inked("E"), "no capitals alone, as once");
+        assert_ne!(inked("e"), inked("E"), "lower case differs from upper case");
     }
 
     #[test]
-    fn all_that_pages_say_has_letters() {
+    fn the_font_has_all_letters_that_pages_use() {
         let font = FONT.as_ref().unwrap();
         for letter in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain(".,:;-–/%=<>()±²³°·µλ×éüßñ'\"&+_".chars())
         {

@@ -1,11 +1,11 @@
-//! Under which heading a metric stands.
+//! Groups metrics under headings.
 
 use crate::evaluation::{Summary, shown_once};
 
 /// A heading and its metrics.
 pub(super) struct MetricGroup {
     pub(super) title: &'static str,
-    /// What the metrics answer.
+    /// The question that the metrics answer.
     pub(super) about: &'static str,
     pub(super) metrics: &'static [&'static str],
     /// The actor's own values of the same quantities.
@@ -54,7 +54,7 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
     },
     MetricGroup {
         title: "Motion",
-        about: "Whether it moves as the actor does: speed, smoothness, delay.",
+        about: "Whether the estimate moves like the actor: speed, smoothness, delay.",
         metrics: &[
             "velocity_error_mm_per_s",
             "acceleration_error_m_per_s2",
@@ -66,7 +66,7 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
     },
     MetricGroup {
         title: "Contact",
-        about: "Whether feet stand where and when they should, and nothing is inside anything.",
+        about: "Whether feet stand where and when they should, and whether anything penetrates anything else.",
         metrics: &[
             "contact_f1",
             "foot_skate_mm_per_s",
@@ -95,13 +95,13 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
     },
     MetricGroup {
         title: "Search and certainty",
-        about: "Whether search or likelihood is at fault, and whether the estimate knows how wrong it is.",
+        about: "Whether the search or the likelihood causes the error, and whether the estimated uncertainty is right.",
         metrics: &["energy_gap", "ellipsoid50", "ellipsoid90", "crps_mm"],
         of_truth: &[],
     },
 ];
 
-/// Metrics with the same values in every run, of which one is shown: it, and the other.
+/// Pairs of metrics with equal values in every run: the metric that is shown, and its alias.
 pub fn aliases(summary: &Summary) -> Vec<(&'static str, &'static str)> {
     shown_once(|one, other| {
         let values = |name: &str| summary.metrics.get(name).map(|metric| &metric.per_run);
@@ -120,14 +120,14 @@ mod tests {
     use crate::evaluation::METRICS;
 
     #[test]
-    fn every_metric_stands_under_one_heading() {
+    fn every_metric_has_exactly_one_heading() {
         for metric in METRICS {
             let count =
                 GROUPS.iter().flat_map(|g| g.metrics.iter().chain(g.of_truth)).filter(|m| **m == metric.name).count();
             assert_eq!(count, 1, "{}", metric.name);
         }
         for name in GROUPS.iter().flat_map(|group| group.metrics.iter().chain(group.of_truth)) {
-            assert!(crate::evaluation::find_metric(name).is_some(), "{name} is no metric");
+            assert!(crate::evaluation::find_metric(name).is_some(), "{name} is not a metric");
         }
         assert!(GROUPS.iter().flat_map(|group| group.of_truth).all(|name| name.starts_with("truth_")));
     }

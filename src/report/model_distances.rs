@@ -4,18 +4,17 @@ use std::fmt::Write;
 
 use tiny_skia::Pixmap;
 
-use super::ReportError;
-use super::base64;
 use super::drawing::{encoded, new_picture, pixel};
+use super::{ReportError, base64};
 
 /// Distances between all pairs of some training frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameDistances {
-    /// From one shown frame to the next.
+    /// Step between shown frames.
     pub step: usize,
     /// Row by row, `frames x frames`, rad^2.
     pub values: Vec<f32>,
-    /// Frames shown.
+    /// Number of shown frames.
     pub frames: usize,
 }
 
@@ -38,10 +37,10 @@ const LEFT: f64 = 52.0;
 const RIGHT: f64 = 10.0;
 const TOP: f64 = 10.0;
 const BOTTOM: f64 = 96.0;
-/// Most crosses that are drawn.
+/// Maximum number of crosses.
 const MOST_CROSSES: usize = 6000;
 
-/// The drawing: `starts` are the frames where models begin, crosses mark pairs of candidates of different models.
+/// Draws the matrix: `starts` are the first frames of the models, crosses mark pairs of candidates of different models.
 pub(super) fn draw(
     distances: &FrameDistances,
     candidates: &[CandidateFrame],
@@ -80,7 +79,7 @@ pub(super) fn all_shown(candidates: &[CandidateFrame]) -> bool {
     candidates.len() * candidates.len() <= MOST_CROSSES
 }
 
-/// The pairs that get a cross; with very many candidates, only each with itself.
+/// The pairs with a cross; with very many candidates, only each with itself.
 fn pairs(candidates: &[CandidateFrame]) -> Box<dyn Iterator<Item = [&CandidateFrame; 2]> + '_> {
     if !all_shown(candidates) {
         return Box::new(candidates.iter().take(MOST_CROSSES).map(|c| [c, c]));
@@ -107,7 +106,7 @@ fn axes(svg: &mut String, shown: f64) -> Result<(), ReportError> {
     write_to(svg, format_args!("<text x=\"{middle}\" y=\"{below}\" text-anchor=\"middle\">training frame</text>"))
 }
 
-/// The colours with their meaning.
+/// Draws the colour key.
 fn key(svg: &mut String, greatest: f32) -> Result<(), ReportError> {
     let stops: String = (0..RAMP.len())
         .map(|i| {
@@ -135,7 +134,7 @@ fn painted(distances: &FrameDistances, greatest: f32) -> Result<Pixmap, ReportEr
     Ok(picture)
 }
 
-/// The ramp at a share in [0, 1].
+/// The colour of the ramp at a share in [0, 1].
 fn colour(share: f32) -> [u8; 3] {
     let along = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let index = (along as usize).min(RAMP.len() - 2);
@@ -159,14 +158,14 @@ mod tests {
     }
 
     #[test]
-    fn crosses_stand_where_candidates_of_two_models_meet() {
+    fn crosses_mark_pairs_of_candidates_of_different_models() {
         let candidates = [candidate(3, 0), candidate(9, 0), candidate(20, 1)];
         let found: Vec<[usize; 2]> = pairs(&candidates).map(|pair| pair.map(|c| c.frame)).collect();
         assert_eq!(found, [[3, 3], [3, 20], [9, 9], [9, 20], [20, 3], [20, 9], [20, 20]]);
     }
 
     #[test]
-    fn a_matrix_is_drawn_with_its_models_and_none_is_an_error() {
+    fn a_matrix_is_drawn_with_its_models_and_an_empty_one_is_an_error() {
         let distances = FrameDistances { step: 1, frames: 4, values: (0..16).map(|v| v as f32).collect() };
         let svg = draw(&distances, &[candidate(1, 0)], &[0, 2]).unwrap();
         assert_eq!(svg.matches("stroke-opacity").count(), 1, "the first model begins at the edge");

@@ -5,7 +5,7 @@ use super::figures::ResponsiveSvg;
 use super::model_input::{LatentPath, ModelPageInput, OneModel};
 use super::plots::{Colour, Line, LinePlot, Path, PathPanel, PathPlot, Size, Stroke, Svg};
 
-/// Colours of models in turn; red is the prediction's.
+/// Colours of models, in rotation; red is reserved for the prediction.
 const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Ink];
 
 /// With more models than this there is no legend.
@@ -15,8 +15,8 @@ pub(super) fn colour(model: usize) -> Colour {
     COLOURS[model % COLOURS.len()]
 }
 
-/// Learned latents and the mean prediction of one model (`[GPDM graph]`, Figs. 2 and 5a), the first principal axis
-/// against the others.
+/// Learned latents and mean prediction of one model (`[GPDM graph]`, Figs. 2 and 5a): the first principal axis against
+/// the others.
 pub(super) fn latents(index: usize, model: &OneModel) -> Result<ResponsiveSvg, ReportError> {
     let learned = Stroke::solid(colour(index));
     let predicted = Stroke::dashed(Colour::Red);
@@ -43,7 +43,7 @@ pub(super) fn latents(index: usize, model: &OneModel) -> Result<ResponsiveSvg, R
     Ok(ResponsiveSvg { broad: None, wide: draw(560, 330, count)?, narrow: draw(350, 40 + 270 * count, 1)? })
 }
 
-/// Distance between recording and simulation, frame by frame (`[GPDM graph]`, Figs. 3 and 5b).
+/// Distance between recording and simulation per frame (`[GPDM graph]`, Figs. 3 and 5b).
 pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<ResponsiveSvg, ReportError> {
     let mut lines = Vec::new();
     if let Some(other) = &input.against {

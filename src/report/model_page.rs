@@ -1,13 +1,12 @@
-//! The page about a learned motion model.
+//! The page of a learned motion model.
 
 use serde::Serialize;
 
 use super::figures::ResponsiveSvg;
 use super::html::render_page;
 use super::model_distances::{all_shown, draw};
-use super::model_figures;
 use super::model_input::{ModelPageInput, OneModel};
-use super::{FactGroup, ReportError};
+use super::{FactGroup, ReportError, model_figures};
 
 const TEMPLATE: &str = include_str!("model_page.html");
 
@@ -47,10 +46,10 @@ struct ModelOnPage<'a> {
     latents: ResponsiveSvg,
 }
 
-/// The page: HTML with its plots inside, no network needed.
+/// The page: self-contained HTML with inline plots.
 ///
 /// # Errors
-/// [`ReportError`] without a model, or where a plot or picture cannot be drawn.
+/// [`ReportError`] without a model, or if a plot or picture cannot be drawn.
 pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
     if input.models.is_empty() {
         return Err(ReportError::NoRun);
@@ -175,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_of_one_dimension_and_one_alone_have_their_page_and_none_is_refused() {
+    fn a_single_model_of_one_dimension_has_a_page_and_no_model_is_refused() {
         let mut flat = input(1);
         let OneModel { learned, predicted, .. } = &mut flat.models[0];
         learned.iter_mut().chain(predicted).for_each(|z| z.truncate(1));

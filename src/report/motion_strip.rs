@@ -11,9 +11,9 @@ use super::lettering::draw_text;
 use crate::body::{Humanoid, Motion, SilhouettePainter};
 use crate::camera::{Camera, FieldOfView};
 
-/// Silhouettes in one row.
+/// Number of silhouettes in a row.
 const ACROSS: usize = 16;
-/// Most rows of silhouettes.
+/// Maximum number of rows of silhouettes.
 const MOST_ROWS: usize = 3;
 /// Size of one silhouette's cell, pixels.
 const CELL: [u32; 2] = [96, 150];
@@ -26,32 +26,32 @@ const SEAM: [u8; 3] = [0xd0, 0x4f, 0x6e];
 /// Takes alternate between these.
 const TAKES: [[u8; 3]; 2] = [FIGURE, [0x86, 0xc4, 0x9a]];
 
-/// The camera looks at this height from this distance, metres.
+/// Height of the camera's target and distance of the camera, m.
 const LOOK_AT_HEIGHT: f64 = 0.9;
 const DISTANCE: f64 = 8.0;
 
-/// A motion to be shown.
+/// A motion to show.
 #[derive(Clone, Debug)]
 pub struct MotionStrip<'a> {
     /// Its title.
     pub title: String,
-    /// The body that moves.
+    /// The body.
     pub body: &'a Humanoid,
     /// Its motion, of at least one frame.
     pub motion: &'a Motion,
-    /// Frames in which the left and the right foot stand.
+    /// Frames in which the left and the right foot are on the ground.
     pub stances: [Vec<Range<usize>>; 2],
     /// Blended frames between takes.
     pub seams: Vec<Range<usize>>,
 }
 
 impl MotionStrip<'_> {
-    /// A PNG: silhouettes at even times, each seen from the body's left side; below them, over the whole duration, bars
-    /// where each foot stands and where takes are blended. Silhouettes change their tone from take to take and are red
-    /// in a blend.
+    /// A PNG: silhouettes at regular times, seen from the body's left side; below them, over the whole duration, bars
+    /// for the stances of each foot and for blends between takes. The colour of silhouettes alternates from take to
+    /// take, and is red in a blend.
     ///
     /// # Errors
-    /// [`ReportError`] when there is nothing to draw.
+    /// [`ReportError`] if there is nothing to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let frames = self.motion.poses.len();
         let shown = frames.clamp(1, ACROSS * MOST_ROWS);

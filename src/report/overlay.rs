@@ -1,4 +1,4 @@
-//! Draws skeletons as a camera sees them onto a picture.
+//! Draws skeletons onto a camera's picture.
 
 use nalgebra::{Point2, Point3};
 use tiny_skia::{FillRule, LineCap, LineJoin, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
@@ -8,7 +8,7 @@ use crate::camera::Camera;
 
 use super::drawing::paint;
 
-/// A straight piece of a skeleton, end points in the world, metres.
+/// A bone of a skeleton: its end points in world coordinates, m.
 pub type BoneLine = [Point3<f64>; 2];
 
 /// Whose skeleton: colour and line style, distinguishable without colour vision.
@@ -30,7 +30,7 @@ pub struct PictureWindow {
 }
 
 impl PictureWindow {
-    /// The whole image of a camera at its own size.
+    /// The whole image of a camera at its resolution.
     pub fn whole() -> Self {
         Self { corner: Point2::origin(), scale: 1.0 }
     }
@@ -54,21 +54,21 @@ pub(super) const MARKER_BONES: [[Landmark; 2]; 14] = [
     [Landmark::RightKnee, Landmark::RightAnkle],
 ];
 
-/// The bones between HumanEva's markers; those with a missing end are left out.
+/// The bones between HumanEva's markers; bones with a missing end are left out.
 pub fn marker_bones(markers: &Markers) -> Vec<BoneLine> {
     let at = |landmark: Landmark| markers[landmark as usize];
     MARKER_BONES.iter().filter_map(|[from, to]| Some([at(*from)?, at(*to)?])).collect()
 }
 
-/// The bones of a humanoid: from each link's origin to its parent's, where they differ.
+/// The bones of a humanoid: from each link's origin to its parent's origin, if they differ.
 pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<BoneLine> {
     let origin = |link: usize| Point3::from(frames[link].translation.vector);
     let bones = (1..humanoid.links.len()).filter_map(|link| Some([origin(humanoid.parent(link)?), origin(link)]));
     bones.filter(|[from, to]| (to - from).norm() > 1e-6).collect()
 }
 
-/// Draws bones as `camera` sees them through `window`. Bones behind the camera are left out; lens distortion bends
-/// them. Lines are `width` picture pixels wide and have a dark edge, so that they show on any ground.
+/// Draws bones as seen by `camera` in `window`, with lens distortion; bones behind the camera are left out. Lines are
+/// `width` picture pixels wide and have a dark edge, so that they are visible on any background.
 pub fn draw_bones(
     picture: &mut Pixmap,
     camera: &Camera,
@@ -85,7 +85,7 @@ pub fn draw_bones(
     let Some(lines) = bones_path(bones, to_picture) else { return };
     let dash = match whose {
         Whose::Truth => None,
-        // Through the gaps the truth below stays visible.
+        // the truth below is visible through the gaps
         Whose::Estimate => StrokeDash::new(vec![3.4 * width, 2.6 * width], 0.0),
     };
     let cap = if dash.is_some() { LineCap::Butt } else { LineCap::Round };
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_the_camera_leaves_no_trace() {
+    fn bones_behind_the_camera_are_not_drawn() {
         let camera = camera_in_front();
         let mut picture = Pixmap::new(camera.pinhole.width, camera.pinhole.height).unwrap();
         let behind = [[Point3::new(50.0, 0.0, 1.0), Point3::new(60.0, 0.0, 1.0)]];

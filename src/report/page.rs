@@ -1,11 +1,11 @@
-//! The page.
+//! The page of a run.
 
 use serde::Serialize;
 
 use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit, find_metric};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
-use super::displayed::{between, interval_in_words, number, symbol};
+use super::displayed::{between, describe_interval, number, symbol};
 use super::drawing::encoded;
 use super::figures::{Figure, figures, per_frame};
 use super::html::{in_page, render_page};
@@ -27,7 +27,7 @@ const HEADLINES: [(&str, &str); 7] = [
     ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
     ("body_orientation_deg", "orientation error of the trunk"),
     ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
-    ("track_loss", "of the frames far off: the mean over 150 mm for 15 frames or more"),
+    ("track_loss", "of the frames far off (mean error above 150 mm for 15 frames or more)"),
     ("coverage", "of the markers have an estimate; errors cover only these"),
 ];
 
@@ -41,13 +41,13 @@ struct RunPage<'a> {
     hint: Option<&'a str>,
     verdict: Verdict,
     headlines: Vec<Headline>,
-    /// What the script draws, as JSON that may stand in a page.
+    /// The data for the script, as JSON escaped for a page.
     playback: Option<String>,
     sheet: Option<SheetOnPage<'a>>,
     figures: Vec<Figure>,
     search_figures: Vec<Figure>,
     cameras: Vec<CameraRow<'a>>,
-    /// Whether there are poses, whose silhouettes can be compared.
+    /// Whether the estimate has poses, whose silhouettes can be compared.
     cameras_have_poses: bool,
     breakdown: Vec<BreakdownTable<'a>>,
     metrics: Vec<GroupOnPage>,
@@ -74,7 +74,7 @@ struct GroupOnPage {
 struct Headline {
     value: String,
     unit: &'static str,
-    /// The interval, or why there is none.
+    /// The interval, or the reason why there is none.
     interval: String,
     meaning: &'static str,
     worse: bool,
@@ -89,7 +89,7 @@ struct MetricRow {
     protocol: String,
     mean: String,
     interval: Option<String>,
-    /// How the interval was made, or why there is none.
+    /// The rule of the interval, or the reason why there is none.
     rule: String,
     median: Option<String>,
     p90: Option<String>,
@@ -117,7 +117,7 @@ struct WorstRow<'a> {
     error: String,
     overlap: Option<String>,
     gap: Option<String>,
-    /// Of this seed, in the camera with the lowest overlap.
+    /// This seed in the camera with the lowest overlap.
     picture: Option<SheetCell<'a>>,
 }
 
@@ -153,16 +153,16 @@ struct SheetColumn<'a> {
 #[derive(Serialize)]
 struct SheetCell<'a> {
     camera: &'a str,
-    /// What the picture shows, for readers who cannot see it.
+    /// Alternative text.
     alt: String,
     overlap: Option<String>,
     png: String,
 }
 
-/// The whole page: HTML with style, script, plots and pictures inside, no network needed.
+/// The whole page: self-contained HTML with inline style, script, plots and pictures.
 ///
 /// # Errors
-/// [`ReportError`] without a run, when a sheet's frames do not fit its cameras, or when a plot or picture fails.
+/// [`ReportError`] without a run, if a sheet's frames do not fit its cameras, or if a plot or picture cannot be drawn.
 pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
@@ -207,7 +207,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
 fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: bool) -> Option<Headline> {
     let metric = input.summary.metrics.get(name)?;
     let (value, unit) = (number(metric.mean, metric.unit), symbol(metric.unit));
-    Some(Headline { value, unit, interval: interval_in_words(metric), meaning, worse })
+    Some(Headline { value, unit, interval: describe_interval(metric), meaning, worse })
 }
 
 /// The data of the frames, as JSON.
@@ -268,12 +268,12 @@ fn absent_row<'a>(input: &ReportInput<'a>, metric: &Metric) -> Option<AbsentRow<
     Some(AbsentRow { title: metric.title, name: metric.name, needs })
 }
 
-/// A share as a percentage; 100 means exactly all.
+/// A share as a percentage, rounded down: 100 means exactly all.
 fn coverage(share: f64) -> String {
     format!("{:.1}", (1000.0 * share).floor() / 10.0)
 }
 
-/// How many of the worst frames are listed.
+/// Number of worst frames to list.
 const WORST: usize = 10;
 
 fn worst_rows<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>]) -> Result<Vec<WorstRow<'a>>, ReportError> {
@@ -295,7 +295,7 @@ fn worst_row<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>], worst: Shown) ->
     })
 }
 
-/// One view of a frame among the worst: that of its own seed with the lowest overlap.
+/// The view of a worst frame with the lowest overlap, of the same seed.
 fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Option<SheetCell<'a>>, ReportError> {
     let is_it = |shown: &&SheetFrame| (shown.seed, shown.frame) == (seed, frame);
     let Some(shown) = sheet.worst.iter().find(is_it) else { return Ok(None) };
@@ -344,10 +344,10 @@ fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<Sheet
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told};
+    use crate::report::fixture::{Story, with_input};
 
     fn page(story: &Story) -> String {
-        told(story, |input| render(input).unwrap())
+        with_input(story, |input| render(input).unwrap())
     }
 
     /// Set `SKIAGRAPH_REPORT_PAGE` to a path to look at the page in a browser.
@@ -376,14 +376,14 @@ mod tests {
     }
 
     #[test]
-    fn the_least_that_can_be_reported_is_one_seed_without_pictures() {
+    fn one_seed_without_pictures_can_be_reported() {
         let html = page(&Story { layers: 0, energies: false, frozen: false, shown: &[], ..Story::default() });
         assert!(html.contains("1 seed: no interval") && !html.contains("data:image/png"));
     }
 
     #[test]
     fn every_one_of_the_worst_frames_has_the_picture_of_its_own_seed() {
-        let seeds = told(&Story { seeds: 3, lost_from: Some(60), shown: &[1], ..Story::default() }, |input| {
+        let seeds = with_input(&Story { seeds: 3, lost_from: Some(60), shown: &[1], ..Story::default() }, |input| {
             let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
             let rows = worst_rows(input, &runs).unwrap();
             assert_eq!(rows.len(), 10);
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn the_grade_its_limits_and_what_is_worse_than_never_moving_are_on_the_page() {
+    fn the_page_has_the_grade_its_limits_and_metrics_worse_than_never_moving() {
         let html = page(&Story { seeds: 2, lost_from: Some(60), ..Story::default() });
         for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Limited by"] {
             assert!(html.contains(words), "{words}");
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_that_need_energies_are_absent_without_them_and_nothing_is_none() {
+    fn lines_that_need_energies_are_absent_without_them_and_no_value_reads_none() {
         let without = page(&Story { energies: false, layers: 0, shown: &[1], ..Story::default() });
         for words in ["Energy gap</th>", "class=\"cause\""] {
             assert!(!without.contains(words), "{words}");
@@ -427,7 +427,7 @@ mod tests {
 
     #[test]
     fn the_slider_has_the_seed_of_the_worst_frame() {
-        let (worst, seeds) = told(&Story { seeds: 5, shown: &[1, 60], ..Story::default() }, |input| {
+        let (worst, seeds) = with_input(&Story { seeds: 5, shown: &[1, 60], ..Story::default() }, |input| {
             let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
             let data: serde_json::Value = serde_json::from_str(&playback(input).unwrap().unwrap()).unwrap();
             let seeds = data.as_array().unwrap().iter().map(|one| one["seed"].as_u64().unwrap()).collect::<Vec<_>>();
@@ -436,9 +436,8 @@ mod tests {
         assert!(seeds.len() <= 2 && seeds.contains(&worst), "{worst}: {seeds:?}");
     }
 
-    /// What is wider than a phone scrolls within itself.
     #[test]
-    fn every_table_of_every_page_has_a_box_that_scrolls() {
+    fn every_table_of_every_page_is_in_a_scrollable_box() {
         for template in [
             TEMPLATE,
             include_str!("comparison.html"),
@@ -456,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_frames_with_a_lost_limb_stands_beside_the_mean() {
+    fn the_share_of_frames_with_a_lost_limb_follows_the_mean_error() {
         let html = page(&Story { wrist_lost_from: Some(80), ..Story::default() });
         assert!(html.contains("of the frames have a marker more than 150 mm off"));
         let rows = html.split("class=\"metrics\"").nth(1).unwrap();
@@ -467,7 +466,7 @@ mod tests {
 
     #[test]
     fn a_metric_of_the_whole_clip_has_a_mean_and_no_spread() {
-        let row = told(&Story::default(), |input| {
+        let row = with_input(&Story::default(), |input| {
             metric_row(input, crate::evaluation::find_metric("lag_ms").unwrap(), false)
         });
         let row = row.unwrap();
@@ -475,8 +474,8 @@ mod tests {
     }
 
     #[test]
-    fn a_report_of_nothing_is_an_error() {
-        let nothing = told(&Story::default(), |input| render(&ReportInput { runs: &[], ..*input }).is_err());
+    fn a_report_without_runs_is_an_error() {
+        let nothing = with_input(&Story::default(), |input| render(&ReportInput { runs: &[], ..*input }).is_err());
         assert!(nothing);
     }
 

@@ -26,15 +26,15 @@ pub(super) struct BreakdownTable<'a> {
 #[derive(Serialize)]
 struct BreakdownRow<'a> {
     group: &'a str,
-    /// How much further off its markers are than the same markers in other groups.
+    /// How much larger the errors of its markers are than those of the same markers in other groups.
     difference: Option<String>,
-    /// Of the difference.
+    /// Interval of the difference.
     interval: Option<String>,
     mean: String,
     share: String,
 }
 
-/// One row a camera.
+/// One row per camera.
 pub(super) fn camera_rows(summary: &Summary) -> Vec<CameraRow<'_>> {
     let share = |value: Option<f64>| value.map_or("–".to_owned(), |value| number(value, Unit::Fraction));
     let row = |camera: &'_ PerCameraError| -> [String; 4] {
@@ -80,7 +80,7 @@ mod tests {
     use crate::evaluation::Interval;
 
     #[test]
-    fn groups_of_one_kind_share_a_table_and_say_how_they_differ_marker_by_marker() {
+    fn groups_of_one_kind_share_a_table_with_differences_between_equal_markers() {
         let group = |by: &str, group: &str, mean_mm: f64| BreakdownSummary {
             by: by.into(),
             group: group.into(),

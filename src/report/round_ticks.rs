@@ -1,7 +1,7 @@
-//! Round values along an axis of a picture.
+//! Ticks at round values along an axis.
 
-/// Values that are whole multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, at most so
-/// many, each with its words: all with the decimals that the step needs. None of a range that is empty or not finite.
+/// At most `most` multiples of a round step (1, 2, 2.5 or 5 times a power of ten) within a range, with labels that have
+/// the decimals of the step. Empty for a range that is empty or not finite.
 pub(super) fn round_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     let [low, high] = range;
     if !(low.is_finite() && high.is_finite() && high > low) {
@@ -10,9 +10,9 @@ pub(super) fn round_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     let rough = ((high - low) / f64::from(most.max(2) - 1)).max(1e-9);
     let power = libm::floor(libm::log10(rough)) as i32;
     let scale = libm::pow(10.0, f64::from(power));
-    // a step with a decimal more than its power has
+    // steps, each with its number of decimals beyond the power of ten
     let steps = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)];
-    // what rounding leaves of a range that a step divides is no other step
+    // tolerance for rounding errors in a range that is a multiple of a step
     let fits = |(digits, _): &(f64, i32)| digits * scale >= rough * (1.0 - 1e-9);
     let (digits, more) = steps.into_iter().find(fits).unwrap_or((10.0, -1));
     let decimals = usize::try_from(more - power).unwrap_or(0);
@@ -21,7 +21,7 @@ pub(super) fn round_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     values.into_iter().map(|value| value + 0.0).map(|value| (value, format!("{value:.decimals$}"))).collect()
 }
 
-/// As [`round_ticks`], at whole numbers alone.
+/// Like [`round_ticks`], at whole numbers only.
 pub(super) fn whole_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     let steps = (0..15).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * libm::pow(10.0, f64::from(power))));
     let fitting = steps.map(|step| multiples(range, step, most as usize + 1));
@@ -29,15 +29,15 @@ pub(super) fn whole_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     ticks.into_iter().map(|value| (value, format!("{value:.0}"))).collect()
 }
 
-/// Multiples of a step within a range, no more than `most`.
+/// At most `most` multiples of a step within a range.
 fn multiples([low, high]: [f64; 2], step: f64, most: usize) -> Vec<f64> {
     let first = libm::ceil(low / step - 1e-9);
     let all = (0..most).map(|count| (first + count as f64) * step);
     all.take_while(|value| *value <= high + 1e-9 * step).collect()
 }
 
-/// At most `most` round values whose exponents of ten lie within a range: powers of ten where three or more are in it,
-/// else 1, 2 and 5 times these, else all digits of them, else multiples of a round step.
+/// At most `most` round values whose exponents of ten lie within a range: powers of ten if there are at least three,
+/// else 1, 2 and 5 times powers of ten, else all digits, else multiples of a round step.
 pub(super) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
     let [low, high] = exponents.map(|exponent| libm::pow(10.0, exponent));
     let of_digits = |digits: &[f64]| -> Vec<f64> {
@@ -59,12 +59,12 @@ pub(super) fn log_ticks(exponents: [f64; 2], most: usize) -> Vec<f64> {
     let fitting = kinds.iter().filter(|ticks| ticks.len() <= most);
     match fitting.max_by_key(|ticks| ticks.len()).filter(|ticks| !ticks.is_empty()) {
         Some(ticks) => ticks.clone(),
-        // more powers of ten than there is room for
+        // too many powers of ten
         None => kinds[0].iter().copied().step_by(kinds[0].len().div_ceil(most.max(1)).max(1)).collect(),
     }
 }
 
-/// The value of an exponent of ten, to three digits.
+/// The power of ten with this exponent, to three digits.
 pub(super) fn power_of_ten(exponent: f64) -> String {
     let value = libm::pow(10.0, exponent);
     let step = libm::pow(10.0, libm::floor(exponent) - 2.0);
@@ -80,7 +80,6 @@ mod tests {
         round_ticks(range, 6).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ")
     }
 
-    /// They were 0, 3, 5, 8 and 11: quarters of the range, rounded when they were written.
     #[test]
     fn ticks_are_multiples_of_a_round_step_with_the_decimals_that_it_needs() {
         assert_eq!(words([0.0, 10.8]), "0.0 2.5 5.0 7.5 10.0");
@@ -94,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_the_value_itself_and_none_is_outside_of_the_range() {
+    fn labels_equal_the_values_which_lie_within_the_range() {
         for (low, high) in [(0.0, 10.8), (2.0, 2.3), (0.0, 7.7e5), (-1e-4, 3e-4), (0.1, 0.7)] {
             let ticks = round_ticks([low, high], 6);
             assert!((3..=6).contains(&ticks.len()), "{low} {high}: {ticks:?}");
@@ -116,7 +115,6 @@ mod tests {
         assert!(same, "{found:?} {expected:?}");
     }
 
-    /// The ticks of old on a logarithmic axis were 400, 500, 630 and 790.
     #[test]
     fn a_logarithmic_axis_has_ticks_at_round_values() {
         close(&logarithmic(380.0, 820.0, 6), &[400.0, 500.0, 600.0, 700.0, 800.0]);

@@ -1,10 +1,10 @@
-//! A run in one picture: verdict, main figures, error over time, chosen frames. For messages and slides.
+//! A run in one picture, for messages and slides: verdict, main metrics, error over time, selected frames.
 
 use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 
 use super::ReportError;
 use super::comparison::median_line;
-use super::displayed::{interval_in_words, number, symbol};
+use super::displayed::{describe_interval, number, symbol};
 use super::drawing::{CARD, FAINT, INK, MARGIN, WIDTH, draw_head, encoded, fill, fitting, new_sheet, wrapped};
 use super::lettering::draw_text;
 use super::plots::{Colour, Line, LinePlot, Size, Stroke};
@@ -13,10 +13,10 @@ use crate::evaluation::{MetricSummary, Summary};
 const TILE_HEIGHT: f32 = 96.0;
 const PLOT_HEIGHT: f32 = 270.0;
 
-/// Pixels of a picture for one of a plot on a page.
+/// Picture pixels per CSS pixel of a plot.
 pub(super) const PLOT_SCALE: f32 = 1.2;
 
-/// Figures on the picture with their names.
+/// Metrics on the picture with their names.
 const TILES: [(&str, &str); 6] = [
     ("humaneva_mm", "marker error"),
     ("lost_limb", "frames, limb over 150 mm off"),
@@ -26,10 +26,10 @@ const TILES: [(&str, &str); 6] = [
     ("track_loss", "frames far off (mean > 150 mm)"),
 ];
 
-/// What the picture shows.
+/// The content of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SummaryPicture<'a> {
-    /// Above all: the scenario's name.
+    /// The scenario's name.
     pub title: &'a str,
     /// Tracker, frames, seeds.
     pub about: &'a str,
@@ -41,14 +41,14 @@ pub struct SummaryPicture<'a> {
     pub frozen_mm: Option<f64>,
     /// Error (HumanEva, mm) of every seed over the frames.
     pub errors: &'a [Vec<Option<f64>>],
-    /// A PNG of chosen frames.
+    /// A PNG of selected frames.
     pub sheet: Option<&'a [u8]>,
 }
 
 /// The picture as PNG, 1200 pixels wide.
 ///
 /// # Errors
-/// [`ReportError`] where the sheet is no PNG or nothing can be drawn.
+/// [`ReportError`] if the sheet is not a PNG or drawing fails.
 pub fn summary_picture(input: &SummaryPicture<'_>) -> Result<Vec<u8>, ReportError> {
     let room = WIDTH as f32 - 2.0 * MARGIN;
     let verdict = wrapped(input.verdict, 17.0, room);
@@ -81,13 +81,13 @@ fn tiles(picture: &mut Pixmap, summary: &Summary, top: f32, room: f32) {
         fill(picture, [left, top, width, TILE_HEIGHT], CARD, 255);
         let value = format!("{} {}", number(metric.mean, metric.unit), symbol(metric.unit));
         draw_text(picture, &value, [left + 14.0, top + 16.0], 22.0, INK);
-        let interval = interval_in_words(metric);
+        let interval = describe_interval(metric);
         draw_text(picture, &interval, [left + 14.0, top + 50.0], fitting(&interval, 11.0, width - 28.0), FAINT);
         draw_text(picture, title, [left + 14.0, top + 72.0], fitting(title, 12.0, width - 28.0), FAINT);
     }
 }
 
-/// Median and range of the seeds' errors over the frames, and the floor.
+/// Median and range over seeds of the error over time, and the error of a tracker that never moves.
 fn plot(input: &SummaryPicture<'_>) -> LinePlot {
     let tracker = median_line("tracker", Stroke::solid(Colour::Blue), input.errors, |frame| frame as f64);
     let greatest = input.errors.iter().flatten().flatten().fold(10.0_f64, |a, b| a.max(*b));
@@ -108,14 +108,14 @@ fn plot(input: &SummaryPicture<'_>) -> LinePlot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture::{Story, told, walking_sheet};
+    use crate::report::fixture::{Story, walking_sheet, with_input};
     use crate::report::{contact_sheet, verdict};
 
     #[test]
-    fn the_picture_holds_verdict_figures_error_and_frames_and_carries_our_mark() {
+    fn the_picture_has_verdict_metrics_error_and_frames_and_names_its_software() {
         let rig = crate::report::fixture::rig(2);
         let sheet = contact_sheet(&walking_sheet(&rig, &[1, 20, 40])).unwrap();
-        let bytes = told(&Story { seeds: 3, ..Story::default() }, |input| {
+        let bytes = with_input(&Story { seeds: 3, ..Story::default() }, |input| {
             let per_frame =
                 |run: &crate::report::ReportRun<'_>| run.run.evaluation.metrics["humaneva_mm"].per_frame.clone();
             let errors: Vec<_> = input.runs.iter().map(per_frame).collect();
@@ -139,7 +139,7 @@ mod tests {
         assert!(picture.width() == WIDTH && picture.height() > 700, "{}", picture.height());
         let blue = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == Colour::Blue.on_dark()).count();
         assert!(blue > 500, "the line is drawn: {blue}");
-        let refused = told(&Story::default(), |input| {
+        let refused = with_input(&Story::default(), |input| {
             let shown = SummaryPicture {
                 title: "",
                 about: "",

@@ -1,5 +1,4 @@
-//! `[actor]`, `[tracker_body]` and `[[distractor]]`: the body that cameras see, the one that the tracker uses, and
-//! other people.
+//! `[actor]`, `[tracker_body]` and `[[distractor]]`: the visible body, the tracker's body, and other people.
 
 use std::collections::BTreeMap;
 
@@ -16,16 +15,16 @@ pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
     /// to the recorded subject.
     pub robot: String,
-    /// What is drawn of the robot: `"urdf"`, its file's `<visual>` or `<collision>` elements, or `"from_joints"`,
-    /// capsules from joint to joint, for robots of which too little is drawn or whose meshes are missing; masses and
-    /// inertias are the file's. Default: `"urdf"`.
+    /// The robot's solids: `"urdf"`, the `<visual>` or `<collision>` elements of its file; or `"from_joints"`, capsules
+    /// from joint to joint, for robots with too few solids or missing meshes. Masses and inertias are always the
+    /// file's. Default: `"urdf"`.
     #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
     /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Stature, mass, lengths and girths of the person, said or drawn from a population. Default: the recorded
+    /// Stature, mass, lengths and girths of the person, given or drawn from a population. Default: the recorded
     /// subject's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSettings>,
@@ -49,24 +48,24 @@ pub struct ActorSettings {
     pub push: Option<PushSettings>,
 }
 
-/// Somebody besides the actor: cameras see them, silhouettes and images show them too, and they hide the actor. Nothing
-/// of them is estimated, and contacts with them are not considered.
+/// Another person in the scene, who appears in silhouettes and images and may hide the actor. Trackers do not estimate
+/// them, and contacts with them are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DistractorSettings {
-    /// Name, for people. Default: `distractor00` and so on.
+    /// Unique name. Default: `distractor00` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario.
     #[serde(default = "actor")]
     pub robot: String,
-    /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
+    /// The robot's solids, as `actor.solids`. Default: `"urdf"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
-    /// Their surface, as of the actor. Default: the robot's solids.
+    /// The surface, as `actor.skin`. Default: the robot's solids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// What they do, with the keys of `[motion]`, at the rate of `[motion]`. After it they stand still.
+    /// The motion, with the keys of `[motion]` and at its frame rate. At its end the person stands still.
     pub motion: MotionSettings,
 }
 
@@ -74,11 +73,11 @@ fn actor() -> String {
     "actor".to_owned()
 }
 
-/// What is drawn of a robot.
+/// The source of a robot's solids.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolidsSource {
-    /// Its file's geometry.
+    /// The geometry of its file.
     #[default]
     Urdf,
     /// Capsules from joint to joint.
@@ -86,7 +85,7 @@ pub enum SolidsSource {
 }
 
 impl SolidsSource {
-    /// As it is written in scenarios.
+    /// The name in scenarios.
     pub fn name(self) -> &'static str {
         match self {
             Self::Urdf => "urdf",
@@ -95,35 +94,36 @@ impl SolidsSource {
     }
 }
 
-/// A person: drawn from a population, said, or both. What is not said is the recorded subject's, or drawn.
+/// A person: drawn from a population, given, or both. Values that are not given are the recorded subject's, or drawn.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShapeSettings {
-    /// Whom stature, mass, lengths and girths are drawn from. Default: none, the recorded subject.
+    /// Population from which stature, mass, lengths and girths are drawn. Default: none, the recorded subject.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub population: Option<PopulationName>,
-    /// Which person. Default: 1.
+    /// Seed of the draw. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
-    /// Age of a child or youth, years, 2 to 20, after the growth charts of the United States; not with adults.
-    /// Default: drawn, of `population = "children"`.
+    /// Age of a child or youth, years, 2 to 20, by the growth charts of the United States; not valid with adults.
+    /// Default: drawn, with `population = "children"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub age_years: Option<f64>,
-    /// Of that sex: people are drawn of it, and girths are as its segments' masses. Default: drawn, or as recorded.
+    /// Sex of the drawn person; also determines the distribution of the mass over segments. Default: drawn, or as
+    /// recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sex: Option<Sex>,
-    /// From sole to crown, metres. Default: drawn, or as recorded.
+    /// Height from sole to crown, metres. Default: drawn, or as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
-    /// Mass of the body, kilograms. Default: drawn, or in proportion.
+    /// Mass of the body, kilograms. Default: drawn, or proportional to the volume.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
     /// Lengths of segments, metres: `trunk`, `head`, `shoulder_width`, `hip_width`, `upper_arm`, `forearm`, `thigh`,
     /// `shank`, `foot`. Default: drawn, or as recorded.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub lengths_m: BTreeMap<String, f64>,
-    /// Factors on girths before the mass is met: `head`, `trunk`, `upper_arm`, `forearm`, `hand`, `thigh`, `shank`,
-    /// `foot`. Default: 1.
+    /// Factors on girths, before all girths are scaled to the mass: `head`, `trunk`, `upper_arm`, `forearm`, `hand`,
+    /// `thigh`, `shank`, `foot`. Default: 1.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub girths: BTreeMap<String, f64>,
 }
@@ -146,13 +146,13 @@ pub enum PopulationName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PushSettings {
-    /// When it begins, seconds from the first frame.
+    /// Start, seconds from the first frame.
     pub at: f64,
     /// The actor's link, such as `thorax`.
     pub link: String,
     /// Force times time, N s.
     pub impulse_ns: f64,
-    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector.
+    /// Direction in the world (Z up), any nonzero vector.
     #[serde(default = "sideways")]
     pub direction: [f64; 3],
 }
@@ -185,10 +185,10 @@ pub struct TrackerBodySettings {
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
     /// before the mismatch.
     pub robot: String,
-    /// What is drawn of it, as `actor.solids`. Default: `"urdf"`.
+    /// The robot's solids, as `actor.solids`. Default: `"urdf"`.
     #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
-    /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
+    /// The surface of the tracker's body, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
     /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's stature) or
@@ -196,15 +196,14 @@ pub struct TrackerBodySettings {
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body.
     pub seed: u32,
-    /// What the mismatch is drawn by: `"seed"`, the same factors for all subjects; or `"subject"`, others for every
-    /// subject, known by the lengths of his limbs, and for every `observation.key`. Default: `"seed"`.
+    /// What the mismatch depends on: `"seed"`, the same factors for all subjects; or `"subject"`, different factors for
+    /// every subject, identified by the lengths of the limbs, and for every `observation.key`. Default: `"seed"`.
     #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
-    /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
-    /// all radii (or of the skin, which follows) are solved together with the poses of the first 20 frames, a
-    /// fifteenth of a second apart, on the outlines that the cameras saw, seed by seed. A gate decides whether the
-    /// body that was found is kept; the run says what was decided and found. For the annealed particle filter; other
-    /// trackers keep the body as it is. Default: false.
+    /// Whether the tracker calibrates its body first: lengths, girths, joint positions and one inflation of all radii
+    /// (or of the skin) are fitted to the observed outlines, together with the poses of the first 20 frames, a
+    /// fifteenth of a second apart, separately for every seed. A test decides whether the calibrated body is kept; the
+    /// run reports the decision and the result. Only for the annealed particle filter. Default: false.
     #[serde(skip_serializing_if = "is_default")]
     pub calibrate: bool,
 }
@@ -231,7 +230,7 @@ pub enum Mismatch {
     },
 }
 
-/// What a mismatch is drawn by.
+/// What a mismatch depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MismatchBy {

@@ -1,5 +1,5 @@
-//! Settings are always read from a JSON tree, whatever the file format: each type is compiled for one input only, and
-//! every error has its key.
+//! Reads settings from a JSON tree for every file format, so that each type is compiled for one input only, and every
+//! error has its key.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -14,7 +14,7 @@ pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, TreeError> {
     serde_path_to_error::deserialize(tree)
 }
 
-/// The value of a JSON file, or its error, which quotes the file only if it is one of this program.
+/// The value of a JSON file, or an error, which quotes the file only if it is in a format of this program.
 pub(crate) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     let tree = serde_json::from_slice(bytes).map_err(|e| foreign_about(bytes, e))?;
     value(tree).map_err(|e| foreign_about(bytes, e))

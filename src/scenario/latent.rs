@@ -33,7 +33,7 @@ pub struct LatentTrackerSettings<T> {
     /// The motion model.
     pub model: T,
     /// A model of `skiagraph train` instead of one learned from `[[training.clips]]`: its path, relative to the
-    /// scenario. It excludes the training keys of `model`, which are stored in the file. Default: none.
+    /// scenario. Not valid with training keys of `model`, which are stored in the file. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_file: Option<String>,
     /// Particles. Default: 1000, as in [GPDM graph].
@@ -88,13 +88,13 @@ pub struct LatentTrackerSettings<T> {
     pub refinement: Option<LatentRefinementSettings>,
 }
 
-/// How the estimate of a particle filter in latent space is refined.
+/// Refinement of the estimate of a particle filter in latent space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LatentRefinementSettings {
     /// Gauss-Newton steps of every descent.
     pub iterations: usize,
-    /// Share of the particles that goes on from the refined state, in [0, 1].
+    /// Share of the particles that continue from the refined state, in [0, 1].
     pub share: f64,
 }
 
@@ -116,11 +116,11 @@ pub enum RootMode {
     Oracle,
 }
 
-/// The original GPDM: one model of each training clip, or one of all; particles never change models.
+/// The original GPDM: one model per training clip, or one of all clips; particles never change models.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GpdmSettings {
-    /// Whether one model is learned of all training clips together, which then share a latent space. Not with
+    /// Whether one model with one latent space is learned from all training clips together. Not valid with
     /// `model_file`. Default: false.
     #[serde(skip_serializing_if = "super::is_default")]
     pub joint: bool,
@@ -128,7 +128,8 @@ pub struct GpdmSettings {
     pub training: TrainingOptions,
 }
 
-/// The switching GPDM, the competitor described in [GPDM graph]: the graph's models, left with a constant probability.
+/// The switching GPDM, a method compared in [GPDM graph]: the graph's models, which particles leave with a constant
+/// probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SwitchingGpdmSettings {
@@ -170,7 +171,7 @@ pub struct GpdmGraphSettings {
 }
 
 impl<T: LatentKind> LatentTrackerSettings<T> {
-    /// What kind of tracker it is.
+    /// The kind of tracker, with all settings that follow.
     pub(super) fn kind(&self) -> TrackerKind<'_> {
         TrackerKind {
             training: if self.model_file.is_none() { TrainingUse::Required } else { TrainingUse::Unused },
@@ -181,7 +182,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
         }
     }
 
-    /// How it moves.
+    /// Its motion model.
     pub(crate) fn learned(&self) -> LearnedMotion<'_> {
         LearnedMotion {
             learning: self.model.learning(),
@@ -191,7 +192,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
         }
     }
 
-    /// How it searches. Refinement draws no limbs: the model would not know such poses.
+    /// Its search. Refinement draws no limbs, because the model would not contain such poses.
     pub(crate) fn search(&self) -> SearchSettings {
         SearchSettings {
             filter: FilterSettings {

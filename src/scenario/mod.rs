@@ -1,9 +1,8 @@
-//! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
+//! Scenarios: definitions of experiments, as in `scenarios/*.toml`.
 //!
-//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
-//! are metres, times seconds, angles of the file degrees (then named `_deg`); frame numbers are those of the clip's
-//! file, from 1. Defaults that are plain values come from the values themselves. Types are checked here, ranges in
-//! `Scenario::first_problem`.
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Units are
+//! metres, seconds and, in keys named `_deg`, degrees; frame numbers are those of the clip's file, from 1. The schema
+//! adds plain default values. Types are checked when reading, ranges by `Scenario::first_problem`.
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;
@@ -21,8 +20,8 @@
 //! ```
 
 mod bodies;
-mod complaint;
-mod filming;
+mod camera_motion;
+mod diagnostic;
 pub(crate) mod json_tree;
 mod latent;
 mod motion;
@@ -45,9 +44,9 @@ pub use bodies::{
     ActorSettings, ContactMode, DistractorSettings, Mismatch, MismatchBy, PopulationName, PushSettings, ShapeSettings,
     SolidsSource, TrackerBodySettings,
 };
-pub use complaint::{Diagnostic, LineSpan};
-pub(crate) use complaint::{did_you_mean, locate};
-pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
+pub use camera_motion::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
+pub use diagnostic::{Diagnostic, LineSpan};
+pub(crate) use diagnostic::{did_you_mean, locate};
 pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode, SwitchingGpdmSettings,
 };
@@ -101,14 +100,14 @@ pub struct Scenario {
     pub layers: Vec<Layer>,
     /// The recording that the actor performs.
     pub motion: MotionSettings,
-    /// The recordings that proposals and motion models are learned from. Default: the spread of proposals is that of
+    /// The recordings from which proposals and motion models are learned. Default: proposals have the spread of
     /// `[motion]` itself; motion models need training clips.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<TrainingSettings>,
-    /// The body that is seen.
+    /// The visible body.
     #[serde(default)]
     pub actor: ActorSettings,
-    /// The body that the tracker believes in.
+    /// The body that the tracker uses.
     #[serde(default)]
     pub tracker_body: TrackerBodySettings,
     /// Props: fixed solids in the scene. Default: none.
@@ -150,7 +149,7 @@ impl Scenario {
         })
     }
 
-    /// What its set is drawn by: all but words, trackers and their seeds.
+    /// The scenario without description, trackers and their seeds: everything that its set depends on.
     pub(crate) fn of_set(&self) -> Self {
         Self { description: String::new(), seed: 0, seeds: 1, tracker: None, methods: BTreeMap::new(), ..self.clone() }
     }
@@ -178,7 +177,7 @@ fn one() -> u32 {
     1
 }
 
-/// A schema whose descriptions end in the defaults of keys that are plain values, where they do not tell them already.
+/// A schema whose descriptions end with plain default values, unless they already state a default.
 pub(crate) fn with_defaults(mut part: Value) -> Value {
     if let Value::Object(table) = &mut part {
         let default = table.get("default").and_then(plain_default);
@@ -195,12 +194,12 @@ pub(crate) fn with_defaults(mut part: Value) -> Value {
     part
 }
 
-/// A default as a scenario writes it; `None` of a table.
+/// A default value as TOML; `None` for tables.
 fn plain_default(value: &Value) -> Option<String> {
     match value {
         Value::Number(number) => number.as_f64().map(|number| number.to_string()),
-        Value::String(word) => Some(format!("`\"{word}\"`")),
-        Value::Bool(is_so) => Some(is_so.to_string()),
+        Value::String(text) => Some(format!("`\"{text}\"`")),
+        Value::Bool(value) => Some(value.to_string()),
         Value::Array(elements) => {
             let elements: Option<Vec<String>> = elements.iter().map(plain_default).collect();
             elements.map(|elements| format!("`[{}]`", elements.join(", ")))
@@ -209,7 +208,7 @@ fn plain_default(value: &Value) -> Option<String> {
     }
 }
 
-/// Whether a setting need not be written.
+/// Whether a setting has its default value and need not be written.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -219,7 +218,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_schema_tells_the_defaults_that_comments_leave_to_the_values() {
+    fn the_schema_adds_defaults_that_comments_do_not_state() {
         let schema = Scenario::json_schema();
         let ends =
             [("RingSettings", "size_px", "pixels. Default: `[640, 480]`."), ("RingSettings", "count", "Default: 4.")];
@@ -232,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_set_is_drawn_by_its_scene_and_its_layers_whatever_tracks_it() {
+    fn a_set_depends_on_its_scene_and_layers_and_not_on_trackers() {
         let of = |change: &str| ScenarioFile::built_in(&[change.to_owned()]).unwrap().scenario.of_set();
         let base = ScenarioFile::built_in(&[]).unwrap().scenario.of_set();
         for same in ["seed=3", "seeds=2", "particles=7", "tracker.frozen={}"] {

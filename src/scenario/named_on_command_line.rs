@@ -1,4 +1,4 @@
-//! What the command line says about the files that a scenario or sweep may name.
+//! The files that a scenario or sweep may name because of the command line.
 
 use std::path::Path;
 
@@ -7,7 +7,8 @@ use serde_json::Value;
 use super::overrides::{parse_value, split_at_commas};
 use crate::input::AllowedFolders;
 
-/// What a user typed: folders, assignments (`key=value` or `key=value,value`), and whether all files may be named.
+/// The user's arguments: assignments (`key=value` or `key=value,value`), a folder of recordings, and whether all files
+/// may be named.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NamedOnCommandLine<'a> {
     pub(crate) assignments: &'a [String],
@@ -16,7 +17,7 @@ pub(crate) struct NamedOnCommandLine<'a> {
 }
 
 impl NamedOnCommandLine<'_> {
-    /// What it allows a scenario whose paths are relative to `folder`.
+    /// The allowed folders of a scenario whose paths are relative to `folder`.
     pub(crate) fn allowed(&self, folder: &Path) -> AllowedFolders {
         let mut allowed = AllowedFolders::default();
         if self.anywhere {
@@ -32,12 +33,12 @@ impl NamedOnCommandLine<'_> {
     }
 }
 
-/// Every text of a value may be the name of a file.
+/// Allows all texts of a value that may be names of files.
 fn allow_texts(value: &Value, folder: &Path, allowed: &mut AllowedFolders) {
     match value {
         Value::String(name) => {
             let path = folder.join(name);
-            // pipes, devices and missing paths too: their reader reports what is wrong
+            // also pipes, devices and missing paths, whose reader reports the error
             if !path.is_dir() && (path.exists() || Path::new(name).components().count() > 1) {
                 allowed.allow(&path);
             }
@@ -53,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_that_are_typed_are_allowed_and_their_neighbours_are_not() {
+    fn typed_files_are_allowed_and_their_neighbours_are_not() {
         let root = tempfile::tempdir().unwrap();
         let at = |name: &str| root.path().join(name);
         std::fs::create_dir(at("mine")).unwrap();
@@ -64,12 +65,12 @@ mod tests {
         allowed.check(&at("a.bvh")).unwrap();
         allowed.check(&at("mine/../b.bvh")).unwrap();
         allowed.check(&at("c.bvh")).unwrap_err();
-        // who types the name of a file that is not there is told that, not that it leads out of a folder
+        // missing files are allowed, so that the error says that they are missing
         let assignments = ["clip=../gone.bvh".to_owned()];
         let typed = NamedOnCommandLine { assignments: &assignments, ..NamedOnCommandLine::default() };
         typed.allowed(&at("mine")).check(&at("gone.bvh")).unwrap();
         typed.allowed(&at("mine")).check(&at("c.bvh")).unwrap_err();
-        // a folder alone is no name of a file
+        // a folder is not the name of a file
         let assignments = ["clip=..".to_owned()];
         let typed = NamedOnCommandLine { assignments: &assignments, ..NamedOnCommandLine::default() };
         typed.allowed(&at("mine")).check(&at("c.bvh")).unwrap_err();

@@ -1,19 +1,19 @@
-//! Overrides, `key=value`: short keys (`particles` for `tracker.annealed_particle_filter.particles`), and values.
+//! Overrides `key=value`: short keys (`particles` for `tracker.annealed_particle_filter.particles`) and values.
 
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::complaint::did_you_mean;
+use super::diagnostic::did_you_mean;
 use super::{Scenario, TrackerSettings};
 use crate::input::foreign;
 
 /// Greatest depth of nested tables.
 const DEEPEST: usize = 8;
 
-/// Most candidates that a message names.
+/// Greatest number of candidates in a message.
 const MOST_NAMED: usize = 8;
 
-/// All dotted keys of a scenario with its trackers, tables included; without those of arrays' elements.
+/// All dotted keys of a scenario with its trackers, with those of tables and without those of array elements.
 pub(super) fn keys_of(scenario: &Scenario) -> Vec<String> {
     let schema = Scenario::json_schema();
     let all = keys_below(&schema, &schema, DEEPEST);
@@ -69,7 +69,7 @@ pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
 }
 
 /// The other keys with the same ending as a full one, as suggestions.
-pub(super) fn others_that_end_so<'k>(key: &str, keys: &'k [String]) -> Vec<&'k str> {
+pub(super) fn keys_with_same_ending<'k>(key: &str, keys: &'k [String]) -> Vec<&'k str> {
     let ends = |full: &&str| full.strip_suffix(key).is_some_and(|rest| rest.ends_with('.'));
     keys.iter().map(String::as_str).filter(ends).collect()
 }
@@ -127,7 +127,7 @@ pub(crate) fn split_at_commas(text: &str) -> Vec<&str> {
     parts
 }
 
-/// A value as TOML writes it in a line.
+/// A value as TOML on one line.
 pub fn as_toml(value: &Value) -> String {
     match value {
         Value::Object(table) => {
@@ -136,7 +136,7 @@ pub fn as_toml(value: &Value) -> String {
             format!("{{ {} }}", entries.join(", "))
         }
         Value::Array(values) => format!("[{}]", values.iter().map(as_toml).collect::<Vec<_>>().join(", ")),
-        // JSON's escapes of strings and its numbers are TOML's
+        // strings and numbers have the same syntax in JSON and TOML
         other => other.to_string(),
     }
 }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_key_means_the_one_full_key_that_ends_so() {
+    fn a_short_key_means_the_only_full_key_with_its_ending() {
         for (short, full) in [
             ("particles", "tracker.annealed_particle_filter.particles"),
             ("annealed_particle_filter.particles", "tracker.annealed_particle_filter.particles"),
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn full_keys_win_and_what_nobody_knows_stays() {
+    fn full_keys_have_priority_and_unknown_keys_are_not_changed() {
         for key in [
             "seed",
             "layers",
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_may_mean_several_is_refused_with_all_of_them_and_a_misspelt_one_with_a_guess() {
+    fn an_ambiguous_key_is_refused_with_all_candidates_and_a_misspelt_one_with_a_suggestion() {
         let refused = meant("robot").unwrap_err();
         assert_eq!(refused, "`robot` is ambiguous: actor.robot or tracker_body.robot; write the full key");
         assert!(meant("partciles").unwrap_err().contains("did you mean `particles`?"));
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_written_as_toml_reads_them_back() {
+    fn values_are_written_as_valid_toml() {
         let tree: Value = toml::from_str("a = [1, 2.5, \"x\\\"y\", true, { b = 1, \"c d\" = [] }]").unwrap();
         let again: Value = toml::from_str(&format!("a = {}", as_toml(&tree["a"]))).unwrap();
         assert_eq!(again, tree);

@@ -7,24 +7,24 @@ use serde::{Deserialize, Serialize};
 use crate::body::{Prop, Solid};
 use crate::raster::TaperedCapsule;
 
-/// A fixed solid in the world. It belongs to the background and hides what is behind it; contacts of the actor with it
-/// are in the ground truth; a simulated body collides with it. `contact = "fix"` considers only the ground.
+/// A fixed solid in the world. It is part of the background and hides everything behind it. Contacts of the actor with
+/// it are in the ground truth, and a simulated body collides with it; `contact = "fix"` only considers the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PropSettings {
-    /// Name, must be unique.
+    /// Unique name.
     pub name: String,
     /// Its shape: `{ box = { size_m = [0.4, 0.4, 0.2] } }`, `{ sphere = { radius_m = 0.1 } }`, `{ cylinder = {
     /// radius_m = 0.1, length_m = 1.0 } }` or `{ capsule = { radius_m = 0.1, length_m = 1.0 } }`.
     pub shape: PropShape,
     /// Its centre, world, metres.
     pub place_m: [f64; 3],
-    /// Turn about the world's X, then Y, then Z axis, degrees. Default: none; cylinders and capsules stand upright.
+    /// Rotation about the world's X, then Y, then Z axis, degrees. Default: none; cylinders and capsules are upright.
     #[serde(default)]
     pub rotation_deg: [f64; 3],
 }
 
-/// The shape of a prop; every length is metres.
+/// The shape of a prop; lengths are in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum PropShape {
@@ -42,7 +42,7 @@ pub enum PropShape {
     Cylinder {
         /// Its radius.
         radius_m: f64,
-        /// From end to end.
+        /// Length from end to end.
         length_m: f64,
     },
     /// A cylinder with spherical ends.
@@ -55,7 +55,7 @@ pub enum PropShape {
 }
 
 impl PropShape {
-    /// Its lengths, by the name of the key.
+    /// Its lengths, with their keys.
     pub(super) fn lengths(&self) -> Vec<(&'static str, f64)> {
         match *self {
             Self::Box { size_m: [x, y, z] } => vec![("box.size_m", x), ("box.size_m", y), ("box.size_m", z)],
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn props_stand_where_and_as_they_are_told() {
+    fn props_have_the_place_and_orientation_of_their_settings() {
         let text = "name = \"pole\"\nshape = { capsule = { radius_m = 0.1, length_m = 2.0 } }\nplace_m = [1.0, 2.0, 0.5]\n\
                     rotation_deg = [0.0, 90.0, 90.0]\n";
         let settings: PropSettings = toml::from_str(text).unwrap();

@@ -1,4 +1,4 @@
-//! What checks of ranges are made of.
+//! Building blocks of range checks.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -29,7 +29,7 @@ pub(super) fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeI
     require(key, sound, format_args!("{} to {}{}", range.start(), range.end(), unit_of(key)), value)
 }
 
-/// The unit that the name of a key ends in, with a space before it.
+/// The unit at the end of a key's name, after a space.
 fn unit_of(key: &str) -> &'static str {
     let name = key.split('[').next().unwrap_or_default();
     let ends = [
@@ -48,6 +48,14 @@ fn unit_of(key: &str) -> &'static str {
     ];
     let name = if key.ends_with(']') { name } else { key };
     ends.into_iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
+}
+
+/// Refuses a setting that is only valid with another one.
+pub(super) fn only_valid_with(key: &str, is_valid: bool, other: impl Display, found: impl Display) -> RangeCheck {
+    if is_valid {
+        return Ok(());
+    }
+    Err(InvalidValue { key: key.to_owned(), message: format!("only valid with {other}, found {found}") })
 }
 
 pub(super) fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {

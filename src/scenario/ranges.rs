@@ -1,10 +1,9 @@
 //! Range checks that types cannot express.
 
-use super::filming;
-use super::range_checks::{RangeCheck, at_most, require, within};
+use super::range_checks::{RangeCheck, at_most, only_valid_with, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
@@ -18,7 +17,7 @@ const GREATEST_DISTORTION: f64 = 1e4;
 pub(crate) const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
-/// Other people in a scene.
+/// Greatest number of other people in a scene.
 const MOST_DISTRACTORS: usize = 16;
 const MOST_CAMERAS: usize = 64;
 const MOST_TAKES: usize = 200;
@@ -26,7 +25,7 @@ const MOST_WAYPOINTS: usize = 10_000;
 const MOST_METHODS: usize = 64;
 /// Greatest coordinate, metres.
 const FARTHEST: f64 = 1e4;
-/// Characters of a name of a prop or camera.
+/// Greatest length of a name of a prop or camera.
 const LONGEST_NAME: usize = 200;
 
 impl Scenario {
@@ -49,7 +48,7 @@ impl Scenario {
             for (i, clip) in training.clips.iter().enumerate() {
                 motion(&format!("training.clips[{i}]"), clip)?;
                 let alone = clip.then.is_empty();
-                let expected = "none: give every recording its own [[training.clips]]";
+                let expected = "no further takes: give every recording its own [[training.clips]]";
                 require(&format!("training.clips[{i}].then"), alone, expected, "some")?;
             }
         }
@@ -62,12 +61,7 @@ impl Scenario {
         for (i, p) in self.prop.iter().enumerate() {
             prop(&format!("prop[{i}]"), p)?;
             let again = self.prop[..i].iter().any(|other| other.name == p.name);
-            require(
-                &format!("prop[{i}].name"),
-                !again,
-                "unique names of props",
-                format!("{:?} twice", excerpt(&p.name)),
-            )?;
+            require(&format!("prop[{i}].name"), !again, "a unique name", format!("{:?} twice", excerpt(&p.name)))?;
         }
         at_most("distractor", self.distractor.len(), MOST_DISTRACTORS, "distractors")?;
         for (i, d) in self.distractor.iter().enumerate() {
@@ -88,7 +82,7 @@ impl Scenario {
         require("rig", all > 0, "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]", "none")?;
         at_most("rig.leave_out", self.rig.leave_out.len(), 3 * MOST_CAMERAS, "cameras")?;
         observation(&self.observation)?;
-        filming::problem(self)?;
+        camera_motion::check(self)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
@@ -123,7 +117,8 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
     }
     for (key, given) in [("start_m", m.start_m.is_some()), ("heading_deg", m.heading_deg.is_some())] {
         let placed = given && !m.path_m.is_empty();
-        require(&format!("{table}.{key}"), !placed, "none with path_m, which begins at its first waypoint", "both")?;
+        let expected = "either it or path_m, which begins at its first waypoint";
+        require(&format!("{table}.{key}"), !placed, expected, "both")?;
     }
     if let Some(v) = &m.variation {
         within(&format!("{table}.variation.tempo_percent"), v.tempo_percent, 0.0..=20.0)?;
@@ -140,11 +135,10 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
 fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     let has_own = !m.clip.to_ascii_lowercase().ends_with(".amc");
-    let expected = "it only with an .amc clip: other formats contain the skeleton";
-    require(
+    only_valid_with(
         &format!("{table}.skeleton"),
         m.skeleton.is_none() || !has_own,
-        expected,
+        "an .amc clip, because other formats contain the skeleton",
         format!("{:?}", excerpt(&m.clip)),
     )?;
     if let Some(first) = m.first_frame {
@@ -178,12 +172,12 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
         (Some(PopulationName::Women), Some(Sex::Male)) | (Some(PopulationName::Men), Some(Sex::Female))
     );
     require("actor.shape.sex", !contradicts, "the sex of the population", "the other sex")?;
-    let sown = s.seed.is_none() || s.population.is_some() || s.age_years.is_some();
-    require("actor.shape.seed", sown, "it only with a population", "none")?;
+    let is_drawn = s.population.is_some() || s.age_years.is_some();
+    only_valid_with("actor.shape.seed", s.seed.is_none() || is_drawn, "a population", "none")?;
     if let Some(age) = s.age_years {
-        let of_adults = s.population.is_some_and(|population| population != PopulationName::Children);
-        let expected = "it only with children: the source of adults has no ages";
-        require("actor.shape.age_years", !of_adults, expected, "adults")?;
+        let are_adults = s.population.is_some_and(|population| population != PopulationName::Children);
+        let other = "children, because the statistics of adults have no ages";
+        only_valid_with("actor.shape.age_years", !are_adults, other, "adults")?;
         within("actor.shape.age_years", age, CHILD_YEARS)?;
     }
     let is_child = s.population == Some(PopulationName::Children) || s.age_years.is_some();
@@ -208,17 +202,17 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
 }
 
 fn actor(a: &ActorSettings) -> RangeCheck {
-    let is_dressed = a.skin.is_some() || a.skin_blending == Blending::Linear;
-    require("actor.skin_blending", is_dressed, "it only with a `skin`, which it blends", "no skin")?;
+    let is_blending_used = a.skin.is_some() || a.skin_blending == Blending::Linear;
+    only_valid_with("actor.skin_blending", is_blending_used, "a `skin`", "none")?;
     if let Some(shape) = &a.shape {
         self::shape(shape)?;
     }
     let keys =
         [("friction", a.friction.is_some()), ("root_wrench", a.root_wrench.is_some()), ("push", a.push.is_some())];
-    for (key, said) in keys {
-        let sound = !said || a.contact == ContactMode::Simulate;
+    for (key, is_given) in keys {
+        let is_valid = !is_given || a.contact == ContactMode::Simulate;
         let found = format_args!("contact = {:?}", a.contact).to_string().to_lowercase();
-        require(&format!("actor.{key}"), sound, "it only with contact = \"simulate\"", found)?;
+        only_valid_with(&format!("actor.{key}"), is_valid, "contact = \"simulate\"", found)?;
     }
     for (key, value) in [("friction", a.friction), ("root_wrench", a.root_wrench)] {
         if let Some(value) = value {
@@ -288,7 +282,7 @@ fn prop(table: &str, p: &PropSettings) -> RangeCheck {
 
 fn ring(r: &RingSettings) -> RangeCheck {
     within("rig.ring.count", r.count, 1..=64)?;
-    // a nearer camera would be inside the smallest body
+    // nearer cameras would be inside the smallest body
     within("rig.ring.radius_m", r.radius_m, 0.5..=1000.0)?;
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
     above_ground("rig.ring.height_m", r.height_m)?;

@@ -1,35 +1,35 @@
-//! Reads a [`Scenario`] from text, with overrides; every error has its position.
+//! Reads a [`Scenario`] from text, with overrides; every error has a position.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use super::complaint::{Diagnostic, LineSpan, about_file, locate};
+use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
 use super::named_on_command_line::NamedOnCommandLine;
-use super::overrides::{full_key, keys_of, keys_of_tracker, others_that_end_so, parse_value};
+use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending, parse_value};
 use super::similar_file::similar_file;
 use super::tree::{settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 
-/// The scenario that runs when none is named: `scenarios/walk.toml`.
+/// The built-in scenario: `scenarios/walk.toml`.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
 
-/// Parts of a dotted key; no setting has more than five.
+/// Greatest number of parts of a dotted key; no setting has more than five.
 const MOST_SEGMENTS: usize = 16;
 
-/// A scenario and where its relative paths start.
+/// A scenario and the base folder of its paths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
-    /// The scenario, overrides included.
+    /// The scenario with its overrides.
     pub scenario: Scenario,
-    /// The file as it was named.
+    /// The file as named by the user.
     pub origin: String,
-    /// Paths in the scenario are relative to this folder.
+    /// The base folder of paths in the scenario.
     pub folder: PathBuf,
-    /// The file itself; `None` for a scenario that was read from no file.
+    /// The file itself; `None` for a scenario that was not read from a file.
     pub path: Option<PathBuf>,
-    /// Where the files that the scenario names may lie.
+    /// The folders in which the scenario may name files.
     pub(crate) allowed: AllowedFolders,
     pub(super) text: String,
     pub(super) overrides: Vec<String>,
@@ -40,11 +40,11 @@ pub struct ScenarioFile {
 #[non_exhaustive]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("{}: cannot read the scenario: {source}{}", plain(path.display()), meant_instead_of(path))]
+    #[error("{}: cannot read the scenario: {source}{}", plain(path.display()), suggestion_for(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The operating system's error.
         source: std::io::Error,
     },
     /// The file has an invalid value.
@@ -52,8 +52,8 @@ pub enum ScenarioError {
     Unsound(#[from] Diagnostic),
 }
 
-/// The end of a message about a file that is not there.
-fn meant_instead_of(path: &Path) -> String {
+/// The suggestion at the end of a message about a missing file.
+fn suggestion_for(path: &Path) -> String {
     let guess = similar_file(path).filter(|_| !path.exists());
     guess.map(|guess| format!("; did you mean {}?", plain(guess))).unwrap_or_default()
 }
@@ -80,15 +80,15 @@ impl ScenarioFile {
         Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
     }
 
-    /// As [`Self::open`], from a text. Files that it names must lie below `folder` or its project; those that overrides
-    /// name may lie anywhere.
+    /// As [`Self::open`], from a text. Files named in it must be below `folder` or its project; files named by
+    /// overrides may be anywhere.
     ///
     /// # Errors
     /// As [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(text, origin)?;
         let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))
-            .map_err(|complaint| with_range(complaint, &tree, Scenario::first_problem))?;
+            .map_err(|diagnostic| with_range(diagnostic, &tree, Scenario::first_problem))?;
         let mut full = Vec::new();
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
@@ -96,7 +96,7 @@ impl ScenarioFile {
             set(&mut with, &assignment)?;
             let read = |tree: &Value, assignment: &str| -> Result<Scenario, Diagnostic> {
                 settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
-                    .map_err(|complaint| with_range(complaint, tree, Scenario::first_problem))
+                    .map_err(|diagnostic| with_range(diagnostic, tree, Scenario::first_problem))
             };
             match read(&with, &assignment) {
                 Ok(changed) => {
@@ -104,11 +104,11 @@ impl ScenarioFile {
                     full.push(assignment);
                 }
                 // `layers=3` does not fit the scenario's own `layers`, and fits the tracker's
-                Err(complaint) => {
-                    let complaint = with_other_keys(complaint, &assignment, &scenario);
-                    let Some(other) = the_other_key(&assignment, &scenario) else { return Err(complaint.into()) };
+                Err(diagnostic) => {
+                    let diagnostic = with_suggested_keys(diagnostic, &assignment, &scenario);
+                    let Some(other) = for_other_key(&assignment, &scenario) else { return Err(diagnostic.into()) };
                     set(&mut tree, &other)?;
-                    scenario = read(&tree, &other).map_err(|_| complaint)?;
+                    scenario = read(&tree, &other).map_err(|_| diagnostic)?;
                     full.push(other);
                 }
             }
@@ -124,7 +124,7 @@ impl ScenarioFile {
         }
     }
 
-    /// The same, which may name these files and no others.
+    /// The same file, which may only name files in these folders.
     pub(crate) fn naming_only(self, allowed: AllowedFolders) -> Self {
         Self { allowed, ..self }
     }
@@ -132,7 +132,7 @@ impl ScenarioFile {
     /// The path of a file that the scenario names at a key.
     ///
     /// # Errors
-    /// [`Diagnostic`] about the key where it leads to a file that a scenario may not name.
+    /// [`Diagnostic`] about the key if the scenario may not name this file.
     pub(crate) fn path_of(&self, key: &str, name: &Path) -> Result<PathBuf, Diagnostic> {
         let path = self.folder.join(name);
         match self.allowed.check(&path) {
@@ -146,7 +146,7 @@ impl ScenarioFile {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
         let place = spot.map(|spot| LineSpan::of_file(&self.text, &spot.value));
-        let message = if culprit.is_some() { message } else { about_file(&self.text, message) };
+        let message = if culprit.is_some() { message } else { without_foreign_value(&self.text, message) };
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
         Diagnostic { origin, place, key: key.to_owned(), message }
     }
@@ -161,16 +161,16 @@ impl TrackerSettings {
         let mut settings = self;
         for assignment in overrides {
             let assignment = &with_own_key(assignment, &settings)?;
-            let complain = |message: String| complaint_about(assignment, message);
-            // one entry, the tracker's name, which holds its table
-            let mut tree = serde_json::to_value(&settings).map_err(|e| complain(e.to_string()))?;
+            let invalid = |message: String| error_about(assignment, message);
+            // the tree has one entry: the tracker's name with its table
+            let mut tree = serde_json::to_value(&settings).map_err(|e| invalid(e.to_string()))?;
             if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
                 insert(own, assignment)?;
             }
             let check = |settings: &Self| settings.first_problem(settings.name());
             settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
-                .map_err(|complaint| with_range(complaint, &tree, check))?;
-            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..complain(problem.message) })?;
+                .map_err(|diagnostic| with_range(diagnostic, &tree, check))?;
+            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..invalid(problem.message) })?;
         }
         Ok(settings)
     }
@@ -183,7 +183,7 @@ pub(super) fn named(assignment: &str) -> String {
 }
 
 impl Diagnostic {
-    /// The override that it is about; `None` of one about a file.
+    /// The override with the error; `None` for an error in a file.
     pub(crate) fn assignment(&self) -> Option<&str> {
         self.origin.strip_prefix(OVERRIDE).filter(|_| self.place.is_none())
     }
@@ -192,45 +192,45 @@ impl Diagnostic {
 /// An override of a scenario with its short key expanded.
 pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
-    let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
+    let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| error_about(assignment, message))?;
     Ok(format!("{full}={value}"))
 }
 
-/// An error about an override, with other candidate keys: `layers` is a key of the scenario and of trackers.
-fn with_other_keys(complaint: Diagnostic, assignment: &str, scenario: &Scenario) -> Diagnostic {
+/// An error about an override, with other keys that may be meant: `layers` is a key of the scenario and of trackers.
+fn with_suggested_keys(diagnostic: Diagnostic, assignment: &str, scenario: &Scenario) -> Diagnostic {
     let key = assignment.split('=').next().unwrap_or_default();
     let keys = keys_of(scenario);
-    match others_that_end_so(key, &keys).as_slice() {
-        [] => complaint,
+    match keys_with_same_ending(key, &keys).as_slice() {
+        [] => diagnostic,
         others => Diagnostic {
-            message: format!("{} (or did you mean {}?)", complaint.message, others.join(" or ")),
-            ..complaint
+            message: format!("{} (or did you mean {}?)", diagnostic.message, others.join(" or ")),
+            ..diagnostic
         },
     }
 }
 
-/// An override of the only other key with the same ending; `None` if there is none, or several.
-fn the_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
+/// The override of the only other key with the same ending; `None` if there are none or several.
+fn for_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
     let (key, value) = assignment.split_once('=')?;
-    match others_that_end_so(key, &keys_of(scenario)).as_slice() {
+    match keys_with_same_ending(key, &keys_of(scenario)).as_slice() {
         [other] => Some(format!("{other}={value}")),
         _ => None,
     }
 }
 
-/// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are
-/// accepted too.
+/// An override of a tracker with its key in the tracker's own table; `tracker.NAME.KEY` and short keys are also
+/// accepted.
 fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
-    let complain = |message| complaint_about(assignment, message);
+    let invalid = |message| error_about(assignment, message);
     let name = settings.name();
     let key = key.trim();
     let in_tracker = key.strip_prefix("tracker.").unwrap_or(key);
     let own = in_tracker.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
     if own.is_none() && in_tracker != key {
-        return Err(complain(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
+        return Err(invalid(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
     }
-    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(complain)?;
+    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(invalid)?;
     Ok(format!("{full}={value}"))
 }
 
@@ -240,7 +240,7 @@ pub(super) fn covers(assignment: &str, key: &str) -> bool {
     key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
-fn complaint_about(assignment: &str, message: String) -> Diagnostic {
+fn error_about(assignment: &str, message: String) -> Diagnostic {
     Diagnostic { origin: named(assignment), place: None, key: String::new(), message }
 }
 
@@ -248,24 +248,24 @@ fn complaint_about(assignment: &str, message: String) -> Diagnostic {
 pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Diagnostic> {
     match tree {
         Value::Object(table) => insert(table, assignment),
-        _ => Err(complaint_about(assignment, "expected a table".to_owned())),
+        _ => Err(error_about(assignment, "expected a table".to_owned())),
     }
 }
 
 /// Applies `key=value` to a table.
 fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagnostic> {
-    let complain = |message: &str| complaint_about(assignment, message.to_owned());
+    let invalid = |message: &str| error_about(assignment, message.to_owned());
     let (key, value) = assignment
         .split_once('=')
-        .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
-    let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
+        .ok_or_else(|| invalid("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
+    let value = parse_value(value.trim()).map_err(|e| invalid(&e))?;
     // every dot is one level of nested tables
     if key.split('.').count() > MOST_SEGMENTS {
-        return Err(complain(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
+        return Err(invalid(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
     }
     let mut segments: Vec<&str> = key.trim().split('.').collect();
     let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
-        return Err(complain("expected a key before `=`"));
+        return Err(invalid("expected a key before `=`"));
     };
     let mut table = table;
     for (depth, segment) in segments.iter().enumerate() {
@@ -273,10 +273,10 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagno
         if !slot.is_object() {
             *slot = Value::Object(Map::new());
         }
-        let Value::Object(inner) = slot else { return Err(complain("expected a table")) };
+        let Value::Object(inner) = slot else { return Err(invalid("expected a table")) };
         let method = depth == 1 && segments[0] == "methods";
         if (depth == 0 && *segment == "tracker") || method {
-            // A scenario or method has one tracker: naming another replaces it.
+            // a scenario or method has one tracker, so naming another replaces it
             let chosen = segments.get(depth + 1).copied().unwrap_or(last);
             inner.retain(|name, _| name == chosen);
         }
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_out_of_range_is_shown_where_it_stands() {
+    fn a_value_out_of_range_is_shown_with_its_line() {
         let error = parse("[tracker.annealed_particle_filter]\nsurvival_rate = 1.5\n", &[]).unwrap_err();
         assert!(
             error.contains("a.toml:7: tracker.annealed_particle_filter.survival_rate: expected a number above 0"),
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_setting_cannot_be_is_shown_where_it_stands() {
+    fn values_of_a_wrong_kind_are_shown_with_their_line() {
         for (extra, expected, line) in [
             ("loop_to_s = nan", "motion.loop_to_s: expected a finite number", "loop_to_s = nan"),
             ("source = 2021-01-01", "motion.source: no setting is a date", "source = 2021-01-01"),
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_tracker_names_those_there_are() {
+    fn the_error_for_an_unknown_tracker_lists_the_known_ones() {
         let error = parse("[tracker.frosen]\n", &[]).unwrap_err();
         assert!(error.contains("did you mean `frozen`?"), "{error}");
         assert!(
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_is_shown_where_it_breaks() {
+    fn invalid_toml_is_shown_with_its_line() {
         let error = parse("[tracker\n", &[]).unwrap_err();
         assert!(error.starts_with("a.toml:6: not TOML: "), "{error}");
     }
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_the_scenario_whose_value_does_not_fit_means_the_only_other_key_that_ends_so() {
+    fn a_key_with_an_invalid_value_means_the_only_other_key_with_its_ending() {
         let scenario = parse("", &["layers=3"]).unwrap();
         assert!(matches!(scenario.tracker(), TrackerSettings::AnnealedParticleFilter(s) if s.layers == 3));
         let scenario = parse("", &["layers=[\"depth\"]"]).unwrap();

@@ -1,4 +1,4 @@
-//! `[rig]`: the cameras, as a ring, from other tools' files, or one by one.
+//! `[rig]`: the cameras, as a ring, from other tools' files, or single.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -7,7 +7,8 @@ use super::{CameraMotionSettings, CameraTimingSettings};
 use crate::camera::{CameraFileFormat, CameraFileOptions};
 use crate::mocap::UpAxis;
 
-/// The cameras: a ring, those of files, single cameras, or several of these (in this order). Default: a ring of four.
+/// The cameras: a ring, cameras from files, single cameras, or several of these (in this order). Default: a ring of
+/// four.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigSettings {
@@ -18,17 +19,16 @@ pub struct RigSettings {
     /// Cameras from other tools' files. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub file: Vec<CameraFileSettings>,
-    /// Cameras one by one, in OpenCV's convention. Default: none.
+    /// Single cameras in OpenCV's convention. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub camera: Vec<CameraSettings>,
-    /// Names of cameras that are left out: to see what each is worth. Default: none.
+    /// Names of cameras that are left out, to measure what each contributes. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<String>,
-    /// Cameras that move, one entry each. Default: all stand still.
+    /// Moving cameras, one entry each. Default: all are static.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<CameraMotionSettings>,
-    /// When cameras take their images, one entry each. Default: all take an image of every frame at its time, all rows
-    /// at once.
+    /// Timing of cameras, one entry each. Default: an image at every frame's time, with all rows exposed at once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub timing: Vec<CameraTimingSettings>,
 }
@@ -43,13 +43,14 @@ pub struct RingSettings {
     pub radius_m: f64,
     /// Height of the cameras above the ground, metres.
     pub height_m: f64,
-    /// The point that the cameras look at and surround, world coordinates (Z up), metres. Default: 0.95 m above the
+    /// Centre of the ring, at which the cameras look, world coordinates (Z up), metres. Default: 0.95 m above the
     /// middle of the actor's path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look_at_m: Option<[f64; 3]>,
     /// Angle from the world's X axis to the first camera, degrees.
     pub first_azimuth_deg: f64,
-    /// Angle that the cameras are spread over evenly, the first and the last at its ends, degrees. Default: all round.
+    /// Angle over which the cameras are spread evenly, the first and the last at its ends, degrees. Default: a full
+    /// circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arc_deg: Option<f64>,
     /// Horizontal field of view, degrees.
@@ -58,29 +59,29 @@ pub struct RingSettings {
     pub size_px: [u32; 2],
 }
 
-/// The cameras of a file of another tool. They stand in the rig after the ring's and before those of `[[rig.camera]]`.
+/// The cameras of another tool's file. In the rig they follow the ring's cameras and precede those of `[[rig.camera]]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFileSettings {
     /// The file, relative to the scenario.
     pub path: String,
     /// `"opencv"`: OpenCV's YAML, one camera; `"humaneva"`: a `.cal`, one camera; `"qualisys"`: Qualisys' XML, all its
-    /// cameras. Default: by the name's ending (`.yml`, `.yaml`; `.cal`; `.xml`, `.qca.txt`).
+    /// cameras. Default: by the file's extension (`.yml`, `.yaml`; `.cal`; `.xml`, `.qca.txt`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<CameraFileFormat>,
-    /// Name of the camera. Default: what the file says, else the file's name without its ending.
+    /// Name of the camera. Default: the name in the file, else the file's name without its extension.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Image width and height, pixels. Default: what the file says; a `.cal` does not.
+    /// Image width and height, pixels. Default: the size in the file; `.cal` files have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_px: Option<[u32; 2]>,
     /// Length of the file's unit, metres. Default: 1 for OpenCV, 0.001 for the others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metres_per_unit: Option<f64>,
-    /// The upward axis of the file's world; Y up is turned to Z up, X stays. Default: Z.
+    /// The vertical axis of the file's world; Y up is turned to Z up about the X axis. Default: Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
-    /// The row of `extrinsic_parameters`, from 0, that places the camera, for an OpenCV file without R and T. Default:
+    /// The row of `extrinsic_parameters`, from 0, with the camera's pose, for an OpenCV file without R and T. Default:
     /// none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<usize>,
@@ -90,7 +91,7 @@ pub struct CameraFileSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSettings {
-    /// Name. Default: `camNN` by its place in the rig.
+    /// Name. Default: `camNN`, with its index in the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Image width and height, pixels.
@@ -106,7 +107,7 @@ pub struct CameraSettings {
     pub distortion: [f64; 5],
 }
 
-/// The rig as it is written; the default ring where no camera is.
+/// Reads a rig; one without cameras gets the default ring.
 pub(super) fn with_cameras<'de, D: Deserializer<'de>>(written: D) -> Result<RigSettings, D::Error> {
     let rig = RigSettings::deserialize(written)?;
     let is_without = rig.ring.is_none() && rig.file.is_empty() && rig.camera.is_empty();
@@ -142,7 +143,7 @@ impl Default for RingSettings {
 }
 
 impl RigSettings {
-    /// Number of cameras; a file counts as one, for how many it has is known when it is read.
+    /// Number of cameras. A file counts as one, because its number of cameras is only known when it is read.
     pub fn count(&self) -> usize {
         let all = self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len();
         all.saturating_sub(self.leave_out.len())
@@ -150,12 +151,12 @@ impl RigSettings {
 }
 
 impl CameraFileSettings {
-    /// The format, said or by the file's name.
+    /// The given format, or that of the file's extension.
     pub fn format(&self) -> Option<CameraFileFormat> {
         self.format.or_else(|| CameraFileFormat::from_name(&self.path))
     }
 
-    /// What the file does not say.
+    /// The options of reading the file.
     pub fn options(&self) -> CameraFileOptions {
         CameraFileOptions {
             name: self.name.clone(),
@@ -174,7 +175,7 @@ mod tests {
     use crate::scenario::ScenarioFile;
 
     #[test]
-    fn a_rig_without_cameras_has_the_ring_of_four_and_one_with_cameras_has_no_more() {
+    fn only_a_rig_without_cameras_gets_the_ring_of_four() {
         let count = |rig: &str| {
             let text =
                 format!("schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\n{rig}");

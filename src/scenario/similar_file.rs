@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use super::complaint::did_you_mean;
+use super::diagnostic::did_you_mean;
 
-/// Names of a folder that are compared with a misspelt one.
+/// Greatest number of names of a folder that are compared with a misspelt one.
 const MOST_NAMES: usize = 10_000;
 
 /// For a missing path, the sibling with the most similar name.

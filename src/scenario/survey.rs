@@ -1,19 +1,19 @@
-//! Finds all errors of a scenario, not only the first: each error is reported, the key is removed from the tree (or
-//! replaced by a valid value if it is required), and the rest is read again.
+//! Finds all errors of a scenario, not only the first: after each error the key is removed from the tree (or replaced
+//! by a valid value if it is required), and the rest is read again.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::complaint::Diagnostic;
+use super::diagnostic::Diagnostic;
 use super::named_on_command_line::NamedOnCommandLine;
 use super::read::{covers, named, set, with_full_key};
-use super::tree::{SettingsMistake, at, settings_or_mistake, tree_of, with_range};
+use super::tree::{SettingsError, at, settings_or_error, tree_of, with_range};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 use crate::input::{self, AllowedFolders, limits};
 
-/// Limit of reported errors.
-const MOST_MISTAKES: usize = 200;
+/// Greatest number of reported errors.
+const MOST_ERRORS: usize = 200;
 
 /// A scenario with all its errors.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub struct Survey {
     pub file: Option<ScenarioFile>,
     /// All errors: those of the file in its order, then missing keys and overrides; empty if the scenario is valid by
     /// itself.
-    pub complaints: Vec<Diagnostic>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Reads a scenario (`None`: the built-in one) with overrides as [`ScenarioFile::open`] does, collecting all errors.
@@ -35,7 +35,7 @@ pub fn survey(path: Option<&Path>, overrides: &[String]) -> Result<Survey, Scena
         Some(path) => ScenarioFile::open(path, overrides),
     };
     match sound {
-        Ok(file) => Ok(Survey { file: Some(file), complaints: Vec::new() }),
+        Ok(file) => Ok(Survey { file: Some(file), diagnostics: Vec::new() }),
         Err(ScenarioError::Unsound(first)) => Ok(Repair::new(path, overrides)?.survey(first)),
         Err(unreadable) => Err(unreadable),
     }
@@ -44,15 +44,15 @@ pub fn survey(path: Option<&Path>, overrides: &[String]) -> Result<Survey, Scena
 /// A scenario whose errors are removed one by one.
 struct Repair<'a> {
     file: ScenarioFile,
-    wanted: &'a [String],
+    overrides: &'a [String],
     tree: Value,
-    complaints: Vec<Diagnostic>,
+    diagnostics: Vec<Diagnostic>,
     /// Dotted keys that were invalid.
     removed: Vec<String>,
 }
 
 impl<'a> Repair<'a> {
-    fn new(path: Option<&Path>, wanted: &'a [String]) -> Result<Self, ScenarioError> {
+    fn new(path: Option<&Path>, overrides: &'a [String]) -> Result<Self, ScenarioError> {
         let mut file = ScenarioFile::built_in(&[])?;
         file.text = DEFAULT_SCENARIO.to_owned();
         if let Some(path) = path {
@@ -62,48 +62,48 @@ impl<'a> Repair<'a> {
             file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
             file.path = Some(PathBuf::from(path));
         }
-        let typed = NamedOnCommandLine { assignments: wanted, ..NamedOnCommandLine::default() };
+        let typed = NamedOnCommandLine { assignments: overrides, ..NamedOnCommandLine::default() };
         file.allowed = AllowedFolders::of_folder(&file.folder);
         file.allowed.allow_all_of(&typed.allowed(&file.folder));
-        Ok(Self { file, wanted, tree: Value::Null, complaints: Vec::new(), removed: Vec::new() })
+        Ok(Self { file, overrides, tree: Value::Null, diagnostics: Vec::new(), removed: Vec::new() })
     }
 
     fn survey(mut self, first: Diagnostic) -> Survey {
         let whole = self.read_all().is_some();
         // errors of the file in its order, then missing keys and overrides
-        self.complaints.sort_by_key(|complaint| complaint.place.as_ref().map_or(usize::MAX, |place| place.line));
-        if self.complaints.is_empty() {
-            self.complaints.push(first);
+        self.diagnostics.sort_by_key(|diagnostic| diagnostic.place.as_ref().map_or(usize::MAX, |place| place.line));
+        if self.diagnostics.is_empty() {
+            self.diagnostics.push(first);
         }
-        Survey { file: whole.then_some(self.file), complaints: self.complaints }
+        Survey { file: whole.then_some(self.file), diagnostics: self.diagnostics }
     }
 
     fn read_all(&mut self) -> Option<()> {
         match tree_of(&self.file.text, &self.file.origin) {
             Ok(tree) => self.tree = tree,
-            Err(complaint) => {
-                self.complaints.push(complaint);
+            Err(diagnostic) => {
+                self.diagnostics.push(diagnostic);
                 return None;
             }
         }
         self.file.scenario = self.settings()?;
-        for assignment in self.wanted {
+        for assignment in self.overrides {
             let applied = with_full_key(assignment, &self.file.scenario).and_then(|full| {
                 set(&mut self.tree, &full)?;
                 Ok(full)
             });
             match applied {
                 Ok(full) => self.file.overrides.push(full),
-                Err(complaint) => self.complaints.push(complaint),
+                Err(diagnostic) => self.diagnostics.push(diagnostic),
             }
             self.file.scenario = self.settings()?;
         }
         while let Err(problem) = self.file.scenario.first_problem() {
-            if self.complaints.len() >= MOST_MISTAKES {
+            if self.diagnostics.len() >= MOST_ERRORS {
                 return None;
             }
             if !self.follows(&problem.key, &problem.message) {
-                self.complaints.push(self.file.complaint(&problem.key, problem.message));
+                self.diagnostics.push(self.file.complaint(&problem.key, problem.message));
             }
             if !self.remove(&problem.key) {
                 return None;
@@ -115,43 +115,43 @@ impl<'a> Repair<'a> {
 
     /// The settings of the tree after removal of all invalid keys.
     fn settings(&mut self) -> Option<Scenario> {
-        for _ in 0..MOST_MISTAKES {
-            match settings_or_mistake(self.tree.clone()) {
+        for _ in 0..MOST_ERRORS {
+            match settings_or_error(self.tree.clone()) {
                 Ok(scenario) => return Some(scenario),
-                Err(mistake) => self.mend(mistake)?,
+                Err(error) => self.repair(error)?,
             }
         }
         None
     }
 
-    fn mend(&mut self, mistake: SettingsMistake) -> Option<()> {
-        let missing = mistake.message.strip_prefix("missing key `").and_then(|rest| rest.split('`').next());
+    fn repair(&mut self, error: SettingsError) -> Option<()> {
+        let missing = error.message.strip_prefix("missing key `").and_then(|rest| rest.split('`').next());
         if let Some(field) = missing.map(str::to_owned) {
-            let key = joined(&mistake.key, &field);
+            let key = joined(&error.key, &field);
             if !self.removed.contains(&key) {
-                self.tell(mistake.clone(), &key);
+                self.report(error.clone(), &key);
             }
             let number = self.removed.len();
-            let table = at(&mut self.tree, &mistake.key)?.as_object_mut()?;
-            table.insert(field.clone(), harmless(&field, number)?);
+            let table = at(&mut self.tree, &error.key)?.as_object_mut()?;
+            table.insert(field.clone(), placeholder(&field, number)?);
             return Some(());
         }
-        let inside = mistake.unknown.as_ref().map(|word| joined(&mistake.key, word));
-        let key = inside.filter(|key| at(&mut self.tree, key).is_some()).unwrap_or(mistake.key.clone());
+        let inside = error.unknown.as_ref().map(|word| joined(&error.key, word));
+        let key = inside.filter(|key| at(&mut self.tree, key).is_some()).unwrap_or(error.key.clone());
         let consequence = self.removed.iter().any(|removed| removed.starts_with(&key) && !key.is_empty());
         if !consequence {
-            self.tell(mistake, &key);
+            self.report(error, &key);
         }
         self.remove(&key).then_some(())
     }
 
-    fn tell(&mut self, mistake: SettingsMistake, key: &str) {
+    fn report(&mut self, error: SettingsError, key: &str) {
         let culprit = self.file.overrides.iter().rev().find(|assignment| covers(assignment, key));
-        let complaint = match culprit {
-            Some(assignment) => mistake.about(&named(assignment)),
-            None => mistake.in_text(&self.file.origin, &self.file.text),
+        let diagnostic = match culprit {
+            Some(assignment) => error.about(&named(assignment)),
+            None => error.in_text(&self.file.origin, &self.file.text),
         };
-        self.complaints.push(with_range(complaint, &self.tree, Scenario::first_problem));
+        self.diagnostics.push(with_range(diagnostic, &self.tree, Scenario::first_problem));
     }
 
     /// Removes a key from the tree; returns whether it existed.
@@ -168,7 +168,7 @@ impl<'a> Repair<'a> {
     /// Whether a problem exists only because of a removed key.
     fn follows(&self, key: &str, message: &str) -> bool {
         let took = |table: &str| self.removed.iter().any(|removed| removed.starts_with(table));
-        (key.starts_with("actor.") && message.contains("only with contact") && took("actor.contact"))
+        (key.starts_with("actor.") && message.contains("only valid with contact") && took("actor.contact"))
             || (message.contains("training motion") && took("training"))
     }
 }
@@ -178,7 +178,7 @@ fn joined(table: &str, key: &str) -> String {
 }
 
 /// A valid value for a required key that was invalid or missing.
-fn harmless(key: &str, number: usize) -> Option<Value> {
+fn placeholder(key: &str, number: usize) -> Option<Value> {
     Some(match key {
         "schema" => json!("skiagraph.scenario/1"),
         "name" => json!(format!("unnamed{number}")),
@@ -205,38 +205,38 @@ mod tests {
 
     const SMALL: &str = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n\n[motion]\nclip = \"embedded:walk\"\n";
 
-    fn told(text: &str, overrides: &[&str]) -> Vec<String> {
+    fn errors_of(text: &str, overrides: &[&str]) -> Vec<String> {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("a.toml");
         std::fs::write(&path, text).unwrap();
         let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
         let found = survey(Some(&path), &overrides).unwrap();
         let folder = format!("{}/", root.path().display());
-        found.complaints.iter().map(|complaint| complaint.to_string().replace(&folder, "")).collect()
+        found.diagnostics.iter().map(|diagnostic| diagnostic.to_string().replace(&folder, "")).collect()
     }
 
-    fn assert_told(text: &str, overrides: &[&str], expected: &[&str]) {
-        let told = told(text, overrides);
-        assert_eq!(told.len(), expected.len(), "{told:#?}");
-        for (told, expected) in told.iter().zip(expected) {
-            assert!(told.contains(expected), "no {expected:?} in {told}");
+    fn assert_errors(text: &str, overrides: &[&str], expected: &[&str]) {
+        let errors = errors_of(text, overrides);
+        assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+        for (error, expected) in errors.iter().zip(expected) {
+            assert!(error.contains(expected), "no {expected:?} in {error}");
         }
     }
 
     #[test]
-    fn a_sound_scenario_has_no_complaint_and_is_the_one_that_is_read() {
+    fn a_valid_scenario_has_no_errors_and_is_read_unchanged() {
         let found = survey(None, &["seed=3".to_owned()]).unwrap();
-        assert!(found.complaints.is_empty());
+        assert!(found.diagnostics.is_empty());
         assert_eq!(found.file.unwrap(), ScenarioFile::built_in(&["seed=3".to_owned()]).unwrap());
     }
 
     #[test]
-    fn unknown_keys_wrong_types_and_values_out_of_range_are_all_told() {
+    fn unknown_keys_wrong_types_and_values_out_of_range_are_all_reported() {
         let text = format!(
             "{SMALL}frames_per_second = 0.0\nup = \"x\"\n[rig.ring]\nraduis_m = 3.0\ncount = 0\nheight_m = \"high\"\n\
              [tracker.annealed_particle_filter]\nparticles = \"many\"\nlayers = 0\nsurvival_rate = 1.5\n"
         );
-        assert_told(
+        assert_errors(
             &text,
             &["seeds=0"],
             &[
@@ -254,10 +254,10 @@ mod tests {
     }
 
     #[test]
-    fn what_must_be_there_is_missed_once_and_the_rest_is_read() {
+    fn missing_keys_are_reported_once_and_the_rest_is_read() {
         let text = "[motion]\nfirst_frame = 0\n[[prop]]\nname = \"a\"\nshape = { sphere = { radius_m = -1.0 } }\n\
                     [[prop]]\nshape = 3\nplace_m = [0, 0]\nname = \"b\"\n";
-        let told = told(text, &["robot=x", "tracker.frosen={}"]);
+        let errors = errors_of(text, &["robot=x", "tracker.frosen={}"]);
         for expected in [
             "missing key `schema`",
             "missing key `name`",
@@ -270,22 +270,22 @@ mod tests {
             "motion.first_frame: expected a frame number from 1",
             "prop[0].shape.sphere.radius_m: expected 0.001 to 1000",
         ] {
-            assert_eq!(told.iter().filter(|told| told.contains(expected)).count(), 1, "{expected}: {told:#?}");
+            assert_eq!(errors.iter().filter(|error| error.contains(expected)).count(), 1, "{expected}: {errors:#?}");
         }
-        assert_eq!(told.len(), 10, "{told:#?}");
+        assert_eq!(errors.len(), 10, "{errors:#?}");
     }
 
     #[test]
-    fn what_follows_from_a_mistake_is_not_told_as_another() {
+    fn consequences_of_an_error_are_not_reported() {
         let text = format!("{SMALL}[actor]\ncontact = \"simulat\"\nfriction = 0.5\n");
-        assert_told(&text, &[], &["did you mean `simulate`?"]);
+        assert_errors(&text, &[], &["did you mean `simulate`?"]);
         let text = format!("{SMALL}[[training.clips]]\nclip = 3\n[tracker.gpdm]\n");
-        assert_told(&text, &[], &["training.clips[0].clip"]);
-        assert_told(&format!("{SMALL}[tracker.frosen]\n"), &[], &["did you mean `frozen`?"]);
+        assert_errors(&text, &[], &["training.clips[0].clip"]);
+        assert_errors(&format!("{SMALL}[tracker.frosen]\n"), &[], &["did you mean `frozen`?"]);
     }
 
     #[test]
-    fn a_file_that_is_not_toml_is_told_where_it_breaks() {
-        assert_told(&format!("{SMALL}[tracker\n"), &["seeds=0"], &["a.toml:6: not TOML"]);
+    fn invalid_toml_is_reported_with_its_line() {
+        assert_errors(&format!("{SMALL}[tracker\n"), &["seeds=0"], &["a.toml:6: not TOML"]);
     }
 }

@@ -1,26 +1,26 @@
-//! A scenario that is varied many times: its text is read once.
+//! A scenario that is read many times with different overrides; its text is parsed once.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use super::overrides::{full_key, keys_of, others_that_end_so, parse_value};
+use super::overrides::{full_key, keys_of, keys_with_same_ending, parse_value};
 use super::read::set;
-use super::tree::{settings_or_mistake, tree_of};
+use super::tree::{settings_or_error, tree_of};
 use super::{Scenario, ScenarioError, ScenarioFile};
 use crate::input::AllowedFolders;
 
-/// A scenario file to be read again and again, each time with other overrides.
+/// A scenario file that is read many times with different overrides.
 ///
-/// [`Self::with`] answers as [`ScenarioFile::parse`] would with the same overrides, errors included, in a small part of
-/// the time.
+/// [`Self::with`] gives the same results and errors as [`ScenarioFile::parse`] with the same overrides, in a small part
+/// of the time.
 #[derive(Debug)]
 pub struct ScenarioTemplate {
     file: ScenarioFile,
     /// The text with the file's own overrides.
     tree: Value,
-    /// Full keys by the trackers of a scenario, by what was written, and by the kind of value.
+    /// Full keys by the trackers of a scenario, the written key and the kind of value.
     known: Mutex<BTreeMap<TemplateKey, String>>,
 }
 
@@ -28,10 +28,10 @@ pub struct ScenarioTemplate {
 type TemplateKey = (String, String, &'static str);
 
 impl ScenarioTemplate {
-    /// A template of this file, its overrides included.
+    /// A template of this file with its overrides.
     ///
     /// # Errors
-    /// [`ScenarioError`] where the file would be refused itself.
+    /// [`ScenarioError`] if the file itself is invalid.
     pub fn new(file: ScenarioFile) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(&file.text, &file.origin)?;
         file.overrides.iter().try_for_each(|assignment| set(&mut tree, assignment))?;
@@ -43,7 +43,7 @@ impl ScenarioTemplate {
         &self.file
     }
 
-    /// The same, whose scenarios may name these files.
+    /// The same template, whose scenarios may also name files in these folders.
     pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
         self.file.allowed.allow_all_of(allowed);
         self
@@ -75,19 +75,19 @@ impl ScenarioTemplate {
         }
     }
 
-    /// The value of a key, full or short, in this scenario with its defaults; `None` where it has none.
+    /// The value of a key, full or short, in this scenario, or its default; `None` if it has none.
     pub fn value(&self, scenario: &Scenario, key: &str) -> Option<Value> {
         let written = serde_json::to_value(scenario).ok()?;
         let find = |full: &str| full.split('.').try_fold(&written, |value, part| value.get(part)).cloned();
         let keys = keys_of(scenario);
         let full = full_key(key, &keys).ok()?;
-        find(&full).or_else(|| match others_that_end_so(&full, &keys).as_slice() {
+        find(&full).or_else(|| match keys_with_same_ending(&full, &keys).as_slice() {
             [other] => find(other),
             _ => None,
         })
     }
 
-    /// Remembers what the keys of overrides meant.
+    /// Remembers the full keys of overrides.
     fn learn(&self, overrides: &[String], file: &ScenarioFile) {
         let Ok(mut tree) = tree_of(&self.file.text, &self.file.origin) else { return };
         let own = self.file.overrides.len();
@@ -101,7 +101,7 @@ impl ScenarioTemplate {
         }
     }
 
-    /// `None` where anything is wrong.
+    /// As [`Self::with`], using remembered keys; `None` if a key is not remembered or anything is invalid.
     fn quickly_with(&self, overrides: &[String]) -> Option<ScenarioFile> {
         let mut tree = self.tree.clone();
         let mut full = self.file.overrides.clone();
@@ -112,12 +112,12 @@ impl ScenarioTemplate {
             set(&mut tree, &assignment).ok()?;
             full.push(assignment);
         }
-        let scenario: Scenario = settings_or_mistake(tree).ok()?;
+        let scenario: Scenario = settings_or_error(tree).ok()?;
         scenario.first_problem().ok()?;
         Some(ScenarioFile { scenario, overrides: full, ..self.file.clone() })
     }
 
-    /// The full key, where it is known; which one is meant depends on the trackers and on the kind of value.
+    /// The full key, if remembered; it depends on the trackers and on the kind of value.
     fn full(&self, key: &str, value: &str, tree: &Value) -> Option<String> {
         let at = (trackers_of(tree), key.to_owned(), kind(value));
         self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&at).cloned()
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_template_answers_as_the_file_read_anew_with_errors_and_all() {
+    fn a_template_gives_the_results_and_errors_of_parsing_the_file_again() {
         let text = super::super::DEFAULT_SCENARIO;
         let base = strings(&["particles=7"]);
         let file = ScenarioFile::parse(text, "walk.toml", PathBuf::new(), &base).unwrap();
@@ -178,7 +178,7 @@ mod tests {
         ] {
             let more = strings(more);
             let anew = ScenarioFile::parse(text, "walk.toml", PathBuf::new(), &[base.clone(), more.clone()].concat());
-            // a second time, from what the template remembers
+            // the second time with remembered keys
             for _ in 0..2 {
                 match (template.with(&more), &anew) {
                     (Ok(found), Ok(anew)) => assert_eq!(found, *anew, "{more:?}"),
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_found_by_short_and_full_keys_defaults_included() {
+    fn values_and_defaults_are_found_by_short_and_full_keys() {
         let template = ScenarioTemplate::new(ScenarioFile::built_in(&strings(&["particles=50"])).unwrap()).unwrap();
         let scenario = &template.file().scenario;
         let value = |key: &str| template.value(scenario, key);

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::complaint::{Diagnostic, did_you_mean};
+use super::diagnostic::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
@@ -32,19 +32,19 @@ pub enum TrackerSettings {
     Oracle(OracleSettings),
 }
 
-/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers`
-/// likelihood evaluations, and what the refinement takes.
+/// The annealed particle filter, with its estimate refined on the silhouettes' outlines. One frame costs
+/// `particles x layers` likelihood evaluations plus the refinement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Algorithm 1 as printed in the paper: no refinement.
+    /// Algorithm 1 as printed in the paper, without refinement.
     pub paper: bool,
-    /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
+    /// Particles. Default: 60; 200 with `paper = true`, which takes the same time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
     /// Annealing layers.
     pub layers: usize,
-    /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
+    /// Share of the particles that survive each layer (effective sample size over particles), in (0, 1]. The
     /// covariance shrinks by the same factor.
     pub survival_rate: f64,
     /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
@@ -60,9 +60,9 @@ pub struct AnnealedParticleFilterSettings {
     /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
     /// it.
     pub limb_side_weight: f64,
-    /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of
-    /// the training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, from 0.5, 1,
-    /// 1.5 and 2.
+    /// Factor on the standard deviations of the initial covariance, which are those of the training motion's
+    /// inter-frame differences. Default: 1.5, chosen from 0.5, 1, 1.5 and 2 on CMU 16_15 and 35_02, matched and
+    /// mismatched.
     pub proposal_scale: f64,
     /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`.
     pub prediction: Prediction,
@@ -71,19 +71,20 @@ pub struct AnnealedParticleFilterSettings {
     pub kernel: Kernel,
     /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`.
     pub estimator: Estimator,
-    /// Whether layers search part after part, trunk, arms and legs, instead of the whole body: partitioned sampling.
-    /// Needs five layers or more, `prediction = "none"` and no shrinking kernel. Default: false.
+    /// Partitioned sampling: whether layers search the trunk, arms and legs one after another instead of the whole
+    /// body. Requires at least five layers, `prediction = "none"` and no shrinking kernel. Default: false.
     #[serde(skip_serializing_if = "super::is_default")]
     pub partitioned: bool,
     /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
-    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not with
-    /// `paper = true`.
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not
+    /// valid with `paper = true`.
     pub refinement: RefinementSettings,
 }
 
-/// Particles of the algorithm as printed, and of the refined one, which takes as long with them (`results/search.md`).
+/// Default particles of the algorithm as printed, and of the refined one, which then takes the same time
+/// (`results/search.md`).
 const PAPER_PARTICLES: usize = 200;
 const REFINED_PARTICLES: usize = 60;
 
@@ -124,10 +125,10 @@ impl TrackerSettings {
         ]
     }
 
-    /// The tracker of that name with its default settings.
+    /// The tracker with this name and its default settings.
     ///
     /// # Errors
-    /// [`Diagnostic`] for an unknown name, with the known ones.
+    /// [`Diagnostic`] with the known names for an unknown name.
     pub fn named(name: &str) -> Result<Self, Diagnostic> {
         Self::all().into_iter().find(|t| t.name() == name).ok_or_else(|| {
             let known = Self::all().map(|t| t.name());
@@ -141,7 +142,7 @@ impl TrackerSettings {
         })
     }
 
-    /// What kind of tracker it is, and all that follows from it.
+    /// The kind of tracker, with all settings that follow.
     pub fn kind(&self) -> TrackerKind<'_> {
         match self {
             Self::AnnealedParticleFilter(settings) => TrackerKind {
@@ -167,14 +168,14 @@ impl TrackerSettings {
         }
     }
 
-    /// The tracker's name, as the command line and the scenario spell it.
+    /// The tracker's name on the command line and in scenarios.
     pub fn name(&self) -> &'static str {
         self.kind().name
     }
 }
 
 impl AnnealedParticleFilterSettings {
-    /// Settings that search like this, all others by default; the inverse of [`Self::search`].
+    /// Settings with this search and defaults for everything else; the inverse of [`Self::search`].
     pub fn from_search(search: &SearchSettings) -> Self {
         let FilterSettings { particles, layers, survival_rate, kernel, estimator } = search.filter;
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
@@ -199,7 +200,7 @@ impl AnnealedParticleFilterSettings {
         }
     }
 
-    /// How it searches; no refinement for the algorithm as printed.
+    /// Its search; the algorithm as printed has no refinement.
     pub fn search(&self) -> SearchSettings {
         SearchSettings {
             filter: FilterSettings {
@@ -236,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trackers_name_is_the_one_that_its_settings_are_written_under() {
+    fn a_trackers_name_is_the_key_of_its_settings() {
         for settings in TrackerSettings::all() {
             let written = serde_json::to_value(&settings).unwrap();
             assert_eq!(written.as_object().unwrap().keys().collect::<Vec<_>>(), [settings.name()]);
@@ -244,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_roots_needs_the_truth_and_what_reads_a_model_learns_none() {
+    fn given_roots_need_the_truth_and_a_model_file_needs_no_learning() {
         let settings = LatentTrackerSettings::<GpdmGraphSettings>::default();
         let of = |settings: &LatentTrackerSettings<GpdmGraphSettings>| {
             let kind = settings.kind();

@@ -1,17 +1,17 @@
-//! What the rest of the program needs to know of a tracker: data that follow from its settings.
+//! Properties of a tracker that follow from its settings.
 
 use crate::motion_model::LatentSettings;
 use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 
-/// What a tracker does with the recordings to learn from.
+/// How a tracker uses training recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrainingUse {
-    /// It does not look at them.
+    /// It does not use them.
     Unused,
-    /// It learns from them, or from the spread that every set has.
+    /// It learns from them, or from the spread of frame-to-frame changes that every set has.
     Optional,
-    /// It cannot be built without them.
+    /// It requires them.
     Required,
 }
 
@@ -24,7 +24,7 @@ pub struct SearchSettings {
     pub likelihood: SilhouetteSettings,
     /// The settings of its plausibility term, if any.
     pub plausibility: Option<PlausibilitySettings>,
-    /// What refines its estimate, if anything does.
+    /// The settings of its refinement, if any.
     pub refinement: Option<RefinementSettings>,
 }
 
@@ -44,17 +44,17 @@ pub struct LearnedMotion<'a> {
 /// A kind of tracker with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackerKind<'a> {
-    /// The tracker's name, as the command line and the scenario spell it.
+    /// The tracker's name on the command line and in scenarios.
     pub name: &'static str,
-    /// What it is, where its name does not say it all.
+    /// An explanation, if its name is not enough.
     pub explanation: Option<&'static str>,
-    /// What it does with the recordings to learn from.
+    /// How it uses training recordings.
     pub training: TrainingUse,
-    /// Whether it cannot be built without the truth.
+    /// Whether it requires the truth.
     pub needs_truth: bool,
-    /// How it searches; `None` for trackers without a filter.
+    /// Its search; `None` for trackers without a filter.
     pub search: Option<SearchSettings>,
-    /// Its motion model; `None` for trackers that learn none.
+    /// Its motion model; `None` for trackers without a learned one.
     pub learned: Option<LearnedMotion<'a>>,
 }
 
@@ -65,12 +65,12 @@ impl<'a> TrackerKind<'a> {
         Self { name, explanation: None, training, needs_truth: false, search: None, learned: None }
     }
 
-    /// The model file that it reads; `None` for trackers that read none.
+    /// The model file that it reads, if any.
     pub fn model_file(&self) -> Option<&'a str> {
         self.learned.as_ref()?.model_file
     }
 
-    /// Whether it needs a motion model to be learned.
+    /// Whether a motion model must be learned for it.
     pub fn learns(&self) -> bool {
         self.learned.as_ref().is_some_and(|learned| learned.model_file.is_none())
     }
@@ -80,14 +80,14 @@ impl<'a> TrackerKind<'a> {
         self.learned.as_ref().is_some_and(|learned| learned.is_given_roots)
     }
 
-    /// How many energies it evaluates in a frame, about.
+    /// Approximate number of energies that it evaluates per frame.
     pub fn evaluations_per_frame(&self) -> u64 {
         let Some(SearchSettings { filter, refinement, .. }) = self.search else { return 0 };
         let refined = refinement.map_or(0, |refinement| refinement.evaluations_per_frame());
         filter.particles as u64 * filter.layers as u64 + refined
     }
 
-    /// What it is and how it searches, for people.
+    /// A description of the tracker and its search.
     pub fn describe(&self) -> String {
         let mut words = self.explanation.map_or_else(|| self.name.replace('_', " "), str::to_owned);
         if let Some(SearchSettings { filter, refinement, .. }) = self.search {

@@ -1,7 +1,7 @@
-//! Range checks of trackers' settings.
+//! Range checks of the settings of trackers.
 
 use super::latent::{LatentKind, LatentTrackerSettings};
-use super::range_checks::{RangeCheck, require, setting, within};
+use super::range_checks::{RangeCheck, only_valid_with, require, setting, within};
 use super::tracker::{AnnealedParticleFilterSettings, OracleSettings, TrackerSettings};
 use super::tracker_kind::SearchSettings;
 use crate::motion_model::Prediction;
@@ -26,17 +26,12 @@ fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeChec
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
     s.refinement.validate().map_err(|e| setting(table, &e))?;
     let set = s.paper && s.refinement != RefinementSettings::default();
-    require(
-        &format!("{table}.refinement"),
-        !set,
-        "none of its keys with `paper = true`, which has no refinement",
-        "some",
-    )?;
+    require(&format!("{table}.refinement"), !set, "no keys with `paper = true`, which has no refinement", "some")?;
     if s.partitioned {
         let at = format!("{table}.partitioned");
-        require(&at, s.layers >= 5, "`layers` of 5 or more with it, one per part of the body", s.layers)?;
-        let still = s.prediction == Prediction::None && !matches!(s.kernel, Kernel::Shrink { .. });
-        require(&at, still, "`prediction = \"none\"` and no shrinking `kernel` with it", "another")?;
+        only_valid_with(&at, s.layers >= 5, "5 or more `layers`, one per part of the body", s.layers)?;
+        let is_still = s.prediction == Prediction::None && !matches!(s.kernel, Kernel::Shrink { .. });
+        only_valid_with(&at, is_still, "`prediction = \"none\"` and no shrinking `kernel`", "others")?;
     }
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
@@ -53,9 +48,9 @@ fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettin
     s.latent().validate().map_err(|e| setting(table, &e))?;
     search.refinement.map_or(Ok(()), |refinement| refinement.validate()).map_err(|e| setting(table, &e))?;
     let learning = s.model.learning();
-    let said = s.model_file.is_some() && learning != T::default().learning();
-    let alone = "no training keys of `model`, because the model is already trained; remove them";
-    require(&format!("{table}.model_file"), !said, alone, "some")?;
+    let is_contradiction = s.model_file.is_some() && learning != T::default().learning();
+    let expected = "no training keys of `model`, because the model is already trained; remove them";
+    require(&format!("{table}.model_file"), !is_contradiction, expected, "some")?;
     within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
     within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
     within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;

@@ -1,11 +1,11 @@
-//! From a text to a tree of values, from a tree to settings, with readable errors.
+//! Parses text to a tree of values, and a tree to settings, with readable errors.
 
 use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::complaint::{Diagnostic, LineSpan, did_you_mean, locate};
+use super::diagnostic::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::json_tree;
 use super::range_checks::RangeCheck;
 use crate::input::{self, excerpt};
@@ -17,7 +17,7 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
         place: e.span().map(|span| LineSpan::of_file(text, &span)),
         key: String::new(),
         message: match e.message() {
-            // valid TOML, but not a 64-bit number
+            // valid TOML, but not representable in 64 bits
             "JSON number out of range" => "the number is out of range".to_owned(),
             other => format!("not TOML: {}", input::foreign_about(text.as_bytes(), other)),
         },
@@ -34,20 +34,20 @@ pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
     })
 }
 
-/// The settings of a tree.
+/// The settings of a tree; `diagnostic` makes the error.
 pub(crate) fn settings_of<T: DeserializeOwned>(
     tree: Value,
-    complain: impl FnOnce(SettingsMistake) -> Diagnostic,
+    diagnostic: impl FnOnce(SettingsError) -> Diagnostic,
 ) -> Result<T, Diagnostic> {
-    settings_or_mistake(tree).map_err(complain)
+    settings_or_error(tree).map_err(diagnostic)
 }
 
 /// The settings of a tree, or its first error.
-pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, SettingsMistake> {
+pub(super) fn settings_or_error<T: DeserializeOwned>(tree: Value) -> Result<T, SettingsError> {
     if let Some((key, expected)) = foreign(&tree) {
-        return Err(SettingsMistake { key, unknown: None, message: expected.to_owned() });
+        return Err(SettingsError { key, unknown: None, message: expected.to_owned() });
     }
-    json_tree::value(tree).map_err(|e| SettingsMistake::new(&e))
+    json_tree::value(tree).map_err(|e| SettingsError::new(&e))
 }
 
 /// The first key whose value exists in TOML but not in JSON, and what was expected.
@@ -74,26 +74,26 @@ const DATE: &str = "$__toml_private_datetime";
 
 /// An error of reading settings.
 #[derive(Clone)]
-pub(crate) struct SettingsMistake {
-    /// Dotted; empty for the whole.
+pub(crate) struct SettingsError {
+    /// Dotted key; empty for the whole tree.
     pub(super) key: String,
-    /// The word that is unknown there.
+    /// The unknown word at this key, if any.
     pub(super) unknown: Option<String>,
     pub(super) message: String,
 }
 
-impl SettingsMistake {
+impl SettingsError {
     fn new(error: &json_tree::TreeError) -> Self {
         let key = error.path().to_string();
         let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
         let message = error.inner().to_string();
         if key == "tracker" && message.contains("expected map with a single key") {
-            let message = "expected one tracker, found several (or none); keep one table [tracker.NAME], or give each a \
-                           name of its own to run all on the same observations: [methods.A.NAME], [methods.B.NAME]";
+            let message = "expected one tracker, found several (or none); keep one table [tracker.NAME], or name each \
+                           to run all on the same observations: [methods.A.NAME], [methods.B.NAME]";
             return Self { key, unknown: None, message: message.to_owned() };
         }
         let unknown = message.starts_with("unknown ").then(|| message.split('`').nth(1)).flatten().map(str::to_owned);
-        Self { key, unknown, message: in_plain_words(&message) }
+        Self { key, unknown, message: in_terms_of_settings(&message) }
     }
 
     /// Position of the unknown word, if it is a key: that of the error, or one in its table (`[tracker.frosen]`).
@@ -104,24 +104,24 @@ impl SettingsMistake {
         Some(spot.key)
     }
 
-    /// As an error of `origin`, without a line.
+    /// The error as one of `origin`, without a line.
     pub(super) fn about(self, origin: &str) -> Diagnostic {
         Diagnostic { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
     }
 
-    /// As an error of a text, with its line.
+    /// The error as one of a text, with its line.
     pub(crate) fn in_text(self, origin: &str, text: &str) -> Diagnostic {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
         let place = span.map(|span| LineSpan::of_file(text, &span));
-        let complaint = Diagnostic { place, ..self.clone().about(origin) };
-        if input::is_own_output(text.as_bytes()) || complaint.message.starts_with("missing key") {
-            return complaint;
+        let diagnostic = Diagnostic { place, ..self.clone().about(origin) };
+        if input::is_own_output(text.as_bytes()) || diagnostic.message.starts_with("missing key") {
+            return diagnostic;
         }
-        // a file of another kind: its keys and values are not shown
+        // keys and values of other kinds of files are not shown
         match self.unknown {
-            Some(_) => Diagnostic { key: String::new(), message: "unknown key".to_owned(), ..complaint },
-            None => Diagnostic { message: input::unquoted(&complaint.message), ..complaint },
+            Some(_) => Diagnostic { key: String::new(), message: "unknown key".to_owned(), ..diagnostic },
+            None => Diagnostic { message: input::unquoted(&diagnostic.message), ..diagnostic },
         }
     }
 }
@@ -146,9 +146,9 @@ fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
 }
 
 /// Serde's message in terms of a scenario.
-fn in_plain_words(message: &str) -> String {
+fn in_terms_of_settings(message: &str) -> String {
     if let Some((what, word, expected)) = unknown(message) {
-        // the word is user input, the expected names are ours
+        // the word is user input, the expected names are this program's
         let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
         let guess = did_you_mean(word, known.iter().copied());
         let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
@@ -158,26 +158,26 @@ fn in_plain_words(message: &str) -> String {
     PLAIN_WORDS.iter().fold(input::foreign(message), |message, (from, to)| message.replace(from, to))
 }
 
-/// A complaint about a negative whole number, with the range of its key, which is found with other numbers in its
-/// place; any other complaint as it is. `tree` is what was read, `check` finds the first value out of its range.
+/// An error about a negative whole number, with the range of its key, which is found by trying other numbers; other
+/// errors are unchanged. `tree` is the tree that was read, `check` finds the first value out of range.
 pub(super) fn with_range<T: DeserializeOwned>(
-    complaint: Diagnostic,
+    diagnostic: Diagnostic,
     tree: &Value,
     check: impl Fn(&T) -> RangeCheck,
 ) -> Diagnostic {
-    let Some(found) = complaint.message.strip_prefix("invalid value: integer `-") else { return complaint };
-    let Some((found, _)) = found.split_once('`') else { return complaint };
+    let Some(found) = diagnostic.message.strip_prefix("invalid value: integer `-") else { return diagnostic };
+    let Some((found, _)) = found.split_once('`') else { return diagnostic };
     let expected_of = |number: u32| {
         let mut other = tree.clone();
-        *at(&mut other, &complaint.key)? = number.into();
-        let settings: T = settings_or_mistake(other).ok()?;
-        let problem = check(&settings).err().filter(|problem| problem.key == complaint.key)?;
+        *at(&mut other, &diagnostic.key)? = number.into();
+        let settings: T = settings_or_error(other).ok()?;
+        let problem = check(&settings).err().filter(|problem| problem.key == diagnostic.key)?;
         let (expected, _) = problem.message.strip_prefix("expected ")?.rsplit_once(", found ")?;
         Some(expected.to_owned())
     };
     let expected = [u32::MAX, 0].into_iter().find_map(expected_of);
     let expected = expected.unwrap_or_else(|| "a whole number from 0".to_owned());
-    Diagnostic { message: format!("expected {expected}, found -{found}"), ..complaint }
+    Diagnostic { message: format!("expected {expected}, found -{found}"), ..diagnostic }
 }
 
 #[cfg(test)]
@@ -187,7 +187,7 @@ mod tests {
     use crate::scenario::{DEFAULT_SCENARIO, ScenarioFile, TrackerSettings};
 
     #[test]
-    fn a_negative_number_is_told_with_the_range_of_its_key() {
+    fn the_error_for_a_negative_number_has_the_range_of_its_key() {
         for (change, key, expected) in [
             ("particles=-5", "tracker.annealed_particle_filter.particles", "1 to 1000000"),
             ("tracker.annealed_particle_filter.layers=-1", "tracker.annealed_particle_filter.layers", "1 to 1000"),
@@ -196,9 +196,9 @@ mod tests {
             ("rig.ring.count=-2", "rig.ring.count", "1 to 64"),
         ] {
             let error = ScenarioFile::built_in(&[change.to_owned()]).unwrap_err().to_string();
-            // a short key is told in full
+            // errors have the full key
             let (_, value) = change.split_once('=').unwrap();
-            // and one that may be meant for several others is told these
+            // and other keys that may be meant
             let others = "motion.variation.seed or actor.shape.seed or tracker_body.seed or observation.seed";
             let hint = if key == "seed" { format!(" (or did you mean {others}?)") } else { String::new() };
             assert_eq!(error, format!("override {key}={value}: {key}: expected {expected}, found {value}{hint}"));

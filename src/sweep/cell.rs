@@ -1,5 +1,5 @@
-//! One cell: track its set with its setting and seed, and measure. Every distinct set is rendered once, and every
-//! distinct motion model learned once.
+//! Runs one cell: tracks its set with its setting and seed, and measures. Every distinct set is rendered once, and
+//! every distinct motion model is learned once.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -11,48 +11,49 @@ use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, is_set};
-use crate::experiment::error::stays_unreadable;
-use crate::experiment::results::verdict_on;
+use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
 use crate::experiment::run::MethodRun;
 use crate::experiment::tracking::prepare;
-use crate::experiment::{ExperimentError, Measures, Models, Progress, Stage, render, track};
+use crate::experiment::{render, track};
+use crate::measure::Measures;
+use crate::measure::results::verdict_on;
 use crate::mocap::MocapError;
 use crate::report::Grade;
 use crate::scenario::ScenarioFile;
+use crate::train::Models;
 
 /// The folder of all reports.
 pub(super) const REPORTS: &str = "reports";
 /// The folder of all sets.
 const SETS: &str = "sets";
-/// The folder of all motion models that cells learned.
+/// The folder of all learned motion models.
 const MODELS: &str = "models";
-/// How often it is looked whether another process has rendered a set.
-const PATIENCE: Duration = Duration::from_millis(200);
+/// Time between checks whether another process has rendered a set.
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// How a cell is to be run.
+/// Options for running a cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellOptions {
-    /// Run it even where there is a result.
+    /// Run the cell even if it has a result.
     pub again: bool,
-    /// Leave a whole run with its report beside the numbers, whatever the plan says.
+    /// Keep a complete run with its report, even if the plan does not request reports.
     pub report: bool,
 }
 
-/// A cell that is done.
+/// A finished cell.
 #[derive(Clone, Debug)]
 pub struct CellDone {
     /// Its result.
     pub record: CellRecord,
-    /// Whether there was a result already.
+    /// Whether the result already existed.
     pub cached: bool,
 }
 
-/// Runs one cell, on the calling thread's cores; does nothing where there is a result. A tracker that loses the body,
-/// and a setting that cannot be run, are results.
+/// Runs one cell in the calling thread's pool, unless it has a result. A tracker that loses the body, and a setting
+/// that cannot be run, are results.
 ///
 /// # Errors
-/// [`ExperimentError`] for what may be otherwise next time: files that cannot be read or written, another process, an
-/// interruption.
+/// [`ExperimentError`] for transient errors: files that cannot be read or written, another process, an interruption.
 pub fn run_cell(
     sweep: &PlannedSweep,
     cell: &SweepCell,
@@ -62,7 +63,7 @@ pub fn run_cell(
     run_shared(sweep, cell, options, &Shared::default(), &mut None, &Quiet(progress))
 }
 
-/// As [`run_cell`], with sets and models that others use too; `held` keeps the last set in memory.
+/// Like [`run_cell`], with sets and models shared with other cells; `held` keeps the last set in memory.
 pub(super) fn run_shared(
     sweep: &PlannedSweep,
     cell: &SweepCell,
@@ -82,7 +83,7 @@ pub(super) fn run_shared(
     let work = CellWork { sweep, cell, report: wants_report, progress };
     let record = match work.run(shared, held) {
         Ok(record) => record,
-        Err(error) if may_be_otherwise_next_time(&error) => return Err(error),
+        Err(error) if is_transient(&error) => return Err(error),
         Err(error) => {
             let error = Some(error.to_string().replace(&format!("{}/", sweep.root.display()), ""));
             CellRecord { error, ..CellRecord::new(cell, Status::Failed) }
@@ -91,10 +92,10 @@ pub(super) fn run_shared(
     Ok(CellDone { record: results.put(record)?, cached: false })
 }
 
-/// Whether the machine is at fault, not the setting.
-fn may_be_otherwise_next_time(error: &ExperimentError) -> bool {
+/// Whether an error is due to the machine, not to the setting, so that another attempt may succeed.
+fn is_transient(error: &ExperimentError) -> bool {
     match error {
-        ExperimentError::With { source, .. } => may_be_otherwise_next_time(source),
+        ExperimentError::With { source, .. } => is_transient(source),
         ExperimentError::Mocap(MocapError::Unreadable { source, .. }) => !stays_unreadable(source),
         ExperimentError::ModelFile(source) => {
             matches!(&**source, ExperimentError::Unreadable { source, .. } if !stays_unreadable(source))
@@ -124,29 +125,29 @@ impl CellWork<'_> {
         let set = shared.set(self.sweep, self.cell, &file, self.progress)?;
         *held = Some(set.clone());
         let mut models = set.models(&file, self.progress)?;
-        // what others use too is nobody's cost
-        let begin = of_this_thread();
-        let mut record = self.measured(&file, &set, &mut models)?;
-        record.env.processor_s = of_this_thread() - begin;
+        // shared sets and models are not part of a cell's cost
+        let begin = thread_processor_s();
+        let mut record = self.measure(&file, &set, &mut models)?;
+        record.env.processor_s = thread_processor_s() - begin;
         if self.report {
-            self.leave_report(&file, &set, &mut models)?;
+            self.write_report(&file, &set, &mut models)?;
         }
         Ok(record)
     }
 
-    fn measured(
+    fn measure(
         &self,
         file: &ScenarioFile,
         shared: &SharedSet,
         models: &mut Models,
     ) -> Result<CellRecord, ExperimentError> {
         let set = &shared.set;
-        let (clock, processor) = (Instant::now(), of_this_thread());
+        let (clock, processor) = (Instant::now(), thread_processor_s());
         let truth = set.truth.refitted.as_ref();
         let tracked = track(&set.blind, &file.scenario.tracker(), &[self.cell.seed], truth, models, self.progress)?;
         let env = Environment {
             track_s: clock.elapsed().as_secs_f64(),
-            track_processor_s: of_this_thread() - processor,
+            track_processor_s: thread_processor_s() - processor,
             processor_s: 0.0,
             host: host(),
         };
@@ -167,8 +168,8 @@ impl CellWork<'_> {
         })
     }
 
-    /// A run's folder, as `skiagraph run` would leave it.
-    fn leave_report(
+    /// Writes the folder of a run, as `skiagraph run` does.
+    fn write_report(
         &self,
         file: &ScenarioFile,
         shared: &SharedSet,
@@ -184,45 +185,45 @@ impl CellWork<'_> {
     }
 }
 
-/// Seconds that the calling thread has kept a processor busy, whatever else the machine does.
+/// Processor time of the calling thread, s; independent of other load on the machine.
 #[cfg(unix)]
-pub(super) fn of_this_thread() -> f64 {
+pub(super) fn thread_processor_s() -> f64 {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Seconds since the first call: elsewhere the clock has to do.
+/// Wall-clock time since the first call, s: a substitute on systems without a clock of the thread's processor time.
 #[cfg(not(unix))]
-pub(super) fn of_this_thread() -> f64 {
+pub(super) fn thread_processor_s() -> f64 {
     static FIRST: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     FIRST.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
 
-/// The name of this machine; empty where the system does not tell it.
+/// The name of this machine; empty if unknown.
 fn host() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     name.trim().to_owned()
 }
 
-/// A set with the motion models that were learned for it.
+/// A set with the motion models learned for it.
 #[derive(Debug)]
 pub(super) struct SharedSet {
     set: BenchmarkSet,
     models: Mutex<Models>,
 }
 
-/// Sets and models of a sweep, as long as somebody uses them.
+/// Sets and models of a sweep, kept while a worker uses them.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
     sets: Mutex<HashMap<String, Arc<Mutex<Weak<SharedSet>>>>>,
 }
 
 impl Shared {
-    /// The set of a cell: from memory, from the disk, or rendered now, by one thread of one process.
+    /// The set of a cell: from memory, from the disk, or rendered now by a single thread of a single process.
     ///
     /// # Errors
-    /// [`ExperimentError`] where it cannot be rendered or read.
+    /// [`ExperimentError`] if it cannot be rendered or read.
     fn set(
         &self,
         sweep: &PlannedSweep,
@@ -235,7 +236,7 @@ impl Shared {
         if let Some(known) = slot.upgrade() {
             return Ok(known);
         }
-        let set = on_disk(sweep, cell, file, progress)?;
+        let set = read_or_render(sweep, cell, file, progress)?;
         let models = Models::new(file, &set.truth.recordings).sharing(sweep.root.join(MODELS));
         let models = Mutex::new(models);
         let shared = Arc::new(SharedSet { set, models });
@@ -245,11 +246,11 @@ impl Shared {
 }
 
 impl SharedSet {
-    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others
+    /// The motion models that a scenario's tracker needs, learned now unless another cell has learned them. Other cells
     /// that need models of the same set wait meanwhile.
     ///
     /// # Errors
-    /// [`ExperimentError`] where a model cannot be learned or read.
+    /// [`ExperimentError`] if a model cannot be learned or read.
     fn models(&self, file: &ScenarioFile, progress: &dyn Progress) -> Result<Models, ExperimentError> {
         let mut models = lock(&self.models);
         let tracker = file.scenario.tracker();
@@ -260,7 +261,7 @@ impl SharedSet {
     }
 }
 
-fn on_disk(
+fn read_or_render(
     sweep: &PlannedSweep,
     cell: &SweepCell,
     file: &ScenarioFile,
@@ -276,11 +277,11 @@ fn on_disk(
         }
         match render(file, sweep.plan.mocap_directory.as_deref(), Destination { path: &path, force: false }, progress) {
             Ok((set, _)) => return Ok(set),
-            // another process renders it, or has just done so
+            // another process is rendering it, or has just finished
             Err(ExperimentError::Artefact(ArtefactError::Busy { .. }) | ExperimentError::SetThere { .. }) => {
-                std::thread::sleep(PATIENCE);
+                std::thread::sleep(POLL_INTERVAL);
             }
-            // the set goes on where it stopped, and so does the sweep
+            // rendering can be resumed, and so can the sweep
             Err(ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })) => {
                 return Err(ExperimentError::Interrupted);
             }
@@ -293,7 +294,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Hears of interruptions alone, as the cells of [`super::run_sweep`].
+/// Forwards interruptions only, as for the cells of [`super::run_sweep`].
 struct Quiet<'a>(&'a dyn Progress);
 
 impl Progress for Quiet<'_> {

@@ -1,4 +1,4 @@
-//! Which settings are kept: an equal budget, and conditions.
+//! Selects the settings to keep: an equal budget, and conditions.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use serde_json::{Map, Value};
 
 use super::definition::SweepBudget;
 use super::file::{AxisValue, SweepFile};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{Scenario, ScenarioError, ScenarioFile, ScenarioTemplate};
 
-/// By what share a budget may be missed where rounding to a whole number is what misses it.
+/// Default relative tolerance of a budget whose `solve` key is rounded to a whole number.
 const ROUNDING: f64 = 0.05;
 
 /// The budget and the conditions of a sweep.
@@ -20,10 +20,10 @@ pub(super) struct Constraints<'a> {
 }
 
 impl<'a> Constraints<'a> {
-    /// Those of a sweep.
+    /// Reads the constraints of a sweep.
     ///
     /// # Errors
-    /// [`ExperimentError`] for a condition that is no expression.
+    /// [`ExperimentError`] for a condition that is not an expression.
     pub(super) fn new(file: &'a SweepFile, template: &'a ScenarioTemplate) -> Result<Self, ExperimentError> {
         let constraints = Self { file, template };
         let environment = environment();
@@ -31,11 +31,11 @@ impl<'a> Constraints<'a> {
         Ok(constraints)
     }
 
-    /// The overrides of a combination with what the budget adds, and the scenario that they make; `None` where the
-    /// combination is not kept.
+    /// The overrides of a combination, including the key that the budget solves for, and the resulting scenario; `None`
+    /// if the combination is not kept.
     ///
     /// # Errors
-    /// [`ExperimentError`] where the overrides make no sound scenario or a constraint names what is not there.
+    /// [`ExperimentError`] if the overrides make the scenario invalid, or a constraint uses an unknown name.
     pub(super) fn complete(
         &self,
         combination: &BTreeMap<String, AxisValue>,
@@ -69,7 +69,7 @@ impl<'a> Constraints<'a> {
         Ok(Some((set, scenario)))
     }
 
-    /// Why no setting is left of so many.
+    /// The error if none of this many combinations is kept.
     pub(super) fn nothing_left(&self, combinations: usize) -> ExperimentError {
         let sweep = &self.file.sweep;
         let (key, message) = match &sweep.budget {
@@ -100,7 +100,7 @@ impl<'a> Constraints<'a> {
             product *= value.as_ref().and_then(Value::as_f64).ok_or_else(|| {
                 let found = value.map_or("none".to_owned(), |value| value.to_string());
                 let message =
-                    format!("expected a number at `{key}`, found {found}; make it an axis, or put it into `set`");
+                    format!("expected a number at `{key}`, found {found}; make it an axis or add it to `set`");
                 self.complain("budget.product", message)
             })?;
         }
@@ -144,13 +144,13 @@ impl<'a> Constraints<'a> {
         let mut context = Map::new();
         for name in names {
             let value = self.value(&name, combination, scenario).ok_or_else(|| {
-                complain(format!("`{name}` is no axis and has no value in the scenario; put it into `set`"))
+                complain(format!("`{name}` is not an axis and has no value in the scenario; add it to `set`"))
             })?;
             insert(&mut context, &name, value);
         }
         let found = condition
             .eval(Operand::from(minijinja::value::Serde(context)))
-            .map_err(|e| complain(format!("cannot be computed: {e}")))?;
+            .map_err(|e| complain(format!("cannot be evaluated: {e}")))?;
         match found.try_into() {
             Ok(holds) => Ok(holds),
             Err(_) => Err(complain("expected a condition that is true or false".to_owned())),
@@ -172,7 +172,7 @@ fn environment() -> Environment<'static> {
     environment
 }
 
-/// Puts a value where a dotted name finds it.
+/// Inserts a value at the path of a dotted name.
 fn insert(context: &mut Map<String, Value>, name: &str, value: Value) {
     match name.split_once('.') {
         None => drop(context.insert(name.to_owned(), value)),
@@ -202,7 +202,7 @@ mod tests {
     const AXES: &str = "[axes]\nlayers = [1, 2, 4, 3]\nparticles = [100, 50, 25]\n";
 
     #[test]
-    fn a_budget_keeps_what_costs_the_same() {
+    fn a_budget_keeps_settings_of_equal_cost() {
         let text = format!("[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 100\n{AXES}");
         assert_eq!(kept(&text).unwrap(), ["layers=1 particles=100", "layers=2 particles=50", "layers=4 particles=25"]);
         // 3 x 25 = 75 and 4 x 25 = 100, 3 x 50 = 150
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_budget_may_give_the_key_that_is_left() {
+    fn a_budget_may_be_solved_for_a_key() {
         let text = "[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 1000\nsolve = \"particles\"\n\
                     [axes]\nlayers = [1, 3, 10]\n";
         assert_eq!(
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_speak_of_axes_and_of_any_key_of_the_scenario() {
+    fn conditions_may_use_axes_and_any_key_of_the_scenario() {
         let keep = |condition: &str| kept(&format!("keep = [{condition:?}]\n{AXES}"));
         assert_eq!(keep("particles * layers <= 100").unwrap().len(), 7);
         assert_eq!(keep("particles * layers <= 100 and rig.ring.count == 4 and layers > 1").unwrap().len(), 4);
@@ -247,7 +247,7 @@ mod tests {
             let error = keep(format!("{}{rest}", sign.repeat(10_000))).unwrap_err();
             assert!(error.contains("keep[0]: expected a condition of at most 1000 characters, found"), "{error}");
         }
-        // the longest that are read, on a thread as small as any
+        // the longest accepted conditions, on a thread with a small stack
         let deep = |sign: &str, times: usize, rest: &str| format!("{}{rest}", sign.repeat(times));
         let all =
             [deep("-", 990, "1 == 1"), deep("not ", 248, "true"), deep("1+", 490, "1 == 491"), deep("1<", 490, "1")];
@@ -258,13 +258,13 @@ mod tests {
     }
 
     #[test]
-    fn conditions_that_make_no_sense_are_refused() {
+    fn invalid_conditions_are_refused() {
         for (condition, words) in [
             ("particles *", "keep[0]: expected a condition"),
-            ("partciles > 3", "keep[0]: `partciles` is no axis and has no value"),
+            ("partciles > 3", "keep[0]: `partciles` is not an axis and has no value"),
             ("particles + layers", "keep[0]: expected a condition that is true or false"),
             ("particles < 0", "keep: none of 12 settings meets all conditions: the grid is empty"),
-            ("particles < 'many' + 3", "keep[0]: cannot be computed"),
+            ("particles < 'many' + 3", "keep[0]: cannot be evaluated"),
         ] {
             let error = kept(&format!("keep = [{condition:?}]\n{AXES}")).unwrap_err();
             assert!(error.contains(words), "{condition}: {error}");

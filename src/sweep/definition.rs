@@ -12,9 +12,9 @@ use crate::scenario::{Diagnostic, parse_value, split_at_commas};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// The version of this format; always `"skiagraph.sweep/1"`.
+    /// Version of this format; always `"skiagraph.sweep/1"`.
     pub schema: SweepTag,
-    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME` unless `--out` says otherwise.
+    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME` unless `--out` is given.
     pub name: String,
     /// Description in one or two sentences. Default: empty.
     #[serde(default)]
@@ -28,10 +28,10 @@ pub struct Sweep {
     /// First random seed. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
-    /// Number of seeds of every setting. Default: the scenario's.
+    /// Number of seeds per setting. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
-    /// How settings are made of the axes.
+    /// How axes are combined into settings.
     #[serde(default)]
     pub method: Expansion,
     /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table
@@ -43,7 +43,7 @@ pub struct Sweep {
     /// The settings of `method = "list"`: tables of keys and values. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<Map<String, Value>>,
-    /// Number of settings of `method = "random"`. Default: none.
+    /// Number of settings to draw with `method = "random"`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<u32>,
     /// Seed of `method = "random"`.
@@ -52,18 +52,18 @@ pub struct Sweep {
     /// A product of keys that is the same in all cells. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget: Option<SweepBudget>,
-    /// Settings are kept where all of these are true: `["particles * layers <= 2000"]`. Names are those of axes, or
-    /// dotted keys of the scenario. Default: none.
+    /// Conditions that every kept setting satisfies: `["particles * layers <= 2000"]`. Names are axes, or dotted keys
+    /// of the scenario. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<String>,
-    /// The metric that settings are compared by.
+    /// Metric to compare settings by.
     #[serde(default = "default_objective")]
     pub objective: String,
-    /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean
+    /// Axes to average over, such as clips: settings that differ only in these axes are merged into one, with the mean
     /// over their values. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub average_over: Vec<String>,
-    /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers.
+    /// Whether to keep a complete run with its report for every cell, about 1 MB each.
     #[serde(default)]
     pub reports: bool,
 }
@@ -71,19 +71,19 @@ pub struct Sweep {
 /// The version of the sweep format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SweepTag {
-    /// The only one so far.
+    /// The only version so far.
     #[serde(rename = "skiagraph.sweep/1")]
     V1,
 }
 
-/// How settings are made of axes.
+/// How axes are combined into settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Expansion {
     /// Every combination of the values.
     #[default]
     Grid,
-    /// The first values of all axes, the second, and so on.
+    /// The first values of all axes, then the second values, and so on.
     Zip,
     /// Values drawn at random.
     Random,
@@ -91,19 +91,19 @@ pub enum Expansion {
     List,
 }
 
-/// A product of keys that is held constant: the same amount of work for every setting.
+/// A product of keys that is held constant, so that every setting needs the same amount of work.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepBudget {
-    /// The keys that are multiplied: `["particles", "layers"]`.
+    /// Keys to multiply: `["particles", "layers"]`.
     pub product: Vec<String>,
-    /// What the product has to be.
+    /// Required value of the product.
     pub equals: f64,
-    /// The key that is set to what is left of the budget, rounded to a whole number; it must be no axis. Default: none;
-    /// settings that miss the budget are left out.
+    /// Key that is set so that the product meets the budget, rounded to a whole number; it must not be an axis.
+    /// Default: none; settings that miss the budget are left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solve: Option<String>,
-    /// By what share the product may miss the budget. Default: 0 without `solve`, 0.05 with it.
+    /// Relative tolerance of the product. Default: 0 without `solve`, 0.05 with it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }
@@ -135,7 +135,7 @@ impl Sweep {
     /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line.
     ///
     /// # Errors
-    /// [`Diagnostic`] for what is neither.
+    /// [`Diagnostic`] for an assignment that is neither.
     pub fn assign(&mut self, assignment: &str) -> Result<(), Diagnostic> {
         let complain = |message: String| Diagnostic {
             origin: format!("axis {assignment}"),

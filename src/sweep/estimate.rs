@@ -1,21 +1,21 @@
-//! What a sweep costs, from a timed sample of its settings.
+//! Estimates the cost of a sweep from a timed sample of its settings.
 
 use std::time::Instant;
 
 use serde::Serialize;
 
-use super::cell::of_this_thread;
+use super::cell::thread_processor_s;
 use super::plan::Draft;
 use super::plan_file::{PlanRecord, SweepCell};
-use crate::experiment::ExperimentError;
-use crate::experiment::PreparedScene;
+use crate::common::ExperimentError;
 use crate::experiment::cost::cost;
+use crate::prepare::PreparedScene;
 use crate::scenario::ScenarioFile;
 
-/// Settings that are tried, about a second each.
+/// Number of settings to time, about a second each.
 const SAMPLES: usize = 5;
 
-/// What a sweep is and what it costs.
+/// Size and estimated cost of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepCost {
     /// `skiagraph.sweep_check/1`.
@@ -32,40 +32,40 @@ pub struct SweepCost {
     pub seeds: usize,
     /// Number of different sets.
     pub sets: usize,
-    /// Settings whose speed was measured; the others' is told from these by their likelihood evaluations.
+    /// Number of timed settings; the time of the others is interpolated by their likelihood evaluations.
     pub sampled: usize,
-    /// Seconds of one core for the cheapest and the dearest cell of the sample.
+    /// Seconds of one core for the cheapest and the most expensive cell of the sample.
     pub cell_s: [f64; 2],
     /// Seconds of one core for all cells and sets; without learning motion models.
     pub core_s: f64,
-    /// Cells at a time.
+    /// Parallel jobs.
     pub jobs: usize,
-    /// Seconds until all is done.
+    /// Wall-clock time of the whole sweep, s.
     pub run_s: f64,
-    /// Settings in the sample that learn a motion model first, which takes seconds to many minutes more.
+    /// Settings in the sample that first learn a motion model, which takes additional seconds to many minutes.
     pub models_to_learn: usize,
 }
 
-/// One setting that was tried.
-struct TriedSetting {
+/// One timed setting.
+struct TimedSetting {
     weight: f64,
     cell_s: f64,
     set_s: f64,
     models: usize,
 }
 
-/// Estimates the cost of a sweep with so many cells at a time; takes some seconds itself.
+/// Estimates the cost of a sweep with this many parallel jobs; takes some seconds itself.
 ///
 /// # Errors
-/// [`ExperimentError`] where a setting of the sample cannot be drawn or tracked, or threads cannot be started.
+/// [`ExperimentError`] if a setting of the sample cannot be drawn or tracked, or threads cannot be started.
 pub fn sweep_cost(draft: &Draft, jobs: usize) -> Result<SweepCost, ExperimentError> {
     cost_of(&draft.cells, |cell| draft.scenario(cell), &draft.record, jobs)
 }
 
-/// What these cells, at least one, and all sets of the plan cost.
+/// Estimates the cost of these cells, at least one, and of all sets of the plan.
 ///
 /// # Errors
-/// As [`sweep_cost`].
+/// Those of [`sweep_cost`].
 pub(super) fn cost_of(
     cells: &[SweepCell],
     scenario: impl Fn(&SweepCell) -> Result<ScenarioFile, ExperimentError>,
@@ -77,12 +77,12 @@ pub(super) fn cost_of(
     by_weight.sort_by_key(|cell| (cell.weight, cell.index));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.map_err(|e| ExperimentError::Malformed { path: "threads".into(), detail: e.to_string() })?;
-    let mut samples: Vec<TriedSetting> = Vec::new();
+    let mut samples: Vec<TimedSetting> = Vec::new();
     for cell in spread(&by_weight) {
         let file = scenario(cell)?;
         samples.push(pool.install(|| sample(cell, &file, record.mocap_directory.as_deref()))?);
     }
-    let cells_s: f64 = cells.iter().map(|cell| between(&samples, cell.weight as f64)).sum();
+    let cells_s: f64 = cells.iter().map(|cell| interpolate(&samples, cell.weight as f64)).sum();
     let set_s = samples.iter().map(|sample| sample.set_s).sum::<f64>() / samples.len().max(1) as f64;
     let core_s = cells_s + set_s * record.sets as f64;
     let times = samples.iter().map(|sample| sample.cell_s);
@@ -107,12 +107,12 @@ fn sample(
     cell: &SweepCell,
     file: &ScenarioFile,
     mocap_directory: Option<&std::path::Path>,
-) -> Result<TriedSetting, ExperimentError> {
-    let (begin, processor) = (Instant::now(), of_this_thread());
-    let staged = PreparedScene::new(file, mocap_directory)?;
-    let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
-    let busy = own_share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
-    Ok(TriedSetting {
+) -> Result<TimedSetting, ExperimentError> {
+    let (begin, processor) = (Instant::now(), thread_processor_s());
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    let cost = cost(file, &scene, begin.elapsed().as_secs_f64())?;
+    let busy = own_share((thread_processor_s() - processor) / begin.elapsed().as_secs_f64());
+    Ok(TimedSetting {
         weight: cell.weight as f64,
         cell_s: busy * (cost.track_s + cost.measure_s),
         set_s: busy * (cost.staging_s + cost.render_s),
@@ -120,13 +120,13 @@ fn sample(
     })
 }
 
-/// Which part of the clock's time was the sample's own: on a machine with other work the rest is theirs, and seconds of
-/// a core are asked for.
+/// Share of the wall-clock time in which the sample had a core. On a loaded machine the rest went to other processes,
+/// and the estimate is in seconds of one core.
 fn own_share(busy: f64) -> f64 {
     if busy.is_finite() && busy > 0.0 { busy.min(1.0) } else { 1.0 }
 }
 
-/// The cheapest, the dearest, and some between.
+/// The cheapest cell, the most expensive one, and some in between.
 fn spread<'c>(sorted: &[&'c SweepCell]) -> Vec<&'c SweepCell> {
     if sorted.len() <= SAMPLES {
         return sorted.to_vec();
@@ -134,8 +134,8 @@ fn spread<'c>(sorted: &[&'c SweepCell]) -> Vec<&'c SweepCell> {
     (0..SAMPLES).map(|n| sorted[n * (sorted.len() - 1) / (SAMPLES - 1)]).collect()
 }
 
-/// Seconds of a cell of this weight, on straight lines between the samples; of samples of one weight their mean.
-fn between(samples: &[TriedSetting], weight: f64) -> f64 {
+/// Time of a cell of this weight, s, interpolated linearly between the samples; samples of equal weight are averaged.
+fn interpolate(samples: &[TimedSetting], weight: f64) -> f64 {
     let same = || samples.iter().filter(|sample| sample.weight == weight).map(|sample| sample.cell_s);
     if same().next().is_some() {
         return same().sum::<f64>() / same().count() as f64;
@@ -158,16 +158,16 @@ mod tests {
 
     #[test]
     fn costs_between_samples_lie_on_a_line() {
-        let sample = |weight: f64, cell_s: f64| TriedSetting { weight, cell_s, set_s: 0.0, models: 0 };
+        let sample = |weight: f64, cell_s: f64| TimedSetting { weight, cell_s, set_s: 0.0, models: 0 };
         let samples = [sample(100.0, 1.0), sample(200.0, 2.0), sample(400.0, 6.0)];
-        let found = [50.0, 100.0, 150.0, 300.0, 400.0, 800.0].map(|weight| between(&samples, weight));
+        let found = [50.0, 100.0, 150.0, 300.0, 400.0, 800.0].map(|weight| interpolate(&samples, weight));
         assert_eq!(found, [1.0, 1.0, 1.5, 4.0, 6.0, 12.0]);
         let twins = [sample(100.0, 1.0), sample(200.0, 2.0), sample(200.0, 6.0)];
-        assert_eq!([100.0, 200.0].map(|weight| between(&twins, weight)), [1.0, 4.0], "other clips, other costs");
+        assert_eq!([100.0, 200.0].map(|weight| interpolate(&twins, weight)), [1.0, 4.0], "costs depend on the clip");
     }
 
     #[test]
-    fn seconds_of_a_core_leave_out_what_others_used_meanwhile() {
+    fn seconds_of_a_core_exclude_the_time_of_other_processes() {
         assert_eq!([0.25, 1.0, 1.01, 0.0, f64::NAN].map(own_share), [0.25, 1.0, 1.0, 1.0, 1.0]);
     }
 }

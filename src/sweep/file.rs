@@ -1,4 +1,4 @@
-//! A sweep's file: read, checked, and its axes with all their values.
+//! Reads and checks a sweep file, and lists its axes with all their values.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -15,46 +15,46 @@ use crate::scenario::{
 const MOST_VALUES: usize = 100_000;
 /// Most axes.
 const MOST_AXES: usize = 32;
-/// Characters of the longest condition. It is taken apart by recursion, so this bounds its depth too.
+/// Maximum length of a condition, characters. Conditions are parsed recursively, so this also bounds the depth.
 const LONGEST_CONDITION: usize = 1_000;
 
 /// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepAxis {
-    /// Exactly these.
+    /// A list of values.
     Values(Vec<AxisValue>),
-    /// Drawn from a range; on a logarithmic scale or not, whole numbers or not.
+    /// A range to draw values from.
     Range {
-        /// Least and greatest value.
+        /// Minimum and maximum.
         ends: [f64; 2],
-        /// Whether logarithms are uniform.
+        /// Whether values are drawn uniformly on a logarithmic scale.
         logarithmic: bool,
         /// Whether values are rounded to whole numbers.
         integer: bool,
     },
 }
 
-/// One value of an axis: what it is called and what it sets.
+/// One value of an axis: its label and its overrides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisValue {
-    /// The value itself, or the name of a table of several keys.
+    /// The value itself, or the name of a table `{ name = "...", set = [...] }`.
     pub label: Value,
-    /// Whether it is such a name, as in `{ name = "...", set = [...] }`.
+    /// Whether the label is the name of such a table.
     pub is_name: bool,
     /// Overrides.
     pub set: Vec<String>,
 }
 
-/// A sweep and where its relative paths start.
+/// A sweep and the folder that its relative paths refer to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepFile {
     /// The sweep.
     pub sweep: Sweep,
-    /// The file as it was named.
+    /// The path as the user gave it.
     pub origin: String,
     /// The scenario's path is relative to this folder.
     pub folder: PathBuf,
-    /// Where the scenario may lie, and the files that settings name, beside the places that the scenario itself allows.
+    /// Folders that the scenario and the files of settings may be in, besides those that the scenario itself allows.
     pub(crate) allowed: AllowedFolders,
     text: String,
 }
@@ -70,10 +70,10 @@ impl SweepFile {
         Self::parse(&text, &path.display().to_string(), path.parent().map(Path::to_owned).unwrap_or_default())
     }
 
-    /// As [`Self::open`], from a text.
+    /// Like [`Self::open`], from a text.
     ///
     /// # Errors
-    /// As [`Self::open`], except reading errors.
+    /// Those of [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let tree = tree_of(text, origin)?;
         let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
@@ -83,10 +83,10 @@ impl SweepFile {
         Ok(file)
     }
 
-    /// A sweep that no file holds.
+    /// A sweep without a file.
     ///
     /// # Errors
-    /// As [`Self::parse`], except errors of the text.
+    /// Those of [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let allowed = AllowedFolders::default();
         let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: String::new() };
@@ -94,23 +94,23 @@ impl SweepFile {
         Ok(file)
     }
 
-    /// The same file, which may name these files too.
+    /// The same file, with these additional allowed folders.
     pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
         self.allowed.allow_all_of(allowed);
         self
     }
 
-    /// The same file with another sweep, such as one that was changed on the command line.
+    /// The same file with another sweep, for example one changed on the command line.
     ///
     /// # Errors
-    /// As [`Self::parse`], except errors of the text.
+    /// Those of [`Self::parse`], except errors of the text.
     pub fn with(self, sweep: Sweep) -> Result<Self, ScenarioError> {
         let file = Self { sweep, ..self };
         file.check()?;
         Ok(file)
     }
 
-    /// Whether a file says that it is a sweep; `false` for one that cannot be read.
+    /// Whether a file has the schema of a sweep; `false` if it cannot be read.
     pub fn is_one(path: &Path) -> bool {
         let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
         let schema = |tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with("skiagraph.sweep/"));
@@ -126,7 +126,7 @@ impl SweepFile {
     /// The axes, by their full names, in alphabetical order.
     ///
     /// # Errors
-    /// [`Diagnostic`] for what is neither a list of values nor a range.
+    /// [`Diagnostic`] for an axis that is neither a list of values nor a range.
     pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Diagnostic> {
         let mut axes = BTreeMap::new();
         for (name, value) in flat("", &self.sweep.axes, is_range) {
@@ -142,7 +142,7 @@ impl SweepFile {
     /// The settings of `[[points]]`: axis and value, in alphabetical order of the axes.
     ///
     /// # Errors
-    /// [`Diagnostic`] for values that set nothing.
+    /// [`Diagnostic`] for an invalid value.
     pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Diagnostic> {
         let point = |(index, point): (usize, &Map<String, Value>)| {
             let mut values = BTreeMap::new();
@@ -240,20 +240,20 @@ impl SweepFile {
             let length = condition.chars().count();
             if length > LONGEST_CONDITION {
                 let message = format!("expected a condition of at most {LONGEST_CONDITION} characters, found {length}");
-                return refuse(&format!("keep[{index}]"), format!("{message}; split it, all of them must hold"));
+                return refuse(&format!("keep[{index}]"), format!("{message}; split it into several conditions"));
             }
         }
         let (axes, listed) = (self.axes()?, self.points()?);
         match sweep.method {
             Expansion::List if !axes.is_empty() => {
-                return refuse("axes", "expected none with method = \"list\"".to_owned());
+                return refuse("axes", "not valid with method = \"list\"; use [[points]]".to_owned());
             }
             Expansion::List if listed.is_empty() => {
                 return refuse("points", "expected [[points]] with method = \"list\", found none".to_owned());
             }
             Expansion::List => {}
             _ if !listed.is_empty() => {
-                return refuse("points", "expected none without method = \"list\"".to_owned());
+                return refuse("points", "only valid with method = \"list\"".to_owned());
             }
             Expansion::Random if sweep.samples.is_none_or(|samples| samples == 0) => {
                 return refuse(
@@ -264,13 +264,14 @@ impl SweepFile {
             _ => {}
         }
         if sweep.samples.is_some() && sweep.method != Expansion::Random {
-            return refuse("samples", "expected it only with method = \"random\"".to_owned());
+            return refuse("samples", "only valid with method = \"random\"".to_owned());
         }
         self.check_averages(&axes, &listed)?;
         sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
     }
 
-    /// Whether what is averaged over is varied. The methods of a scenario are an axis that no file names.
+    /// Refuses to average over anything but an axis. The methods of a scenario are an axis without an entry in the
+    /// file.
     fn check_averages(
         &self,
         axes: &BTreeMap<String, SweepAxis>,
@@ -300,7 +301,7 @@ impl SweepFile {
         }
         match &budget.solve {
             Some(key) if axes.contains_key(key) => {
-                let message = format!("`{key}` is an axis and cannot follow from the budget too; remove one of them");
+                let message = format!("`{key}` is an axis, so the budget cannot determine it; remove one of the two");
                 refuse("solve", message)
             }
             Some(key) if !budget.product.contains(key) => {
@@ -315,12 +316,12 @@ fn is_range(table: &Map<String, Value>) -> bool {
     ["uniform", "log_uniform", "integer"].iter().any(|key| table.contains_key(*key))
 }
 
-/// Whether a table is a value itself: `{ name, set }`, or a tracker's settings.
+/// Whether a table is a value: `{ name, set }`, or a tracker's settings.
 fn is_value(table: &Map<String, Value>) -> bool {
     table.contains_key("set") || table.is_empty()
 }
 
-/// Tables in tables by dotted keys (`[axes] rig.ring.count = [...]` is one); those that are values themselves stay.
+/// Flattens nested tables to dotted keys (`[axes] rig.ring.count = [...]` is one); tables that are values are kept.
 fn flat(prefix: &str, table: &Map<String, Value>, stays: fn(&Map<String, Value>) -> bool) -> Vec<(String, Value)> {
     let mut found = Vec::new();
     for (key, value) in table {
@@ -372,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_gives_axes_and_values_for_all_cells() {
+    fn the_command_line_sets_axes_and_values_for_all_cells() {
         let mut sweep = Sweep::named("a");
         for assignment in ["particles=50,100", "size_px=[160,120],[320,240]", "clip=a/b.bvh,embedded:run", "layers=3"] {
             sweep.assign(assignment).unwrap();
@@ -388,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sweep_is_refused_with_its_line() {
+    fn invalid_sweeps_are_refused_with_the_line() {
         for (text, words) in [
             (
                 "[axes]\nparticles = []\n",
@@ -402,7 +403,7 @@ mod tests {
                 "above 0 on a logarithmic scale",
             ),
             ("method = \"random\"\n[axes]\na = { uniform = [1, 2] }\n", "samples: expected the number of settings"),
-            ("samples = 3\n", "samples: expected it only with method = \"random\""),
+            ("samples = 3\n", "samples: only valid with method = \"random\""),
             ("method = \"list\"\n", "points: expected [[points]]"),
             ("method = \"gird\"\n", "did you mean `grid`?"),
             ("seeds = 0\n", "a.toml:3: seeds: expected 1 to 100000, found 0"),
@@ -414,7 +415,7 @@ mod tests {
             ),
             (
                 "[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 100\nsolve = \"particles\"\n[axes]\nparticles = [1]\n",
-                "budget.solve: `particles` is an axis and cannot follow from the budget too",
+                "budget.solve: `particles` is an axis, so the budget cannot determine it",
             ),
             ("[budget]\nproduct = [\"a\", \"b\"]\nequals = -3\n", "budget.equals: expected a number above 0, found -3"),
         ] {

@@ -1,11 +1,11 @@
-//! What cells and sets are known by: hashes of all that their results depend on.
+//! Identifies cells and sets by hashes of everything that their results depend on.
 //!
 //! | hash | of |
 //! |---|---|
 //! | set | program version, scenario without its trackers and seeds, contents of recordings and robots |
 //! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots and models |
 //!
-//! Names of files count as the scenario writes them, folders above them do not: a sweep may be moved.
+//! File names are hashed as written in the scenario, without the folders above them, so that a sweep may be moved.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,18 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::ExperimentError;
-use crate::experiment::error::stays_unreadable;
-use crate::experiment::scenario_copy::inputs_of;
+use crate::common::{ExperimentError, stays_unreadable};
 use crate::input::{self, hex_sha256, hex_sha256_of};
+use crate::prepare::scenario_copy::inputs_of;
 use crate::scenario::{Scenario, ScenarioFile};
 
-/// Hexadecimal digits of a hash that are kept.
+/// Number of hexadecimal digits of a shortened hash.
 pub(super) const DIGITS: usize = 16;
 
-/// Bytes of an input that is hashed: more than any recording or model may have.
+/// Maximum size of an input to hash, bytes: larger than any valid recording or model.
 const LARGEST_INPUT: u64 = 4 << 30;
 
-/// A file that cells read, and its content.
+/// A file that cells read, and the hash of its content.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InputFile {
     /// The file.
@@ -35,7 +34,7 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// The file as it is now.
+    /// Hashes the current content of a file.
     ///
     /// # Errors
     /// [`ExperimentError::Unreadable`].
@@ -49,9 +48,9 @@ impl InputFile {
 /// The hashes of a scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// The set that is tracked.
+    /// The set.
     pub(super) set: String,
-    /// The setting: the cell but for its seed.
+    /// The setting: the cell without its seed.
     setting: String,
 }
 
@@ -66,12 +65,12 @@ impl Identity {
 #[derive(Debug, Default)]
 pub(super) struct Identities {
     mocap_directory: Option<PathBuf>,
-    /// By what names inputs: the files.
+    /// Files by the scenario parts that name them.
     known: Mutex<BTreeMap<String, Vec<InputFile>>>,
 }
 
 impl Identities {
-    /// For scenarios whose clips are searched for below this folder.
+    /// For scenarios whose clips are searched below this folder.
     pub(super) fn new(mocap_directory: Option<&Path>) -> Self {
         Self { mocap_directory: mocap_directory.map(Path::to_owned), known: Mutex::default() }
     }
@@ -101,7 +100,7 @@ impl Identities {
         Ok(Identity { set, setting })
     }
 
-    /// All files that were read so far, by path.
+    /// All files read so far, sorted by path.
     pub(super) fn into_inputs(self) -> Vec<InputFile> {
         let known = self.known.into_inner().unwrap_or_else(PoisonError::into_inner);
         let mut all: Vec<InputFile> = known.into_values().flatten().collect();
@@ -127,7 +126,7 @@ impl Identities {
         let own = file.path.as_deref();
         let paths = inputs_of(file, self.mocap_directory.as_deref()).into_paths();
         let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
-        // what cannot be read fails in the cells that need it, like what is not there
+        // an unreadable or missing file is reported by the cells that need it
         let readable = paths.filter_map(|path| match InputFile::read(path) {
             Err(ExperimentError::Unreadable { source, .. }) if stays_unreadable(&source) => None,
             read => Some(read),
@@ -155,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_known_by_what_its_result_depends_on_and_by_nothing_else() {
+    fn the_hash_of_a_cell_covers_exactly_what_its_result_depends_on() {
         let base = identity(&[]);
         assert_eq!(base.cell(0).len(), DIGITS);
         assert_ne!(base.cell(0), base.cell(1));
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_counts_by_its_content() {
+    fn a_recording_is_identified_by_its_content() {
         let folder = tempfile::tempdir().unwrap();
         let clip = folder.path().join("walk.txt");
         let of = |content: &str| {
@@ -199,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_differ_in_a_file_alone_have_the_inputs_of_their_own() {
+    fn settings_that_differ_only_in_a_file_have_separate_inputs() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["a.obj", "b.obj", "c.xml", "d.xml"] {
             std::fs::write(folder.path().join(name), name).unwrap();

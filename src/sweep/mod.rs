@@ -1,9 +1,9 @@
 //! Sweeps: many settings of one scenario, each with several seeds, on one machine or many.
 //!
-//! A [`Draft`] turns a sweep file into cells; frozen in a folder it is a [`PlannedSweep`]. Every cell is known by a
-//! hash of all that its result depends on, and leaves one file, whole or not at all. So it does not matter who runs a
-//! cell, how often, in which order, and who is killed meanwhile: [`run_sweep`] on this machine, [`run_cell`] for an
-//! engine such as Slurm. [`sweep_status`] and [`gather()`] look at files alone, and so does the [`page`].
+//! A [`Draft`] turns a sweep file into cells; frozen in a folder it is a [`PlannedSweep`]. Every cell is identified by
+//! a hash of everything that its result depends on, and writes one result file atomically. Cells may therefore be run
+//! by any process, repeatedly, in any order, and be killed at any time: [`run_sweep`] runs them on this machine,
+//! [`run_cell`] under an engine such as Slurm. [`sweep_status`], [`gather()`] and the [`page`] read these files only.
 //!
 //! ```no_run
 //! use skiagraph::sweep::{Draft, PlannedSweep, SweepFile, SweepSummary};

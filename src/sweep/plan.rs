@@ -1,14 +1,14 @@
-//! A sweep that is planned: its cells, frozen in a folder.
+//! A planned sweep: its cells, frozen in a folder.
 //!
-//! | file | what it is |
+//! | file | content |
 //! |---|---|
 //! | `plan.json` | [`PlanRecord`]: number of cells, seeds, digests; written last |
-//! | `cells.jsonl` | one line a cell, in the order of their indices: [`SweepCell`] |
-//! | `scenario.toml`, `sweep.toml` | base scenario and sweep as they were when it was planned |
-//! | `results/XX/ID.json` | one file a finished cell; `XX` are the first two digits of its id |
+//! | `cells.jsonl` | one line per cell, in the order of their indices: [`SweepCell`] |
+//! | `scenario.toml`, `sweep.toml` | base scenario and sweep at the time of planning |
+//! | `results/XX/ID.json` | one file per finished cell; `XX` are the first two digits of its id |
 //! | `sets/ID/` | benchmark sets, each rendered once |
-//! | `models/ID.model` | motion models that cells learned, each once |
-//! | `reports/ID/` | whole runs of cells, where they were asked for |
+//! | `models/ID.model` | motion models, each learned once |
+//! | `reports/ID/` | complete runs of cells, if requested |
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -19,26 +19,27 @@ use super::file::SweepFile;
 use super::identity::{Identities, InputFile};
 use super::plan_file::{
     BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited,
-    first_difference, lines, malformed, read_plan, there,
+    existing_plan, first_difference, lines, malformed, read_plan,
 };
 use super::settings::{Setting, settings, with_method};
 use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, parent_of, sync_parent, write_whole};
-use crate::experiment::error::read_file;
-use crate::experiment::{ExperimentError, check_metric, to_json};
+use crate::common::{ExperimentError, read_file, to_json};
+use crate::experiment::check_metric;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate};
 
+const NO_SWEEP: &str = "expected the directory of a sweep, found no plan.json; make one with skiagraph sweep plan";
 const BASE_FILE: &str = "scenario.toml";
 const DEFINITION_FILE: &str = "sweep.toml";
 /// Most cells of a sweep.
 const MOST_CELLS: usize = 2_000_000;
-/// Size of the largest list of cells.
+/// Maximum size of the list of cells, bytes.
 const LARGEST_LIST: u64 = 4 << 30;
 
 /// A sweep before it is frozen.
 #[derive(Debug)]
 pub struct Draft {
-    /// What is planned; without digests.
+    /// The plan, without digests.
     pub record: PlanRecord,
     /// The cells.
     pub cells: Vec<SweepCell>,
@@ -46,7 +47,7 @@ pub struct Draft {
     template: ScenarioTemplate,
 }
 
-/// A sweep that is frozen in a folder.
+/// A sweep frozen in a folder.
 #[derive(Debug)]
 pub struct PlannedSweep {
     /// The folder.
@@ -56,19 +57,19 @@ pub struct PlannedSweep {
     template: ScenarioTemplate,
 }
 
-/// What became of a request to plan.
+/// Outcome of a request to plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Planned {
     /// The folder is new.
     New,
-    /// The same plan was there.
+    /// The folder already had the same plan.
     Same,
-    /// Another plan was there and was replaced; its results stay.
+    /// A different plan was replaced; its results are kept.
     Replaced,
 }
 
 impl Draft {
-    /// The cells of a sweep, with everything that they read.
+    /// Expands the cells of a sweep and hashes their inputs.
     ///
     /// # Errors
     /// [`ExperimentError`] that names the key or file.
@@ -85,7 +86,7 @@ impl Draft {
             }
             None => ScenarioFile::built_in(&sweep.set),
         }?;
-        // overrides of a sweep file are not typed by the user
+        // overrides in a sweep file do not come from the command line, so they grant no access to files
         let allowed = AllowedFolders::of_folder(&base.folder);
         let base = base.naming_only(allowed);
         let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
@@ -118,7 +119,7 @@ impl Draft {
                 method: method.clone(),
             }));
         }
-        refuse_twins(file, &cells)?;
+        refuse_duplicates(file, &cells)?;
         let mut sets: Vec<&String> = made.iter().map(|(identity, ..)| &identity.set).collect();
         sets.dedup();
         let axes: BTreeSet<&String> = made.iter().flat_map(|(.., setting)| setting.axes.keys()).collect();
@@ -154,24 +155,24 @@ impl Draft {
     /// The scenario of a cell.
     ///
     /// # Errors
-    /// None that planning has not met.
+    /// None that planning has not already reported.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, cell)
     }
 
-    /// Freezes the sweep in a folder. A folder with the same plan is left as it is. With `extend` another plan is
-    /// replaced, and the results of cells that both have count.
+    /// Freezes the sweep in a folder. A folder with the same plan is left unchanged. With `extend`, a different plan is
+    /// replaced, and the results of cells that are in both plans are kept.
     ///
     /// # Errors
-    /// [`ArtefactError::Occupied`] where something else is, [`ExperimentError::OtherPlan`] where another plan is and
-    /// `extend` is not asked for, [`ArtefactError::Busy`] while another process plans there.
+    /// [`ArtefactError::Occupied`] if the folder has other content, [`ExperimentError::OtherPlan`] if it has a
+    /// different plan and `extend` is false, [`ArtefactError::Busy`] while another process plans there.
     pub fn freeze(&self, root: &Path, extend: bool) -> Result<Planned, ExperimentError> {
         let text = lines(&self.cells)?;
         let mut record = PlanRecord { cells_sha256: hex_sha256(&text), ..self.record.clone() };
         record.digest = digest(&record)?;
         let place = LockedPlace::take(root)?;
-        if let Some(there) = there(root)? {
-            if there == record
+        if let Some(existing) = existing_plan(root)? {
+            if existing == record
                 && fs::read(root.join(CELLS_FILE)).is_ok_and(|cells| hex_sha256(&cells) == record.cells_sha256)
             {
                 return Ok(Planned::Same);
@@ -179,7 +180,7 @@ impl Draft {
             if !extend {
                 return Err(ExperimentError::OtherPlan {
                     path: root.to_owned(),
-                    difference: difference(&there, &record),
+                    difference: difference(&existing, &record),
                 });
             }
             self.write(root, &record, &text)?;
@@ -208,20 +209,20 @@ impl Draft {
 }
 
 impl PlannedSweep {
-    /// Opens a folder, and refuses one whose plan or inputs changed since it was frozen.
+    /// Opens a folder; refuses it if the plan or its inputs changed since it was frozen.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] that names the file and says what to do.
+    /// [`ExperimentError::Malformed`] that names the file and the remedy.
     pub fn open(root: &Path) -> Result<Self, ExperimentError> {
         let path = root.join(PLAN_FILE);
         if !path.exists() {
-            let detail = "no sweep is planned here; plan one with skiagraph sweep plan";
-            return Err(malformed(&path, detail));
+            return Err(malformed(root, NO_SWEEP));
         }
         let plan = read_plan(&path)?;
         if plan.version != env!("CARGO_PKG_VERSION") {
             let detail = format!(
-                "planned by version {}, and this is {}: results would not be comparable; plan it again elsewhere",
+                "planned by version {}, but this is version {}: results would not be comparable; plan the sweep again in \
+                 another directory",
                 excerpt(&plan.version),
                 env!("CARGO_PKG_VERSION")
             );
@@ -243,7 +244,7 @@ impl PlannedSweep {
         Ok(sweep)
     }
 
-    /// The same, whose scenarios may name files anywhere.
+    /// The same sweep, whose scenarios may refer to files anywhere.
     pub fn allowing_all_files(mut self) -> Self {
         let mut anywhere = AllowedFolders::default();
         anywhere.allow_anywhere();
@@ -251,14 +252,15 @@ impl PlannedSweep {
         self
     }
 
-    /// What the scenarios may name: the files that were read when it was planned, and what the base scenario may. A
-    /// plan of somebody else may name any folder as the base's, but cannot know what files there hold.
+    /// What the scenarios may refer to: the files read during planning, and the folder of the base scenario. A plan
+    /// from an untrusted source may name any folder as that of the base scenario, but it cannot know the content of a
+    /// file there, so the folder counts only if the base scenario's file is unchanged.
     fn allowed(&self, frozen: &str) -> AllowedFolders {
         let mut allowed = AllowedFolders::default();
         self.plan.inputs.iter().for_each(|input| allowed.allow(&input.path));
         let base = self.plan.base.file.as_deref();
-        let is_there = |path: &&Path| input::read(path, limits::SETTINGS).is_ok_and(|now| now == frozen.as_bytes());
-        if let Some(folder) = base.filter(is_there).and_then(Path::parent) {
+        let is_unchanged = |path: &&Path| input::read(path, limits::SETTINGS).is_ok_and(|now| now == frozen.as_bytes());
+        if let Some(folder) = base.filter(is_unchanged).and_then(Path::parent) {
             allowed.allow_all_of(&AllowedFolders::of_folder(folder));
         }
         allowed
@@ -267,7 +269,7 @@ impl PlannedSweep {
     /// All cells, in order.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] for a list that is not the one that was frozen.
+    /// [`ExperimentError::Malformed`] if the list changed since it was frozen.
     pub fn cells(&self) -> Result<Vec<SweepCell>, ExperimentError> {
         let path = self.root.join(CELLS_FILE);
         let bytes = read_file(&path, LARGEST_LIST)?;
@@ -289,33 +291,33 @@ impl PlannedSweep {
     /// The scenario of a cell.
     ///
     /// # Errors
-    /// [`ExperimentError`] where an override is refused.
+    /// [`ExperimentError`] if an override is refused.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, cell)
     }
 
-    /// The sweep as it was defined; its base scenario is the folder's own.
+    /// The definition of the sweep; its base scenario is the copy in the folder.
     ///
     /// # Errors
-    /// [`ExperimentError`] where it cannot be read.
+    /// [`ExperimentError`] if it cannot be read.
     pub fn definition(&self) -> Result<SweepFile, ExperimentError> {
         Ok(SweepFile::open(&self.root.join(DEFINITION_FILE))?)
     }
 
-    /// The base scenario, where its file is still there, must be what was frozen.
+    /// Refuses a base scenario that changed since it was frozen; a missing file is accepted.
     fn check_base(&self, frozen: &str) -> Result<(), ExperimentError> {
         let Some(path) = self.plan.base.file.as_deref() else { return Ok(()) };
         let Ok(now) = input::read_to_string(path, limits::SETTINGS) else { return Ok(()) };
         match first_difference(frozen, &now) {
             None => Ok(()),
             Some(_) if !is_own_output(now.as_bytes()) => {
-                Err(malformed(path, format!("is no scenario any more; {} was planned from it", self.root.display())))
+                Err(malformed(path, format!("is no longer a scenario; {} was planned from it", self.root.display())))
             }
             Some((line, was, is)) => Err(malformed(
                 path,
                 format!(
                     "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or plan again in another \
-                    folder (or with --extend, which keeps the results of cells that stay the same)",
+                     directory, or with --extend, which keeps the results of unchanged cells",
                     self.root.display(),
                     excerpt(&was),
                     excerpt(&is)
@@ -352,22 +354,22 @@ fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFil
     Ok(file)
 }
 
-/// Two settings that are the same are a mistake: their cells would have one result.
-fn refuse_twins(file: &SweepFile, cells: &[SweepCell]) -> Result<(), ExperimentError> {
+/// Refuses two equal settings: their cells would share one result, so they must be a mistake.
+fn refuse_duplicates(file: &SweepFile, cells: &[SweepCell]) -> Result<(), ExperimentError> {
     let mut ids: Vec<(&str, usize)> = cells.iter().enumerate().map(|(at, cell)| (cell.cell.as_str(), at)).collect();
     ids.sort_unstable();
-    let Some(twins) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
+    let Some(pair) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
     let words = |at: usize| describe_axes(&cells[at].axes);
     let key = if file.sweep.points.is_empty() { "axes" } else { "points" };
     let message = format!(
         "expected different settings, but `{}` and `{}` make the same scenario",
-        words(twins[0].1),
-        words(twins[1].1)
+        words(pair[0].1),
+        words(pair[1].1)
     );
     Err(ScenarioError::from(file.complaint(key, message)).into())
 }
 
-/// Settings of one set side by side, sets in the order in which they first occur: a shard then needs few sets.
+/// Groups the settings of each set, with sets in the order of their first occurrence, so that a shard needs few sets.
 fn group_by_set<T>(made: &mut [T], set: impl Fn(&T) -> &String) {
     let mut order = std::collections::HashMap::new();
     for one in made.iter() {
@@ -393,7 +395,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_sweep_that_ships_can_be_planned_and_is_the_same_from_anywhere() {
+    fn every_shipped_sweep_can_be_planned() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/sweeps");
         let mut count = 0;
         for entry in fs::read_dir(folder).unwrap() {
@@ -404,7 +406,7 @@ mod tests {
             assert!(draft.cells.iter().all(|cell| draft.scenario(cell).is_ok()), "{}", path.display());
             let mut sets: Vec<&String> = draft.cells.iter().map(|cell| &cell.set).collect();
             sets.dedup();
-            assert_eq!(sets.len(), record.sets, "cells of a set stand side by side");
+            assert_eq!(sets.len(), record.sets, "cells of a set are adjacent");
             count += 1;
         }
         assert!(count >= 5, "{count}");

@@ -1,4 +1,4 @@
-//! The files of a plan, `plan.json` and `cells.jsonl`, and how two plans differ.
+//! The files of a plan, `plan.json` and `cells.jsonl`, and differences between plans.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
-use crate::experiment::error::read_file;
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
 
@@ -23,21 +22,21 @@ pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 pub struct SweepCell {
     /// Its place in the plan, from 0.
     pub index: usize,
-    /// What it is known by: a hash of all that its result depends on.
+    /// Its id: a hash of everything that its result depends on.
     pub cell: String,
-    /// Which setting, from 0.
+    /// Number of its setting, from 0.
     pub setting: usize,
     /// Its random seed.
     pub seed: u64,
-    /// The hash of the set that it tracks.
+    /// Hash of its set.
     pub set: String,
-    /// What it costs to track a frame, in likelihood evaluations times cameras.
+    /// Cost of tracking a frame, in likelihood evaluations times cameras.
     pub weight: u64,
     /// Axes and values.
     pub axes: Map<String, Value>,
     /// Overrides of the base scenario.
     pub overrides: Vec<String>,
-    /// Which of the base scenario's methods, where it has several.
+    /// Its method, if the base scenario has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
 }
@@ -51,7 +50,7 @@ pub struct PlanRecord {
     pub name: String,
     /// Its description.
     pub description: String,
-    /// The sweep file as it was named, or the scenario of a sweep that no file holds.
+    /// Path of the sweep file as the user gave it, or of the scenario of a sweep without a file.
     pub source: String,
     /// Version of the program.
     pub version: String,
@@ -65,19 +64,19 @@ pub struct PlanRecord {
     pub seeds: Vec<u64>,
     /// The names of the axes.
     pub axes: Vec<String>,
-    /// The metric that settings are compared by.
+    /// Metric to compare settings by.
     pub objective: String,
-    /// Whether every cell leaves a whole run with its report.
+    /// Whether every cell keeps a complete run with its report.
     pub reports: bool,
     /// The base scenario.
     pub base: BaseRecord,
-    /// Where clips are searched for.
+    /// Folder to search for clips.
     pub mocap_directory: Option<PathBuf>,
     /// Recordings, robots and models that cells read.
     pub inputs: Vec<InputFile>,
     /// SHA-256 of `cells.jsonl`.
     pub cells_sha256: String,
-    /// First digits of the SHA-256 of all that is above.
+    /// First digits of the SHA-256 of all fields above.
     pub digest: String,
 }
 
@@ -125,14 +124,14 @@ pub(super) fn read_plan(path: &Path) -> Result<PlanRecord, ExperimentError> {
     Ok(plan)
 }
 
-/// The plan in a folder; `None` where there is none.
-pub(super) fn there(root: &Path) -> Result<Option<PlanRecord>, ExperimentError> {
+/// The plan in a folder, if there is one.
+pub(super) fn existing_plan(root: &Path) -> Result<Option<PlanRecord>, ExperimentError> {
     let path = root.join(PLAN_FILE);
     if path.exists() { read_plan(&path).map(Some) } else { Ok(None) }
 }
 
-/// The first thing in which two plans differ.
-pub(super) fn difference(there: &PlanRecord, new: &PlanRecord) -> String {
+/// The first difference between two plans.
+pub(super) fn difference(existing: &PlanRecord, new: &PlanRecord) -> String {
     let facts = |plan: &PlanRecord| {
         [
             ("name", plan.name.clone()),
@@ -148,14 +147,14 @@ pub(super) fn difference(there: &PlanRecord, new: &PlanRecord) -> String {
             ("reports", plan.reports.to_string()),
         ]
     };
-    let differs = facts(there).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
+    let differs = facts(existing).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
     match differs {
-        Some(((what, old), (_, new))) => format!("{what}: there `{}`, here `{}`", excerpt(&old), excerpt(&new)),
+        Some(((what, old), (_, new))) => format!("{what}: was `{}`, now `{}`", excerpt(&old), excerpt(&new)),
         None => "the values of the axes".to_owned(),
     }
 }
 
-/// The first line that differs: its number, and both.
+/// The first line that differs: its number and both versions.
 pub(super) fn first_difference(a: &str, b: &str) -> Option<(usize, String, String)> {
     if a == b {
         return None;
@@ -171,7 +170,7 @@ pub(super) fn first_difference(a: &str, b: &str) -> Option<(usize, String, Strin
     None
 }
 
-/// Axes and values but for some.
+/// Axes and values, without the axes `over`.
 pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String, Value> {
     axes.iter().filter(|(key, _)| !over.contains(key)).map(|(key, value)| (key.clone(), value.clone())).collect()
 }
@@ -179,10 +178,10 @@ pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String,
 /// Axes and values: `particles=50 rig.ring.count=2`.
 pub(super) fn describe_axes(axes: &Map<String, Value>) -> String {
     let words: Vec<String> = axes.iter().map(|(key, value)| format!("{key}={}", table_text(value))).collect();
-    if words.is_empty() { "the scenario as it is".to_owned() } else { input::plain(words.join(" ")) }
+    if words.is_empty() { "the base scenario unchanged".to_owned() } else { input::plain(words.join(" ")) }
 }
 
-/// A value as a table shows it: text without quotes.
+/// A value for a table: text without quotes.
 pub(super) fn table_text(value: &Value) -> String {
     value.as_str().map_or_else(|| as_toml(value), str::to_owned)
 }
@@ -203,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_line_that_differs_is_told() {
+    fn the_first_line_that_differs_is_found() {
         assert_eq!(first_difference("a\nb\n", "a\nb\n"), None);
         assert_eq!(first_difference("a\nb\n", "a\nc\n"), Some((2, "b".to_owned(), "c".to_owned())));
         assert_eq!(first_difference("a\n", "a\nb\n"), Some((2, "(nothing)".to_owned(), "b".to_owned())));

@@ -1,4 +1,4 @@
-//! Results of cells: one file each, whole or absent.
+//! Results of cells: one file each, written atomically.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,32 +11,32 @@ use super::identity::{DIGITS, short};
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use crate::artefacts::{output, write_whole};
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, to_json};
 use crate::input::{self, limits};
 use crate::parallel;
 
 const SCHEMA: &str = "skiagraph.sweep_cell/1";
 /// The folder of all results.
 pub(super) const RESULTS: &str = "results";
-/// As much of a result as says what became of its cell.
+/// Bytes at the beginning of a result that include the status of its cell.
 const HEAD: u64 = 160;
-/// Results that are read at a time.
+/// Number of results to read at a time.
 const BLOCK: usize = 1000;
 
-/// What became of a cell.
+/// Outcome of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// It was tracked and measured.
+    /// Tracked and measured.
     Ok,
-    /// It was tracked and measured, and the tracker lost the body: graded `lost`, as reports say it.
+    /// Tracked and measured, but the tracker lost the body: grade `lost`, as in reports.
     Diverged,
-    /// It cannot be run: its scenario and its files do not fit together, or the tracker refused.
+    /// Cannot be run: its scenario and its files do not fit together, or the tracker refused.
     Failed,
 }
 
 impl Status {
-    /// As tables write it.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -46,23 +46,23 @@ impl Status {
     }
 }
 
-/// The result of a cell: `results/XX/ID.json`. All but `env` is the same to the byte wherever it was made.
+/// The result of a cell: `results/XX/ID.json`. Everything but `env` has the same bytes on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellRecord {
     /// `skiagraph.sweep_cell/1`.
     pub schema: String,
     /// The cell's id.
     pub cell: String,
-    /// What became of it.
+    /// Its outcome.
     pub status: Status,
     /// Its random seed.
     pub seed: u64,
     /// Version of the program.
     pub version: String,
-    /// Why it failed.
+    /// The error, if it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// Hash of the set's files; absent where there is no set.
+    /// Hash of the set's files; absent if there is no set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set_hash: Option<String>,
     /// Grade of the run, as in its report.
@@ -79,20 +79,20 @@ pub struct CellRecord {
     /// Mean of the sweep's objective for a tracker that never moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frozen: Option<f64>,
-    /// First digits of the SHA-256 of all that is above.
+    /// First digits of the SHA-256 of all fields above.
     pub digest: String,
-    /// What differs from run to run.
+    /// Values that differ from run to run.
     pub env: Environment,
 }
 
-/// What differs from run to run.
+/// Values that differ from run to run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Environment {
-    /// Seconds of tracking.
+    /// Wall-clock time of tracking, s.
     pub track_s: f64,
-    /// Processor seconds of tracking, where the system tells them.
+    /// Processor time of tracking, s, if the system reports it.
     pub track_processor_s: f64,
-    /// Processor seconds of all that was done for the cell alone: reading, tracking, measuring, writing.
+    /// Processor time of all work for this cell alone, s: reading, tracking, measuring, writing.
     pub processor_s: f64,
     /// Name of the machine.
     pub host: String,
@@ -120,11 +120,11 @@ impl CellRecord {
         }
     }
 
-    /// The text of all that does not differ from run to run.
+    /// The fields that do not differ from run to run.
     ///
     /// # Errors
-    /// [`ExperimentError::Malformed`] where it cannot be written.
-    pub(super) fn lasting(&self) -> Result<serde_json::Map<String, serde_json::Value>, ExperimentError> {
+    /// [`ExperimentError::Malformed`] if they cannot be serialised.
+    pub(super) fn reproducible_fields(&self) -> Result<serde_json::Map<String, serde_json::Value>, ExperimentError> {
         let tree = serde_json::to_value(self)
             .map_err(|e| ExperimentError::Malformed { path: RESULTS.into(), detail: e.to_string() })?;
         let serde_json::Value::Object(mut tree) = tree else { return Ok(serde_json::Map::new()) };
@@ -133,11 +133,11 @@ impl CellRecord {
     }
 
     fn digest(&self) -> Result<String, ExperimentError> {
-        Ok(short(&serde_json::Value::Object(self.lasting()?).to_string()))
+        Ok(short(&serde_json::Value::Object(self.reproducible_fields()?).to_string()))
     }
 }
 
-/// The results of a sweep, as files.
+/// The result files of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SweepResults<'a> {
     root: &'a Path,
@@ -152,10 +152,10 @@ impl<'a> SweepResults<'a> {
         self.root.join(RESULTS).join(id.get(..2).unwrap_or_default()).join(format!("{id}.json"))
     }
 
-    /// Puts a result in its place.
+    /// Writes a result.
     ///
     /// # Errors
-    /// [`crate::artefacts::ArtefactError::Output`]; then there is none.
+    /// [`crate::artefacts::ArtefactError::Output`]; no file remains then.
     pub(super) fn put(&self, mut record: CellRecord) -> Result<CellRecord, ExperimentError> {
         record.digest = record.digest()?;
         let path = self.path(&record.cell);
@@ -165,7 +165,7 @@ impl<'a> SweepResults<'a> {
         Ok(record)
     }
 
-    /// The result of a cell; `None` where there is none, or none that is whole.
+    /// The result of a cell, if there is a valid one.
     pub(super) fn get(&self, id: &str) -> Option<CellRecord> {
         let bytes = input::read(&self.path(id), limits::RECORD).ok()?;
         let record: CellRecord = serde_json::from_slice(&bytes).ok()?;
@@ -173,7 +173,7 @@ impl<'a> SweepResults<'a> {
         whole.then_some(record)
     }
 
-    /// What became of a cell, by the head of its file; `None` where there is no result.
+    /// The outcome of a cell, from the beginning of its file; `None` without a result.
     pub(super) fn status(&self, id: &str) -> Option<Status> {
         let mut head = Vec::new();
         fs::File::open(self.path(id)).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
@@ -185,13 +185,13 @@ impl<'a> SweepResults<'a> {
         all.into_iter().find(|one| named && one.name() == status)
     }
 
-    /// What became of every cell.
+    /// The outcome of every cell.
     pub(super) fn statuses(&self, cells: &[SweepCell]) -> Vec<Option<Status>> {
         parallel::map(cells.len(), |at| self.status(&cells[at].cell))
     }
 
-    /// Calls `each` with every cell and what `prepare` makes of its result, in order. Results are read a block at a
-    /// time, and `prepare` happens on all cores.
+    /// Calls `each` with every cell and the output of `prepare` for its result, in order. Results are read in blocks,
+    /// and `prepare` runs on all cores.
     ///
     /// # Errors
     /// Those of `each`.
@@ -213,7 +213,7 @@ impl<'a> SweepResults<'a> {
         fs::remove_file(self.path(id)).ok();
     }
 
-    /// Removes what processes that were killed left behind.
+    /// Removes temporary files of killed processes.
     pub(super) fn clear_leftovers(&self) {
         let folders = fs::read_dir(self.root.join(RESULTS)).into_iter().flatten().flatten();
         for entry in folders.flat_map(|folder| fs::read_dir(folder.path()).into_iter().flatten().flatten()) {

@@ -1,4 +1,4 @@
-//! A sweep on this machine: one cell a core.
+//! Runs a sweep on this machine, one cell per core.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -8,28 +8,27 @@ use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Status, SweepResults};
 use crate::artefacts::LockedPlace;
-use crate::experiment::ExperimentError;
-use crate::experiment::{Progress, Stage};
+use crate::common::{ExperimentError, Progress, Stage};
 
-/// What came of running a sweep.
+/// Outcome of running a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ran {
-    /// Cells that were run now.
+    /// Number of cells that were run.
     pub run: usize,
-    /// Cells that had results.
+    /// Number of cells that already had results.
     pub cached: usize,
-    /// Cells of all whose tracker lost the body.
+    /// Number of all cells whose tracker lost the body.
     pub diverged: usize,
-    /// Index and message of all that failed.
+    /// Index and error message of every failed cell.
     pub failed: Vec<(usize, String)>,
 }
 
-/// How a sweep is to be run.
+/// Options for running a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct RunOptions {
-    /// Cells at a time, each on one thread.
+    /// Parallel jobs, each on one thread.
     pub jobs: usize,
-    /// Whether cells that failed are tried again.
+    /// Whether failed cells are retried.
     pub retry_failed: bool,
 }
 
@@ -43,21 +42,21 @@ impl Ran {
     }
 }
 
-/// Runs all cells of a sweep that have no result. Results of cells that are done stay whatever happens.
+/// Runs all cells of a sweep that have no result. Results of finished cells are kept in any case.
 ///
 /// # Errors
 /// [`crate::artefacts::ArtefactError::Busy`] while another process runs the sweep; otherwise as [`super::run_cell`].
 pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, progress: &dyn Progress) -> Result<Ran, ExperimentError> {
-    // held while it runs: a second process would do the same cells
+    // held while the sweep runs: a second process would run the same cells
     let _place = LockedPlace::take(&sweep.root.join("run"))?;
     let cells = sweep.cells()?;
     run_some(sweep, &cells, options, progress)
 }
 
-/// As [`run_sweep`], some cells, beside other processes that run others.
+/// Like [`run_sweep`], for some cells; other processes may run other cells at the same time.
 ///
 /// # Errors
-/// As [`super::run_cell`].
+/// Those of [`super::run_cell`].
 pub fn run_some(
     sweep: &PlannedSweep,
     cells: &[SweepCell],
@@ -122,7 +121,7 @@ struct Workers<'a> {
 }
 
 impl Workers<'_> {
-    /// Runs cells until none is left, all work of each on this thread.
+    /// Runs cells on this thread until none is left.
     fn work(&self) {
         let pool = match rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
             Ok(pool) => pool,
@@ -135,14 +134,14 @@ impl Workers<'_> {
             while !self.interrupted() {
                 let Some(cell) = self.cells.get(self.next.fetch_add(1, Ordering::Relaxed)) else { return };
                 match run_shared(self.sweep, cell, CellOptions::default(), &self.shared, &mut held, self) {
-                    Ok(done) => self.tell(cell, &done.record),
+                    Ok(done) => self.add(cell, &done.record),
                     Err(error) => return self.fail(error),
                 }
             }
         });
     }
 
-    fn tell(&self, cell: &SweepCell, record: &CellRecord) {
+    fn add(&self, cell: &SweepCell, record: &CellRecord) {
         let mut ran = self.ran.lock().unwrap_or_else(PoisonError::into_inner);
         ran.run += 1;
         ran.add(cell, record);
@@ -158,7 +157,7 @@ impl Workers<'_> {
     }
 }
 
-/// Hears of interruptions alone: a cell's frames are nobody's progress.
+/// Forwards interruptions only: progress counts cells, not their frames.
 impl Progress for Workers<'_> {
     fn begin(&self, _: Stage, _: usize) {}
 

@@ -1,4 +1,4 @@
-//! From axes to settings: combinations of axis values, what they set, and which of them are kept.
+//! Turns axes into settings: combinations of axis values, their overrides, and the selection of those to keep.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -8,37 +8,37 @@ use serde_json::{Map, Number, Value};
 use super::constraints::Constraints;
 use super::definition::Expansion;
 use super::file::{AxisValue, SweepAxis, SweepFile};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::input::excerpt;
 use crate::parallel;
 use crate::rng::{Purpose, stream};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
 
-/// Most settings of a sweep, before any is left out.
+/// Maximum number of settings of a sweep, before constraints are applied.
 pub(super) const MOST_SETTINGS: usize = 1_000_000;
-/// Draws for each random setting, at most.
+/// Maximum number of draws per random setting.
 const DRAWS: usize = 20;
 
-/// One setting: what is varied, and its values.
+/// One setting: axes and their values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Setting {
-    /// Axis and value, in alphabetical order of the axes; of a scenario with methods the method last.
+    /// Axes and values, in alphabetical order of the axes; for a scenario with methods, the method last.
     pub(super) axes: Map<String, Value>,
     /// Overrides of the base scenario.
     pub(super) set: Vec<String>,
-    /// Which of the scenario's methods; `None` for a scenario with one tracker.
+    /// Method of the scenario; `None` for a scenario with one tracker.
     pub(super) method: Option<String>,
 }
 
-/// A combination: one value of every axis that it has.
+/// A combination: one value per axis.
 type Combination = BTreeMap<String, AxisValue>;
 
-/// All settings of a sweep that are kept, in the order of the grid (the last axis varies fastest), and what `of` makes
-/// of each and its scenario.
+/// The output of `of` for all kept settings of a sweep and their scenarios, in the order of the grid (the last axis
+/// varies fastest).
 ///
 /// # Errors
-/// [`ExperimentError`] for a setting that makes no sound scenario, for constraints that no setting meets, and for more
-/// settings than a sweep may have.
+/// [`ExperimentError`] for a setting whose scenario is invalid, for constraints that no setting meets, and for too many
+/// settings.
 pub(super) fn settings<T: Send + Sync>(
     file: &SweepFile,
     template: &ScenarioTemplate,
@@ -63,19 +63,19 @@ pub(super) fn settings<T: Send + Sync>(
     if settings.is_empty() { Err(constraints.nothing_left(combinations.len())) } else { Ok(settings) }
 }
 
-/// An error of an override, with the line of the axis that has it where a sweep file has it.
+/// An error in an override, with the line of its axis if the axis is in a sweep file.
 fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentError) -> ExperimentError {
     let ExperimentError::Scenario(ScenarioError::Unsound(problem)) = &error else { return error };
-    let Some(said) = problem.assignment() else { return error };
-    // a key may be said by its last parts, and is told in full
-    let is_said = |set: &String| said == set || said.ends_with(&format!(".{set}"));
-    let Some((key, _)) = combination.iter().find(|(_, value)| value.set.iter().any(is_said)) else { return error };
+    let Some(assignment) = problem.assignment() else { return error };
+    // the error has the full key, the override may have only its last parts
+    let is_named = |set: &String| assignment == set || assignment.ends_with(&format!(".{set}"));
+    let Some((key, _)) = combination.iter().find(|(_, value)| value.set.iter().any(is_named)) else { return error };
     let own_key = if problem.key.is_empty() { String::new() } else { format!("{}: ", excerpt(&problem.key)) };
     let complaint = file.complaint(&format!("axes.{key}"), format!("{own_key}{}", problem.message));
     if complaint.place.is_some() { ScenarioError::from(complaint).into() } else { error }
 }
 
-/// A scenario with several methods is as many settings.
+/// One setting per method of a scenario.
 fn methods(axes: Map<String, Value>, set: Vec<String>, scenario: ScenarioFile) -> Vec<(Setting, ScenarioFile)> {
     if scenario.scenario.methods.is_empty() {
         return vec![(Setting { axes, set, method: None }, scenario)];
@@ -90,7 +90,7 @@ fn methods(axes: Map<String, Value>, set: Vec<String>, scenario: ScenarioFile) -
     names.into_iter().map(alone).collect()
 }
 
-/// The scenario with one of its methods as its tracker; as it is for a name that it does not have.
+/// The scenario with one of its methods as its tracker; unchanged if it does not have the method.
 pub(super) fn with_method(mut file: ScenarioFile, name: &str) -> ScenarioFile {
     let tracker: Option<TrackerSettings> = file.scenario.methods.remove(name);
     if tracker.is_some() {
@@ -100,8 +100,8 @@ pub(super) fn with_method(mut file: ScenarioFile, name: &str) -> ScenarioFile {
     file
 }
 
-/// Overrides of a combination. Values that are tables or set several keys come first: naming another tracker must not
-/// undo what other axes say of it.
+/// Overrides of a combination. Values that are tables or set several keys come first, so that choosing a tracker does
+/// not undo other axes that set its keys.
 fn overrides(combination: &Combination) -> Vec<String> {
     let is_broad = |value: &&AxisValue| value.is_name || value.label.is_object();
     let (broad, narrow): (Vec<&AxisValue>, Vec<&AxisValue>) = combination.values().partition(is_broad);
@@ -124,10 +124,8 @@ fn combinations(file: &SweepFile) -> Result<Vec<Combination>, ExperimentError> {
             }
             let drawn = drawn_different(&axes, u64::from(sweep.random_seed), samples);
             if drawn.len() < samples {
-                let message = format!(
-                    "expected fewer: {DRAWS} times as many draws found {} different settings, not {samples}",
-                    drawn.len()
-                );
+                let message =
+                    format!("expected fewer: {} draws gave only {} different settings", DRAWS * samples, drawn.len());
                 return Err(complain("samples", message));
             }
             Ok(drawn)
@@ -146,7 +144,7 @@ fn combinations(file: &SweepFile) -> Result<Vec<Combination>, ExperimentError> {
             let first = lengths.first().map_or(1, |(_, length)| *length);
             if let Some((key, length)) = lengths.iter().find(|(_, length)| *length != first) {
                 let message = format!(
-                    "expected as many values as `{}` has, {first}, with method = \"zip\", found {length}",
+                    "with method = \"zip\", expected as many values as `{}` has, {first}, found {length}",
                     lengths[0].0
                 );
                 return Err(complain(&format!("axes.{key}"), message));
@@ -175,7 +173,7 @@ fn of_grid(axes: &BTreeMap<String, SweepAxis>, index: usize) -> Combination {
     combination
 }
 
-/// An upper bound of the number of different settings that draws can give.
+/// An upper bound on the number of different random settings.
 fn combinations_at_most(axes: &BTreeMap<String, SweepAxis>) -> usize {
     let sizes = axes.values().map(|axis| match axis {
         SweepAxis::Values(values) => values.len(),
@@ -185,7 +183,7 @@ fn combinations_at_most(axes: &BTreeMap<String, SweepAxis>) -> usize {
     sizes.fold(1, usize::saturating_mul)
 }
 
-/// The first draws that differ from all before them; fewer than asked for where draws repeat each other too often.
+/// The first draws that differ from all previous ones; fewer than `count` if draws repeat too often.
 fn drawn_different(axes: &BTreeMap<String, SweepAxis>, seed: u64, count: usize) -> Vec<Combination> {
     let (mut known, mut different) = (HashSet::new(), Vec::new());
     for sample in 0..count.saturating_mul(DRAWS) {
@@ -201,7 +199,7 @@ fn drawn_different(axes: &BTreeMap<String, SweepAxis>, seed: u64, count: usize) 
     different
 }
 
-/// One draw of every axis, from a stream of its own.
+/// One draw of every axis, each from a separate random stream.
 fn drawn(axes: &BTreeMap<String, SweepAxis>, seed: u64, sample: u64) -> Combination {
     let draw = |(number, (key, axis)): (usize, (&String, &SweepAxis))| {
         let share: f64 = stream(seed, Purpose::Sweep, sample, number as u64, 0).random();
@@ -226,7 +224,7 @@ fn drawn(axes: &BTreeMap<String, SweepAxis>, seed: u64, sample: u64) -> Combinat
     axes.iter().enumerate().map(draw).collect()
 }
 
-/// As many digits as people read; the plan holds what is run.
+/// Rounds to a readable number of digits; the rounded value is the one that is planned and run.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
@@ -257,10 +255,13 @@ mod tests {
     }
 
     #[test]
-    fn a_zip_takes_values_side_by_side_and_refuses_unequal_numbers() {
+    fn a_zip_pairs_values_and_refuses_axes_of_unequal_length() {
         assert_eq!(values_of("method = \"zip\"\n[axes]\nlayers = [1, 2]\nparticles = [100, 50]\n").len(), 2);
         let error = made("method = \"zip\"\n[axes]\nlayers = [1, 2]\nparticles = [100]\n").unwrap_err();
-        assert!(error.contains("axes.particles: expected as many values as `layers` has, 2"), "{error}");
+        assert!(
+            error.contains("axes.particles: with method = \"zip\", expected as many values as `layers` has, 2"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -297,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn random_settings_are_all_different_and_may_be_all_that_there_are() {
+    fn random_settings_are_all_different_and_may_exhaust_the_combinations() {
         let text = "method = \"random\"\nsamples = 6\n[axes]\nlayers = [1, 2]\nparticles = [10, 11, 12]\n";
         let mut values = values_of(text);
         values.sort();
@@ -305,14 +306,11 @@ mod tests {
         // 1 in 10^12 draws is the least: the rest is the greatest
         let rare = "method = \"random\"\nsamples = 2\n[axes]\nrig.ring.count = { uniform = [3.4999999999, 4], integer = true }\n";
         let error = made(rare).unwrap_err();
-        assert!(
-            error.contains("samples: expected fewer: 20 times as many draws found 1 different settings"),
-            "{error}"
-        );
+        assert!(error.contains("samples: expected fewer: 40 draws gave only 1 different settings"), "{error}");
     }
 
     #[test]
-    fn a_tracker_is_chosen_before_its_keys_are_set_whatever_the_alphabet_says() {
+    fn a_tracker_is_chosen_before_its_keys_are_set_regardless_of_alphabetical_order() {
         let text = "[axes]\nlayers = [2]\ntracker = [{ annealed_particle_filter = { paper = true } }]\n";
         let settings = made(text).unwrap();
         assert_eq!(settings[0].set, ["tracker={ annealed_particle_filter = { paper = true } }", "layers=2"]);

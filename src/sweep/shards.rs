@@ -1,11 +1,11 @@
-//! Parts of a sweep that take about the same time, and indices as job arrays write them.
+//! Divides a sweep into parts of about equal work, and formats indices for job arrays.
 
 use std::ops::Range;
 
 use super::plan_file::SweepCell;
 
-/// Part `part` (from 1) of `parts`: a block of neighbouring cells with about the same share of the work. Blocks of one
-/// plan do not overlap and cover it.
+/// Part `part` (from 1) of `parts`: a range of consecutive cells with about an equal share of the work. The ranges of
+/// all parts are disjoint and cover the plan.
 pub fn shard(cells: &[SweepCell], part: usize, parts: usize) -> Range<usize> {
     let total: u128 = cells.iter().map(|cell| u128::from(cell.weight.max(1))).sum();
     let end = |part: usize| {
@@ -13,7 +13,7 @@ pub fn shard(cells: &[SweepCell], part: usize, parts: usize) -> Range<usize> {
         let mut sum = 0_u128;
         let mut count = 0;
         for cell in cells {
-            // a cell belongs where its middle lies
+            // a cell belongs to the part that contains its midpoint
             let middle = 2 * sum + u128::from(cell.weight.max(1));
             if middle * parts as u128 > 2 * wanted {
                 break;
@@ -30,7 +30,7 @@ pub fn shard(cells: &[SweepCell], part: usize, parts: usize) -> Range<usize> {
     end(part - 1)..last
 }
 
-/// Indices in ascending order, ranges joined: `3,7-8`. Slurm's `--array` takes it.
+/// Ascending indices in the format of Slurm's `--array`: `3,7-8`.
 pub fn to_ranges(indices: &[usize]) -> String {
     let mut ranges: Vec<[usize; 2]> = Vec::new();
     for index in indices {
@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(shard(&all, 4, 3), 0..0);
     }
     #[test]
-    fn neighbours_are_joined() {
+    fn consecutive_indices_become_ranges() {
         for (indices, ranges) in [(&[][..], ""), (&[3], "3"), (&[3, 7, 8], "3,7-8"), (&[0, 1, 2, 4, 6, 7], "0-2,4,6-7")]
         {
             assert_eq!(to_ranges(indices), ranges);

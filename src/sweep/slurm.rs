@@ -1,5 +1,4 @@
-//! Hands a sweep to Slurm. What its scripts do is left to `skiagraph sweep cell --shard`: Slurm only decides where and
-//! when.
+//! Submits a sweep to Slurm. The scripts call `skiagraph sweep cell --shard`; Slurm only schedules them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,51 +12,51 @@ use super::plan_file::SweepCell;
 use super::results::SweepResults;
 use super::shards::{shard, to_ranges};
 use crate::artefacts::{LockedPlace, output, write_whole};
-use crate::experiment::{ExperimentError, to_json};
+use crate::common::{ExperimentError, to_json};
 use crate::input::{plain, shell_word};
 
-/// The folder of scripts and of Slurm's logs.
+/// The folders of scripts and of Slurm's logs.
 const SCRIPTS: &str = "submit";
 const LOGS: &str = "log";
-/// What was submitted last.
+/// The record of the last submission.
 const SUBMITTED: &str = "submitted.json";
-/// Array sizes of clusters that do not tell theirs: Slurm's default.
-const USUAL_ARRAY: usize = 1001;
-/// How much longer than estimated a shard may take: nodes differ.
+/// Slurm's default maximum array size, for clusters that do not report theirs.
+const DEFAULT_ARRAY: usize = 1001;
+/// Factor between the time limit and the estimated time of a shard, since nodes differ.
 const SLACK: u64 = 4;
 
-/// How often what is missing is submitted again by itself.
+/// Maximum number of automatic submissions.
 const ROUNDS: usize = 3;
-/// How often a task that said "try again" (exit code 75) is begun again.
+/// Maximum number of restarts of a task with exit code 75 (try again).
 const RETRIES: usize = 5;
 
-/// How a sweep is to be submitted.
+/// Options for submitting a sweep.
 #[derive(Clone, Debug)]
 pub struct SubmitOptions {
-    /// Minutes that a shard should take.
+    /// Target time of a shard, minutes.
     pub minutes: u32,
-    /// Number of shards; by the estimated time where it is not said.
+    /// Number of shards; by default from the estimated time.
     pub shards: Option<usize>,
-    /// How often the sweep was submitted again by itself.
+    /// Number of previous automatic submissions.
     pub round: usize,
-    /// Write and submit nothing.
+    /// Neither write nor submit anything.
     pub dry_run: bool,
-    /// More arguments of `sbatch`.
+    /// Additional arguments for `sbatch`.
     pub extra: Vec<String>,
 }
 
-/// What was, or would be, submitted.
+/// A submission, or the submission that a dry run would make.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submission {
     /// Number of shards.
     pub shards: usize,
-    /// Shards with cells that have no result, as arrays write them.
+    /// Shards with missing cells, in the format of job arrays.
     pub array: String,
-    /// Names and texts of the scripts.
+    /// Paths and texts of the scripts.
     pub scripts: Vec<(PathBuf, String)>,
     /// The commands.
     pub commands: Vec<String>,
-    /// Numbers of the jobs; empty for a dry run.
+    /// Job ids; empty for a dry run.
     pub jobs: Vec<String>,
 }
 
@@ -68,12 +67,12 @@ struct Submitted {
     jobs: Vec<String>,
 }
 
-/// Submits all shards that have cells without a result, and a job that depends on them, which submits again what is
-/// missing and gathers.
+/// Submits all shards with missing cells, and a closing job that depends on them: it submits missing cells again and
+/// gathers the results.
 ///
 /// # Errors
-/// [`ExperimentError::Engine`] with Slurm's own words, [`ExperimentError::Artefact`] while another process submits or
-/// jobs of this sweep are still queued.
+/// [`ExperimentError::Engine`] with Slurm's error message, [`ExperimentError::Artefact`] while another process submits,
+/// [`ExperimentError::Queued`] while jobs of this sweep are queued.
 pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
     let cells = sweep.cells()?;
     let statuses = SweepResults::new(sweep).statuses(&cells);
@@ -81,7 +80,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         cells.iter().zip(&statuses).filter(|(_, status)| status.is_none()).map(|(cell, _)| cell.clone()).collect();
     let shards = match options.shards {
         Some(shards) => shards,
-        None => shards_of(sweep, &missing, options.minutes)?,
+        None => estimate_shards(sweep, &missing, options.minutes)?,
     }
     .clamp(1, cells.len().max(1));
     let has_missing = |part: &usize| shard(&cells, *part, shards).any(|at| statuses[at].is_none());
@@ -103,14 +102,14 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
     let mut submission =
         Submission { shards, array: to_ranges(&parts), scripts, commands: Vec::new(), jobs: Vec::new() };
     if options.dry_run {
-        let blocks = blocks(&parts, array_limit().unwrap_or(USUAL_ARRAY));
+        let blocks = blocks(&parts, array_limit().unwrap_or(DEFAULT_ARRAY));
         submission.commands =
             blocks.iter().map(|block| shell_line(&array_command(block, &options.extra, &task_script))).collect();
-        // numbers of jobs are known once they are submitted
+        // job ids are known only after submission
         submission.commands.push(shell_line(&closing_command("<jobs above>", &options.extra, &closing_script)));
         return Ok(submission);
     }
-    // held while it submits
+    // held during the submission
     let _place = LockedPlace::take(&sweep.root.join(SCRIPTS))?;
     if options.round == 0 {
         refuse_queued(sweep)?;
@@ -135,8 +134,8 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
     Ok(submission)
 }
 
-/// So many that each takes about the wanted time.
-fn shards_of(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Result<usize, ExperimentError> {
+/// Number of shards that each take about this many minutes.
+fn estimate_shards(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Result<usize, ExperimentError> {
     if missing.is_empty() {
         return Ok(1);
     }
@@ -147,16 +146,16 @@ fn shards_of(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Resul
 }
 
 impl Submission {
-    /// Calls `sbatch`, which answers with the number of the job: `123` or `123;cluster`.
+    /// Calls `sbatch`, which prints the id of the job: `123` or `123;cluster`.
     fn call(&mut self, command: &[String]) -> Result<(), ExperimentError> {
         self.commands.push(shell_line(command));
-        let said = called(command)?;
-        self.jobs.push(said.trim().split(';').next().unwrap_or_default().to_owned());
+        let answer = output_of(command)?;
+        self.jobs.push(answer.trim().split(';').next().unwrap_or_default().to_owned());
         Ok(())
     }
 }
 
-/// Shards that one array takes: first offset, then indices within the array.
+/// Divides shards into job arrays: the offset of each array, and the indices within it.
 fn blocks(parts: &[usize], limit: usize) -> Vec<(usize, Vec<usize>)> {
     let most = limit.saturating_sub(1).max(1);
     let mut blocks: Vec<(usize, Vec<usize>)> = Vec::new();
@@ -170,13 +169,13 @@ fn blocks(parts: &[usize], limit: usize) -> Vec<(usize, Vec<usize>)> {
     blocks
 }
 
-/// Submits an array with one task a shard.
+/// The command that submits an array with one task per shard.
 fn array_command((offset, indices): &(usize, Vec<usize>), extra: &[String], script: &Path) -> Vec<String> {
     let array = [format!("--array={}", to_ranges(indices)), format!("--export=ALL,SKIAGRAPH_OFFSET={offset}")];
     sbatch(array, extra, script)
 }
 
-/// Submits the job that waits for others.
+/// The command that submits the closing job, which waits for the others.
 fn closing_command(jobs: &str, extra: &[String], script: &Path) -> Vec<String> {
     sbatch([format!("--dependency=afterany:{jobs}")], extra, script)
 }
@@ -186,22 +185,22 @@ fn sbatch<const N: usize>(arguments: [String; N], extra: &[String], script: &Pat
     [&own[..], &arguments, extra, &[script.display().to_string()]].concat()
 }
 
-/// The greatest array that the cluster takes.
+/// The cluster's maximum array size.
 fn array_limit() -> Result<usize, ExperimentError> {
-    let config = called(&["scontrol", "show", "config"].map(str::to_owned))?;
+    let config = output_of(&["scontrol", "show", "config"].map(str::to_owned))?;
     let value = |line: &str| line.strip_prefix("MaxArraySize")?.split('=').nth(1)?.trim().parse().ok();
-    Ok(config.lines().find_map(value).unwrap_or(USUAL_ARRAY))
+    Ok(config.lines().find_map(value).unwrap_or(DEFAULT_ARRAY))
 }
 
-/// An error while jobs of an earlier submission are queued or running.
+/// Refuses to submit while jobs of an earlier submission are queued or running.
 fn refuse_queued(sweep: &PlannedSweep) -> Result<(), ExperimentError> {
     let Ok(bytes) = fs::read(sweep.root.join(SUBMITTED)) else { return Ok(()) };
     let Ok(last) = serde_json::from_slice::<Submitted>(&bytes) else { return Ok(()) };
     if last.jobs.is_empty() {
         return Ok(());
     }
-    // squeue refuses numbers that it has forgotten: then none of them is there
-    let queued = called(&[
+    // squeue fails for ids that it no longer knows: then no job is queued
+    let queued = output_of(&[
         "squeue".to_owned(),
         "--noheader".to_owned(),
         "--format=%i".to_owned(),
@@ -216,14 +215,14 @@ fn refuse_queued(sweep: &PlannedSweep) -> Result<(), ExperimentError> {
     }
 }
 
-/// What a command prints.
-fn called(command: &[String]) -> Result<String, ExperimentError> {
+/// The standard output of a command.
+fn output_of(command: &[String]) -> Result<String, ExperimentError> {
     let Some((program, arguments)) = command.split_first() else { return Ok(String::new()) };
     let failed = |detail: String| ExperimentError::Engine { command: shell_line(command), detail };
     let done = Command::new(program).args(arguments).output().map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => failed(format!(
-            "`{program}` is not on the PATH: run this where jobs are submitted (a login node), or see the scripts with \
-             --dry-run"
+            "`{program}` is not on the PATH: run this command on a node where jobs are submitted, or print the scripts \
+             with --dry-run"
         )),
         _ => failed(e.to_string()),
     })?;
@@ -238,26 +237,26 @@ fn shell_line(command: &[String]) -> String {
     command.iter().map(|part| shell_word(part)).collect::<Vec<_>>().join(" ")
 }
 
-/// What scripts are written for.
+/// The values in the scripts.
 #[derive(Clone, Copy, Debug)]
 struct Job<'a> {
     /// The sweep's name.
     name: &'a str,
-    /// The sweep's folder, absolute.
+    /// Absolute path of the sweep's folder.
     root: &'a Path,
-    /// This program.
+    /// Path of this program.
     program: &'a Path,
     /// Number of shards.
     shards: usize,
-    /// Minutes that a shard may take.
+    /// Time limit of a shard, minutes.
     minutes: u64,
-    /// How often the sweep was submitted again.
+    /// Number of previous automatic submissions.
     round: usize,
-    /// More arguments of `sbatch`.
+    /// Additional arguments for `sbatch`.
     extra: &'a [String],
 }
 
-/// The script of one task: one shard.
+/// The script of a task, which runs one shard.
 fn task(job: &Job<'_>) -> String {
     let (program, root) = (quoted(job.program), quoted(job.root));
     format!(
@@ -271,7 +270,7 @@ fn task(job: &Job<'_>) -> String {
          shard=$((SLURM_ARRAY_TASK_ID + ${{SKIAGRAPH_OFFSET:-0}}))\n\
          {program} sweep cell {root} --shard \"$shard/{shards}\"\n\
          code=$?\n\
-         # 75: try again. Some sites do so themselves (RequeueExit), others have to be asked.\n\
+         # 75: try again. Some sites requeue such tasks themselves (RequeueExit), others do not.\n\
          if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {RETRIES} ]; then\n\
          \x20 scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" && sleep 60\n\
          fi\n\
@@ -283,7 +282,7 @@ fn task(job: &Job<'_>) -> String {
     )
 }
 
-/// The script of the job that ends a sweep: it submits again what is missing, and gathers.
+/// The script of the closing job: it submits missing cells again, or gathers the results.
 fn closer(job: &Job<'_>) -> String {
     let (program, root) = (quoted(job.program), quoted(job.root));
     let head = format!(
@@ -317,7 +316,7 @@ fn quoted(path: &Path) -> String {
     shell_word(&path.to_string_lossy())
 }
 
-/// A path in a line that begins with `#SBATCH`.
+/// A path for a line that begins with `#SBATCH`.
 fn in_directive(path: &Path) -> String {
     let text = path.to_string_lossy().replace('%', "%%");
     if text.contains(' ') { format!("\"{text}\"") } else { text }
@@ -360,7 +359,7 @@ mod tests {
         Job { name: "walk", root, program: Path::new("/opt/a b/skiagraph"), shards: 40, minutes: 50, round: 0, extra }
     }
 
-    /// Bash takes the script.
+    /// Bash parses the script.
     fn assert_parses(script: &str) {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), script).unwrap();
@@ -369,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn slurms_task_runs_its_shard_and_asks_for_another_try() {
+    fn a_task_runs_its_shard_and_requeues_itself() {
         let root = Path::new("/scratch/it's/walk");
         let script = task(&job(root, &[]));
         assert_parses(&script);
@@ -385,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closer_gathers_or_submits_again_and_gives_up_in_the_end() {
+    fn the_closer_gathers_or_submits_again_and_finally_gives_up() {
         let extra = ["--partition=long jobs".to_owned()];
         let first = job(Path::new("/scratch/walk"), &extra);
         let script = closer(&first);

@@ -1,4 +1,4 @@
-//! What a sweep found: every setting over its seeds.
+//! The results of a sweep: every setting over its seeds.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -10,8 +10,9 @@ use super::cell::REPORTS;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
-use crate::evaluation::{Direction, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
-use crate::experiment::{ExperimentError, REPORT_FILE};
+use crate::common::ExperimentError;
+use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
+use crate::measure::REPORT_FILE;
 use crate::parallel;
 
 /// All settings of a sweep.
@@ -21,7 +22,7 @@ pub struct SweepSummary {
     pub schema: &'static str,
     /// The sweep's name.
     pub name: String,
-    /// The metric that settings are compared by.
+    /// Metric to compare settings by.
     pub objective: String,
     /// The names of the axes.
     pub axes: Vec<String>,
@@ -42,24 +43,24 @@ pub struct SettingSummary {
     pub setting: usize,
     /// Axes and values.
     pub axes: Map<String, Value>,
-    /// The same in words.
+    /// Axes and values as text.
     pub words: String,
-    /// Value of every axis of the sweep as a table shows it; empty where the setting lacks the axis.
+    /// Value of every axis of the sweep, as text for a table; empty if the setting lacks the axis.
     #[serde(skip)]
     pub labels: Vec<String>,
-    /// The objective, one value a seed; `None` where there is none.
+    /// The objective, one value per seed; `None` without a value.
     pub values: Vec<Option<f64>>,
-    /// Its mean over the seeds that have it.
+    /// Its mean over the seeds with a value.
     pub mean: Option<f64>,
-    /// 95 % interval of the mean; `None` below three seeds and where all are equal.
+    /// 95 % interval of the mean; `None` below three seeds and if all values are equal.
     pub ci95: Option<Interval>,
-    /// Likelihood evaluations of a frame.
+    /// Likelihood evaluations per frame.
     pub evaluations_per_frame: Option<f64>,
-    /// Processor milliseconds of tracking a frame: this differs from run to run.
+    /// Processor time of tracking per frame, ms; differs from run to run.
     pub processor_ms_per_frame: Option<f64>,
     /// Mean of the objective for a tracker that never moves.
     pub frozen: Option<f64>,
-    /// Seeds whose tracker lost the body.
+    /// Number of seeds whose tracker lost the body.
     pub diverged: usize,
     /// Its cells.
     pub cells: Vec<CellSummary>,
@@ -74,22 +75,22 @@ pub struct CellSummary {
     pub cell: String,
     /// Its seed.
     pub seed: u64,
-    /// What became of it; `None` without a result.
+    /// Its outcome; `None` without a result.
     pub status: Option<Status>,
-    /// Why it failed.
+    /// The error, if it failed.
     pub error: Option<String>,
-    /// Whether it left a report.
+    /// Whether it has a report.
     pub report: bool,
-    /// What it cost.
+    /// Its cost.
     #[serde(skip)]
     pub env: Environment,
 }
 
 impl SweepSummary {
-    /// Of all results that are there.
+    /// Summarises all existing results.
     ///
     /// # Errors
-    /// [`ExperimentError`] where the plan cannot be read.
+    /// [`ExperimentError`] if the plan cannot be read.
     pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
         let (plan, cells) = (&sweep.plan, sweep.cells()?);
         let mut summary = Self {
@@ -120,8 +121,8 @@ impl SweepSummary {
         self.settings.iter().flat_map(|setting| setting.cells.iter().map(move |cell| (setting, cell)))
     }
 
-    /// The same with settings that differ in these axes alone made one. Its value for a seed is the mean over them, and
-    /// missing where one of them is, so that its interval is again one over seeds.
+    /// Merges settings that differ only in these axes. The value of a merged setting for a seed is the mean over the
+    /// merged ones, and missing if one of them is missing, so that its interval is again an interval over seeds.
     pub fn averaged_over(&self, over: &[String]) -> Self {
         if over.is_empty() {
             return self.clone();
@@ -137,11 +138,16 @@ impl SweepSummary {
             }
         }
         let axes: Vec<String> = self.axes.iter().filter(|axis| !over.contains(axis)).cloned().collect();
-        let one = |(of_one, members): (_, Vec<_>)| together(of_one, &members, self.range()).labelled(&axes);
+        let one = |(of_one, members): (_, Vec<_>)| merge_settings(of_one, &members, self.range()).labelled(&axes);
         Self { settings: groups.into_iter().map(one).collect(), axes, ..self.clone() }
     }
 
-    /// The metric that settings are compared by.
+    /// Whether there are enough seeds for a 95 % interval; otherwise results are given with their range over seeds.
+    pub(crate) fn has_intervals(&self) -> bool {
+        self.seeds.len() >= FEWEST_RUNS
+    }
+
+    /// Metric to compare settings by.
     pub fn metric(&self) -> Option<&'static Metric> {
         find_metric(&self.objective)
     }
@@ -150,7 +156,7 @@ impl SweepSummary {
         self.metric().map_or(ValueRange::Any, Metric::value_range)
     }
 
-    /// Settings that were measured, the best first.
+    /// Settings with a mean, best first.
     pub fn ranked(&self) -> Vec<&SettingSummary> {
         let metric = self.metric();
         let rank = |mean: f64| metric.map_or(mean, |metric| badness(mean, metric));
@@ -158,12 +164,12 @@ impl SweepSummary {
     }
 }
 
-/// Lower is better.
+/// The value with its sign changed if necessary, so that lower is better.
 pub(super) fn badness(value: f64, metric: &Metric) -> f64 {
     if metric.direction == Direction::HigherIsBetter { -value } else { value }
 }
 
-/// The places of settings with a mean, the best first.
+/// The indices of settings with a mean, best first.
 pub(super) fn best_first(settings: &[SettingSummary], rank: impl Fn(f64) -> f64) -> Vec<usize> {
     let of = |(at, setting): (usize, &SettingSummary)| Some((rank(setting.mean?), at));
     let mut known: Vec<(f64, usize)> = settings.iter().enumerate().filter_map(of).collect();
@@ -172,9 +178,21 @@ pub(super) fn best_first(settings: &[SettingSummary], rank: impl Fn(f64) -> f64)
 }
 
 impl SettingSummary {
-    /// The objective of the seeds that have it.
+    /// The values of the objective, over the seeds that have one.
     pub fn present(&self) -> Vec<f64> {
         self.values.iter().flatten().copied().collect()
+    }
+
+    /// Minimum and maximum over seeds, for results with too few seeds for an interval; `None` below two seeds.
+    pub(crate) fn range_over_seeds(&self) -> Option<[f64; 2]> {
+        let values = self.present();
+        let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+        (values.len() > 1).then_some(ends)
+    }
+
+    /// The ends of the 95 % interval, or with too few seeds the range over seeds.
+    pub(crate) fn interval_or_range(&self, has_intervals: bool) -> Option<[f64; 2]> {
+        if has_intervals { self.ci95.map(|interval| [interval.low, interval.high]) } else { self.range_over_seeds() }
     }
 
     fn with_values(self, values: Vec<Option<f64>>, range: ValueRange) -> Self {
@@ -191,7 +209,7 @@ impl SettingSummary {
 }
 
 impl CellSummary {
-    /// What became of it: `ok`, `diverged`, `failed` or `missing`.
+    /// Its outcome: `ok`, `diverged`, `failed` or `missing`.
     pub fn state(&self) -> &'static str {
         self.status.map_or("missing", Status::name)
     }
@@ -202,8 +220,8 @@ impl CellSummary {
     }
 }
 
-/// Settings as one.
-fn together(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueRange) -> SettingSummary {
+/// Merges settings into one with these axes.
+fn merge_settings(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueRange) -> SettingSummary {
     let seeds = members.iter().map(|member| member.values.len()).max().unwrap_or(0);
     let of_seed = |seed: usize| -> Option<f64> {
         let values = members.iter().map(|member| member.values.get(seed).copied().flatten());
@@ -231,12 +249,12 @@ struct SettingReader<'a> {
     results: SweepResults<'a>,
     objective: &'a str,
     range: ValueRange,
-    /// The folder of reports, where there is one.
+    /// The folder of reports, if it exists.
     reports: Option<PathBuf>,
 }
 
 impl SettingReader<'_> {
-    /// The setting of these cells, at least one.
+    /// Summarises the setting of these cells, at least one.
     fn read(&self, cells: &[SweepCell]) -> SettingSummary {
         let records: Vec<Option<CellRecord>> = cells.iter().map(|cell| self.results.get(&cell.cell)).collect();
         let measured = || records.iter().flatten().filter(|record| record.status != Status::Failed);
@@ -293,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_differ_in_the_clip_alone_become_one_with_an_interval_over_seeds() {
+    fn settings_that_differ_only_in_the_clip_are_merged_with_an_interval_over_seeds() {
         let summary = SweepSummary {
             schema: "skiagraph.sweep_summary/1",
             name: "a".to_owned(),
@@ -317,7 +335,7 @@ mod tests {
         assert_eq!((one.settings[0].diverged, one.settings[0].evaluations_per_frame), (2, Some(50.0)));
         let expected = mean_interval(&[vec![40.0, 44.0, 47.0]], ValueRange::NonNegative).unwrap().0;
         assert_eq!(one.settings[0].ci95, Some(expected));
-        // a clip without a result would make the others look better or worse than they are
+        // the mean over the other clips would be biased
         assert_eq!(one.settings[1].values, [Some(15.0), Some(17.0), None]);
         assert_eq!(summary.averaged_over(&[]), summary);
     }

@@ -1,5 +1,5 @@
-//! How far a sweep is, and its results in one place: `runs.csv` and `runs.jsonl`, the same to the byte whatever ran the
-//! cells, and `timing.csv`.
+//! Progress of a sweep, and its results in tables: `runs.csv` and `runs.jsonl`, with the same bytes wherever the cells
+//! were run, and `timing.csv`.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -13,18 +13,18 @@ use super::plan_file::{SweepCell, table_text};
 use super::results::{CellRecord, Status, SweepResults};
 use super::shards::to_ranges;
 use crate::artefacts::{Unfinished, of_this_process, output, sync_parent};
+use crate::common::ExperimentError;
 use crate::evaluation::METRICS;
-use crate::experiment::ExperimentError;
 use crate::input::table_cell;
 
 /// The table of all cells.
 pub const RUNS_TABLE: &str = "runs.csv";
-/// The same with one JSON object a line.
+/// The same with one JSON object per line.
 pub const RUNS_LINES: &str = "runs.jsonl";
-/// What every cell cost: this differs from run to run.
+/// The cost of every cell, which differs from run to run.
 pub const TIMING_TABLE: &str = "timing.csv";
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepStatus {
     /// `skiagraph.sweep_status/1`.
@@ -33,11 +33,11 @@ pub struct SweepStatus {
     pub name: String,
     /// Number of cells.
     pub cells: usize,
-    /// Cells with a result.
+    /// Number of cells with a result.
     pub done: usize,
-    /// Those of them whose tracker lost the body.
+    /// Number of cells whose tracker lost the body.
     pub diverged: usize,
-    /// Those of them that cannot be run.
+    /// Number of cells that cannot be run.
     pub failed: usize,
     /// Indices of cells that cannot be run: `3,7-8`.
     pub failed_cells: String,
@@ -45,16 +45,16 @@ pub struct SweepStatus {
     pub missing: String,
 }
 
-/// How far a sweep is. Nothing but the presence of result files counts: no clock, no engine.
+/// The progress of a sweep, from its result files alone.
 ///
 /// # Errors
-/// [`ExperimentError`] where the plan cannot be read.
+/// [`ExperimentError`] if the plan cannot be read.
 pub fn sweep_status(sweep: &PlannedSweep) -> Result<SweepStatus, ExperimentError> {
     Ok(SweepStatus::new(sweep, &SweepResults::new(sweep).statuses(&sweep.cells()?)))
 }
 
 impl SweepStatus {
-    /// Of what became of every cell, in their order.
+    /// Counts the outcomes of all cells, in order.
     fn new(sweep: &PlannedSweep, statuses: &[Option<Status>]) -> Self {
         let indices = |wanted: Option<Status>| -> Vec<usize> {
             (0..statuses.len()).filter(|index| statuses[*index] == wanted).collect()
@@ -73,10 +73,10 @@ impl SweepStatus {
     }
 }
 
-/// Writes the tables of a sweep into its folder; with `partial` also where cells are missing, which then have no row.
+/// Writes the tables of a sweep into its folder; with `partial` also if cells are missing, which then have no row.
 ///
 /// # Errors
-/// [`ExperimentError::SweepIncomplete`] where cells are missing, or nothing can be written; then nothing has changed.
+/// [`ExperimentError::SweepIncomplete`] if cells are missing, or an error of writing; no table is changed then.
 pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, ExperimentError> {
     let cells = sweep.cells()?;
     let begin = |name: &str| WholeFile::begin(&sweep.root.join(name));
@@ -113,7 +113,7 @@ struct SweepColumns<'a> {
     axes: &'a [String],
 }
 
-/// What the tables say of a cell, line by line.
+/// The lines of a cell in the tables.
 struct CellText {
     status: Status,
     run: Vec<u8>,
@@ -156,10 +156,10 @@ impl SweepColumns<'_> {
     }
 }
 
-/// A line of CSV, with its end.
+/// A line of CSV, with its line end.
 fn csv_line<S: AsRef<str>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
     let failed = |detail: String| ExperimentError::Malformed { path: table.into(), detail };
-    // the usual room of 8 kB is zeroed for every line
+    // the default buffer of 8 kB would be zeroed for every line
     let mut text = csv::WriterBuilder::new().buffer_capacity(2048).from_writer(Vec::new());
     text.write_record(fields.iter().map(|field| table_cell(field.as_ref()))).map_err(|e| failed(e.to_string()))?;
     text.into_inner().map_err(|e| failed(e.to_string()))
@@ -170,7 +170,7 @@ fn of_line(cell: &SweepCell, record: &CellRecord) -> Result<Value, ExperimentErr
     line.insert("index".to_owned(), cell.index.into());
     line.insert("setting".to_owned(), cell.setting.into());
     line.insert("axes".to_owned(), Value::Object(cell.axes.clone()));
-    line.extend(record.lasting()?);
+    line.extend(record.reproducible_fields()?);
     Ok(Value::Object(line))
 }
 
@@ -186,18 +186,18 @@ fn of_timing(cell: &SweepCell, record: &CellRecord) -> [String; 6] {
     ]
 }
 
-/// A file of the sweep's folder that is written bit by bit, and put in its place when it is whole.
+/// A file in the sweep's folder that is written under a temporary name and renamed when complete.
 struct WholeFile {
     path: PathBuf,
-    meanwhile: Unfinished,
+    temporary: Unfinished,
     file: BufWriter<File>,
 }
 
 impl WholeFile {
     fn begin(path: &Path) -> Result<Self, ExperimentError> {
-        let meanwhile = Unfinished::begin(of_this_process(path, "writing"));
-        let file = File::create(meanwhile.path()).map_err(output(path, "write"))?;
-        Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
+        let temporary = Unfinished::begin(of_this_process(path, "writing"));
+        let file = File::create(temporary.path()).map_err(output(path, "write"))?;
+        Ok(Self { path: path.to_owned(), temporary, file: BufWriter::new(file) })
     }
 
     fn write(&mut self, text: &[u8]) -> Result<(), ExperimentError> {
@@ -206,7 +206,7 @@ impl WholeFile {
 
     fn finish(mut self) -> Result<(), ExperimentError> {
         let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        let moved = written.and_then(|()| std::fs::rename(self.meanwhile.path(), &self.path));
+        let moved = written.and_then(|()| std::fs::rename(self.temporary.path(), &self.path));
         moved.map_err(output(&self.path, "write"))?;
         sync_parent(&self.path);
         Ok(())

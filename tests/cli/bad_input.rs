@@ -1,10 +1,10 @@
-//! Bad input gives exit code 2 and one message that says what, where and what to do; and leaves nothing behind.
+//! Bad input gives exit code 2 and one message with the error, its place and the remedy, and leaves nothing behind.
 
 use std::fs;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
-/// `skiagraph run tiny.toml` with changes must be refused with a message that holds all of `words`.
+/// `skiagraph run tiny.toml` with changes must be refused with a message that contains all of `words`.
 fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {
     if !room.path("tiny.toml").exists() {
         room.write("tiny.toml", TINY);
@@ -22,7 +22,7 @@ fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {
     assert_eq!(room.entries(), before, "{changes:?}");
 }
 
-/// The DeepMimic walk with its frames changed.
+/// The DeepMimic walk with modified frames.
 fn walk_with(change: impl FnOnce(&mut Vec<Vec<serde_json::Value>>)) -> String {
     let text = fs::read_to_string(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     let mut clip: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -33,7 +33,7 @@ fn walk_with(change: impl FnOnce(&mut Vec<Vec<serde_json::Value>>)) -> String {
 }
 
 #[test]
-fn recordings_that_cannot_be_used() {
+fn unusable_recordings_are_refused() {
     let room = Sandbox::new();
     let refused = |name: &str, text: &[u8], words: &[&str]| {
         room.write(name, text);
@@ -56,7 +56,7 @@ fn recordings_that_cannot_be_used() {
 }
 
 #[test]
-fn a_frame_of_zeros_is_mended_and_said() {
+fn a_frame_of_zeros_is_repaired_with_a_note() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", "last_frame = 12"));
     room.write("lost.txt", walk_with(|f| f[7][1..].fill(0.into())));
@@ -65,7 +65,7 @@ fn a_frame_of_zeros_is_mended_and_said() {
 }
 
 #[test]
-fn frames_beyond_the_clip() {
+fn frames_beyond_the_clip_are_refused() {
     let room = Sandbox::new();
     assert_refused(&room, &["motion.last_frame=400"], &["override motion.last_frame=400", "1 to 39", "found 400"]);
     assert_refused(&room, &["motion.first_frame=0"], &["motion.first_frame: expected a frame number from 1, found 0"]);
@@ -90,7 +90,7 @@ fn missing_recordings_are_named_with_their_hash_and_source() {
 }
 
 #[test]
-fn robots_that_cannot_be_used() {
+fn unusable_robots_are_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let urdf = fs::read_to_string(shipped("robots/tracker25.urdf")).unwrap();
@@ -107,7 +107,7 @@ fn robots_that_cannot_be_used() {
     let with_mesh = format!(
         r#"<link name="hat">{mesh}</link><joint name="hat_on" type="fixed"><parent link="head"/><child link="hat"/></joint></robot>"#
     );
-    // a missing mesh is left out with a note where the body has other solids, and refused where it has none
+    // a missing mesh is left out with a note if the body has other solids, and refused otherwise
     room.write("robot.urdf", urdf.replace("</robot>", &with_mesh));
     let noted = room.succeed("check tiny.toml actor.robot=robot.urdf");
     assert!(
@@ -122,7 +122,7 @@ fn robots_that_cannot_be_used() {
 }
 
 #[test]
-fn cameras_that_see_nothing() {
+fn cameras_that_see_nothing_are_refused() {
     let room = Sandbox::new();
     assert_refused(&room, &["rig.ring.height_m=-0.5"], &["rig.ring.height_m", "above the ground", "-0.500"]);
     assert_refused(
@@ -142,7 +142,7 @@ fn cameras_that_see_nothing() {
 }
 
 #[test]
-fn settings_out_of_range() {
+fn settings_out_of_range_are_refused() {
     let room = Sandbox::new();
     for (setting, words) in [
         ("particles=0", "expected at least 1, found 0"),
@@ -161,7 +161,7 @@ fn settings_out_of_range() {
 }
 
 #[test]
-fn layers_that_there_are_not() {
+fn unknown_layers_are_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for (layers, words) in [
@@ -176,7 +176,7 @@ fn layers_that_there_are_not() {
 }
 
 #[test]
-fn unknown_keys_are_shown_where_they_stand() {
+fn unknown_keys_are_reported_with_their_line() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("radius_m", "raduis_m"));
     let line = "12 | raduis_m = 3.5\n     | ^^^^^^^^";
@@ -191,20 +191,20 @@ fn unknown_keys_are_shown_where_they_stand() {
 }
 
 #[test]
-fn places_that_cannot_be_written() {
+fn unwritable_paths_are_refused() {
     let room = Sandbox::new();
     room.write("a.txt", "a file");
     assert_refused(&room, &["--out", "a.txt/run"], &["a.txt", "cannot create the directory"]);
     assert_refused(&room, &["--out", "a.txt"], &["a.txt: this exists and is not an unchanged skiagraph result"]);
     assert_refused(&room, &["--out", "/"], &["/: this exists and is not an unchanged"]);
     if cfg!(target_os = "linux") {
-        // Nobody, root neither, may make directories there.
+        // nobody, including root, may create directories there
         assert_refused(&room, &["--out", "/proc/run"], &["/proc: cannot write into the directory"]);
         assert_refused(&room, &["--out", "/dev/full/run"], &["/dev/full", "cannot create the directory"]);
     }
 }
 
-/// Runs `skiagraph ARGUMENTS` in a shell that was told `before` first.
+/// Runs `skiagraph ARGUMENTS` in a shell after the command `before`.
 #[cfg(unix)]
 fn in_a_shell(room: &Sandbox, before: &str, arguments: &str) -> (Option<i32>, String) {
     let program = assert_cmd::cargo::cargo_bin!("skiagraph");
@@ -215,8 +215,8 @@ fn in_a_shell(room: &Sandbox, before: &str, arguments: &str) -> (Option<i32>, St
 
 #[cfg(unix)]
 #[test]
-fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
-    // No file may grow beyond a block. The signal that comes with it kills programs that do not expect it.
+fn a_full_disk_leaves_no_incomplete_result() {
+    // No file may exceed one block. The signal kills programs that do not handle it.
     let full = "ulimit -f 1";
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -227,7 +227,7 @@ fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
     let (code, said) = in_a_shell(&room, full, "render tiny.toml --quiet --out set");
     assert_eq!(code, Some(75), "{said}");
     assert!(said.contains("File too large") && !room.path("set").exists(), "{said}");
-    // what was kept of it is gone on with
+    // the saved progress is resumed
     room.succeed("render tiny.toml --quiet --out set");
     let (code, said) = in_a_shell(&room, full, "track set --tracker frozen --quiet --out run");
     assert_eq!((code, room.entries()), (Some(75), vec!["set".to_owned(), "tiny.toml".to_owned()]), "{said}");
@@ -241,14 +241,14 @@ fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn standard_output_that_is_full_is_said() {
+fn a_write_error_on_standard_output_is_reported() {
     let (code, said) = in_a_shell(&Sandbox::new(), "exec > /dev/full", "schema");
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("cannot write the result to standard output"), "{said}");
 }
 
 #[test]
-fn sets_and_runs_that_are_none() {
+fn paths_that_are_not_sets_or_runs_are_refused() {
     let room = Sandbox::new();
     for (arguments, words) in [
         (vec!["track", "nowhere", "--tracker", "frozen", "--out", "run"], "nowhere"),
@@ -285,7 +285,7 @@ fn an_interrupted_run_leaves_nothing_and_says_130() {
 }
 
 #[test]
-fn cameras_of_unknown_models_and_more_than_memory_holds_are_refused() {
+fn unknown_camera_models_and_excessive_sizes_are_refused() {
     let room = Sandbox::new();
     let camera = "[[rig.camera]]\nsize_px = [80, 60]\nmatrix = [[70.0, 0.0, 40.0], [0.0, 70.0, 30.0], [0.0, 0.0, 1.0]]\n\
                   rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]\ntranslation_m = [0.0, 1.0, 4.0]\n";
@@ -305,7 +305,7 @@ fn cameras_of_unknown_models_and_more_than_memory_holds_are_refused() {
 }
 
 #[test]
-fn subjects_of_no_area_are_refused() {
+fn subjects_without_a_visible_pixel_are_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     // a dot far away, smaller than a pixel
@@ -371,7 +371,7 @@ fn sets_of_a_newer_format_edited_and_partial_ones_are_refused_by_every_reader() 
         assert_eq!(answer.code, 2, "{command}: {}", answer.stderr);
         assert!(answer.stderr.contains("set.toml"), "{command}: {}", answer.stderr);
     }
-    // a part of it alone
+    // only a part of it
     room.write("set/set.toml", &manifest);
     fs::remove_file(room.path("set/observations/cam01/silhouette/000001.png")).unwrap();
     for (command, answer) in readers(&room).into_iter().take(3) {

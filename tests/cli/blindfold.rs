@@ -1,5 +1,4 @@
-//! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test
-//! knew files by their names alone.
+//! Trackers cannot read poses of the test, and cannot learn from the test or from copies of it.
 
 use std::fs;
 use std::path::PathBuf;
@@ -30,7 +29,7 @@ impl Sandbox {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }
 
-    /// Exit code and all that was said.
+    /// Exit code, standard output and standard error.
     fn run(&self, arguments: &str) -> (i32, String) {
         let output = cargo_bin_cmd!("skiagraph")
             .args(arguments.split_whitespace())
@@ -73,7 +72,7 @@ fn small(start: &str, training: &str) -> String {
 }
 
 #[test]
-fn what_a_tracker_is_given_holds_no_pose_of_the_test() {
+fn a_trackers_input_contains_no_test_pose() {
     let room = Sandbox::new();
     room.succeed("render rig.ring.size_px=[80,60] --out default");
     room.write("jumps.bvh", fs::read(shipped("01_01.bvh")).unwrap());
@@ -99,7 +98,7 @@ fn what_a_tracker_is_given_holds_no_pose_of_the_test() {
     assert!(found.iter().any(|leak| leak.file == "start/training.npz" && leak.place == "array angles"), "{found:?}");
 }
 
-/// Rows `first` to `last` of the shipped BVH file, every `step`th, numbered anew.
+/// Rows `first` to `last` of the shipped BVH file in steps of `step`, renumbered.
 fn part_of_jumps(first: usize, last: usize, step: usize) -> String {
     let text = fs::read_to_string(shipped("01_01.bvh")).unwrap();
     let (skeleton, motion) = text.split_once("MOTION").unwrap();
@@ -109,7 +108,7 @@ fn part_of_jumps(first: usize, last: usize, step: usize) -> String {
 }
 
 #[test]
-fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
+fn a_copy_of_the_test_is_refused_as_training_at_any_name_rate_and_part() {
     let room = Sandbox::new();
     let walk = fs::read_to_string(shipped("humanoid3d_walk.txt")).unwrap();
     room.write("renamed.txt", &walk);
@@ -147,7 +146,7 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
 }
 
 #[test]
-fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one_take_are_not() {
+fn different_takes_are_distinguished_and_formats_of_one_take_are_not() {
     let Some(folder) = crate::support::test_data("mocap") else { return };
     let mut files: Vec<PathBuf> =
         fs::read_dir(folder.join("cmu_asf_amc")).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -172,7 +171,7 @@ fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one
 }
 
 #[test]
-fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_models_are_told() {
+fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_evaluate() {
     let room = Sandbox::new();
     room.write("copy.json", fs::read(shipped("humanoid3d_walk.txt")).unwrap());
     room.succeed("train copy.json --model gpdm --out copy.model --quiet");
@@ -197,7 +196,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
 
     let npz = Npz::from_bytes("m", &fs::read(room.path("copy.model")).unwrap()).unwrap();
     let old: Npz = npz.iter().filter(|(n, _)| !n.starts_with("fingerprint")).map(|(n, a)| (n, a.clone())).collect();
-    // as a file of an older version would be of another file's hash and name
+    // like a file of an older version, with another file's hash and name
     let facts: Vec<u8> = match &old.get("facts").unwrap().values {
         Values::U8(bytes) => {
             String::from_utf8(bytes.clone()).unwrap().replace("copy.json", "elsewhere.txt").into_bytes()
@@ -220,7 +219,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
 }
 
 #[test]
-fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
+fn a_motion_begins_at_its_placement_and_the_set_has_its_heading() {
     let room = Sandbox::new();
     room.write("placed.toml", small("start_m = [1.5, -2.0]\nheading_deg = 90", ""));
     room.write("plain.toml", small("", ""));
@@ -239,7 +238,7 @@ fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
         (first.world_from_root.translation.x - 1.5).abs() + (first.world_from_root.translation.y + 2.0).abs() < 1e-9
     );
     assert!((first.heading().unwrap().to_degrees() - 90.0).abs() < 1e-9);
-    // said of the tracker's body, which leans a little otherwise
+    // refers to the tracker's body, which leans slightly differently
     assert!(forward[1] > 0.99 && forward[2] == 0.0 && placed.blind.forward == Some([forward[0], forward[1], 0.0]));
     let last = placed.truth.ground_truth.frames.last().unwrap().pose.world_from_root.translation;
     assert!(last.y > -1.5 && (last.x - 1.5).abs() < 0.3, "it walks the way it faces: {last:?}");

@@ -1,4 +1,4 @@
-//! The pages in headless Chromium, as their readers see them.
+//! The pages in headless Chromium.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::sandbox::{Sandbox, TINY, shipped};
 use crate::support::{python_with_numpy, skip};
 
-/// `$SKIAGRAPH_TEST_CHROMIUM`, else the first that is found; `None` (said as `skip` does) where there is none.
+/// `$SKIAGRAPH_TEST_CHROMIUM`, else the first browser found; `None` (with the message of `skip`) if there is none.
 fn chromium() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
     let folders: Vec<PathBuf> =
@@ -22,7 +22,7 @@ fn chromium() -> Option<PathBuf> {
     found
 }
 
-/// Browses pages; one object a page.
+/// Browses pages; returns one object per page.
 pub(super) fn browse(room: &Sandbox, pages: &[&str]) -> Option<Vec<Value>> {
     let (chromium, python) = (chromium()?, python_with_numpy()?);
     let output = Command::new(&python)

@@ -1,4 +1,4 @@
-//! A tracker that calibrates its body: what is written, said and measured, and what it reads.
+//! A tracker that calibrates its body: its files, messages, metrics and inputs.
 
 use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
@@ -6,7 +6,7 @@ use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
 use super::same_numbers::report;
 use crate::sandbox::{Sandbox, TINY};
 
-/// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind and other size, and calibration.
+/// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind but another size, and calibration.
 fn scenario() -> String {
     TINY.replace("last_frame = 3", "last_frame = 7")
         .replace("count = 2", "count = 3")
@@ -21,13 +21,13 @@ fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
+fn run_equals_render_track_and_evaluate_with_a_calibrated_body() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     let said = room.succeed("run fit.toml --out whole").stderr;
     assert!(said.contains("calibration, seed 0: the calibrated body is kept") && said.contains("energy"), "{said}");
     room.succeed("render fit.toml --out set");
-    // Whatever lies beside the truth is not there to be read.
+    // the ground truth cannot be read
     std::fs::rename(room.path("set/truth"), room.path("truth")).unwrap();
     let said = room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out parts").stderr;
     assert!(said.contains("calibration, seed 0: the calibrated body is kept"), "{said}");
@@ -42,7 +42,7 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
     let report = String::from_utf8(room.read("whole/report.html")).unwrap();
     assert!(report.contains("Calibration of the tracker") && report.contains("thigh length"));
 
-    // Evaluated again by hand: the markers are those of the body that the run carries.
+    // evaluated separately: the markers are those of the body stored with the run
     let set = BlindSet::read(&room.path("set")).unwrap();
     let bodies = bodies_from_json("bodies.json", &room.read("whole/bodies.json")).unwrap();
     assert!(!bodies[0].is_same_body(&set.start.body));
@@ -54,7 +54,7 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
     let frames = whole["frames"].as_u64().unwrap();
     assert_eq!(frames as usize, sequence.frames());
 
-    // Without calibration the energy of the estimate is higher: the body is the wrong one.
+    // without calibration the energy of the estimate is higher, since the body is wrong
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --calibrate false --out given");
     room.succeed("evaluate set given");
     assert!(!room.path("given/bodies.json").exists());
@@ -64,12 +64,12 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
 }
 
 #[test]
-fn a_tracker_that_keeps_its_body_says_so_and_a_body_that_was_changed_is_refused() {
+fn an_unused_calibration_is_reported_and_a_modified_body_is_refused() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     room.succeed("render fit.toml --out set");
     let said = room.succeed("track set --tracker frozen --out frozen").stderr;
-    assert!(said.contains("tracker_body.calibrate: frozen keeps the body as it is"), "{said}");
+    assert!(said.contains("tracker_body.calibrate: frozen does not calibrate the body"), "{said}");
     assert!(!room.path("frozen/bodies.json").exists());
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
     let text = String::from_utf8(room.read("run/bodies.json")).unwrap();

@@ -1,4 +1,4 @@
-//! `skiagraph check`: what `run` would refuse, all that is wrong, how the cameras see the actor, and what it costs.
+//! `skiagraph check`: all errors that `run` would report, the cameras' views of the actor, and the cost.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn camera_at(x: f64, y: f64, z: f64) -> String {
 }
 
 #[test]
-fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost() {
+fn a_valid_scenario_has_a_path_views_and_a_cost() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let said: Value = serde_json::from_str(&room.succeed("check tiny.toml --json").stdout).unwrap();
@@ -31,7 +31,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
     else {
         panic!("{path}")
     };
-    // a twelfth of a second of a straight walk: along x, and nearly as long as its ends are apart
+    // a twelfth of a second of a straight walk along x: the path is nearly as long as the distance between its ends
     let length = path["length_m"].as_f64().unwrap();
     assert!(x1 > x0 && (length - (x1 - x0).hypot(y1 - y0)).abs() < 0.01 && length < 0.3, "{path}");
     assert!(path["least_m"][0].as_f64().unwrap() <= x0 && path["greatest_m"][0].as_f64().unwrap() >= x1);
@@ -39,7 +39,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
     assert_eq!(views.len(), 2);
     for view in views {
         assert_eq!((view["in_view"].as_f64(), view["at_border"].as_f64()), (Some(1.0), Some(0.0)), "{view}");
-        // a person of 1.6 to 1.8 m some 3.5 m away: 69 px of focal length times the angle
+        // a person of 1.6 to 1.8 m at about 3.5 m: 69 px of focal length times the angle
         let [least, median, greatest] = [0, 1, 2].map(|i| view["height_px"][i].as_u64().unwrap());
         assert!(28 <= least && least <= median && median <= greatest && greatest <= 40, "{view}");
     }
@@ -53,7 +53,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
 }
 
 #[test]
-fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
+fn sizes_on_disk_are_estimated_within_a_factor_of_two() {
     let room = Sandbox::new();
     let scenario = TINY.replace("last_frame = 3", "last_frame = 30");
     room.write("tiny.toml", scenario.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\"]"));
@@ -67,7 +67,7 @@ fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
     }
     assert!(cost("run_s") >= cost("track_s") && cost("track_s") > 0.0 && cost("render_s") > 0.0, "{}", said["cost"]);
     assert_eq!(cost("models_to_learn"), 0.0);
-    // A hundred times the evaluations: the rest of a frame, without refinement, stays.
+    // a hundred times the evaluations; the rest of a frame, without refinement, stays the same
     let tracking = |particles: u32| {
         let said = room.succeed(&format!("check tiny.toml paper=true particles={particles} --json")).stdout;
         serde_json::from_str::<Value>(&said).unwrap()["cost"]["track_s"].as_f64().unwrap()
@@ -77,7 +77,7 @@ fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
 }
 
 #[test]
-fn what_run_refuses_check_refuses_with_the_same_words() {
+fn check_and_run_refuse_with_the_same_message() {
     let room = Sandbox::new();
     let bare = TINY.split("[rig.ring]").next().unwrap();
     let (tracker, in_the_way) = ("[tracker.frozen]\n", "[[prop]]\nname = \"hood\"\nplace_m = [0, 0, 0]\n");
@@ -129,7 +129,7 @@ fn a_model_file_is_opened_and_must_fit() {
 }
 
 #[test]
-fn a_prop_in_the_actors_way_is_told() {
+fn a_prop_in_the_actors_way_has_a_note() {
     let room = Sandbox::new();
     let prop =
         "[[prop]]\nname = \"pole\"\nplace_m = [0, 0, 1]\nshape = { capsule = { radius_m = 0.05, length_m = 1.0 } }\n";
@@ -139,7 +139,7 @@ fn a_prop_in_the_actors_way_is_told() {
 }
 
 #[test]
-fn all_errors_are_told_each_where_it_stands_missing_files_too() {
+fn all_errors_are_listed_with_their_lines_including_missing_files() {
     let room = Sandbox::new();
     let scenario = TINY
         .replace("count = 2", "count = 0\nraduis_m = 1.0")
@@ -169,7 +169,7 @@ fn all_errors_are_told_each_where_it_stands_missing_files_too() {
     assert_eq!(errors.len(), expected.len());
     assert_eq!((errors[1]["line"].as_u64(), errors[1]["column"].as_u64()), (Some(14), Some(1)));
     assert_eq!((errors[3]["key"].as_str(), &errors[3]["line"]), (Some("seeds"), &Value::Null));
-    // whoever runs it hears of the first
+    // `run` reports the first error
     let run = room.skiagraph(["run", "tiny.toml"]);
     assert_eq!(run.stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{}", run.stderr);
 }

@@ -1,5 +1,5 @@
-//! Issue 12, item 15: sizes, counts and magnitudes that a file claims are bounded where they are read, and the message
-//! says the limit. Every case here once took all memory, hung or ended in a panic.
+//! Sizes, counts and magnitudes claimed by a file are bounded when they are read, and the message states the limit.
+//! Without bounds, these cases would exhaust memory, hang or panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 const TINY: &str = "schema = \"skiagraph.scenario/1\"\nname = \"tiny\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 3\n\
     [rig.ring]\ncount = 2\nradius_m = 3.5\nsize_px = [80, 60]\n[tracker.frozen]\n";
 
-/// Runs the program in `folder`; it must answer within a minute, whatever the file says.
+/// Runs the program in `folder`; it must end within a minute, whatever the file claims.
 fn skiagraph(folder: &Path, arguments: &[&str]) -> Output {
     let (send, receive) = mpsc::channel();
     let mut command = std::process::Command::new(cargo_bin!("skiagraph"));
@@ -22,7 +22,7 @@ fn skiagraph(folder: &Path, arguments: &[&str]) -> Output {
     receive.recv_timeout(Duration::from_secs(60)).unwrap_or_else(|_| panic!("{arguments:?} hangs"))
 }
 
-/// The program must refuse with exit code 2 and one short message that holds all of `words`.
+/// The program must fail with exit code 2 and one short message that contains all of `words`.
 fn assert_refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     let output = skiagraph(folder, arguments);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -37,7 +37,7 @@ fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
-/// A folder with a scenario, the set that it renders and a run on it.
+/// A folder with a scenario, its set and a run on the set.
 fn with_set() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
@@ -51,7 +51,7 @@ fn with_set() -> tempfile::TempDir {
     folder
 }
 
-/// Changes a file of the set and lists its new hash, as somebody does who makes a hostile set.
+/// Changes a file of the set and updates its hash, as in a maliciously modified set.
 fn forge(folder: &Path, file: &str, change: impl FnOnce(Vec<u8>) -> Vec<u8>) {
     let path = folder.join("set").join(file);
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
@@ -76,7 +76,7 @@ fn replaced(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec
 }
 
 #[test]
-fn frames_rates_and_cameras_that_a_set_claims() {
+fn claimed_frames_rates_and_cameras_of_a_set_are_bounded() {
     let folder = with_set();
     let original = fs::read(folder.path().join("set/set.toml")).unwrap();
     for (from, to, words) in [
@@ -89,7 +89,7 @@ fn frames_rates_and_cameras_that_a_set_claims() {
             assert_refused(folder.path(), command, &["set/set.toml: ", words]);
         }
     }
-    // within the limit, but no file stands behind it
+    // within the limit, but there is no file for it
     forge(folder.path(), "set.toml", |_| replaced("frames = 5", "frames = 900000")(original));
     let words = ["set/set.toml: ", "found 900000 frames and no observations/cam00/silhouette/899999.png"];
     assert_refused(folder.path(), &["track", "set", "--tracker", "frozen", "--out", "other"], &words);
@@ -97,7 +97,7 @@ fn frames_rates_and_cameras_that_a_set_claims() {
 }
 
 #[test]
-fn props_bodies_and_images_of_no_earthly_size_in_a_set() {
+fn claimed_sizes_of_props_bodies_and_images_are_bounded() {
     let folder = with_set();
     let prop = r#"{"schema": "skiagraph.props/1", "props": [{"name": "sun", "solid": {"box": {"frame":
         {"position": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}, "half_extents": [1e20, 1e20, 1e20]}}}]}"#;
@@ -167,7 +167,7 @@ fn npy(shape: &str, values: &[f64]) -> Vec<u8> {
 }
 
 #[test]
-fn archives_with_shared_bytes_many_names_or_axes_without_end() {
+fn claimed_sizes_of_archives_are_bounded() {
     let folder = with_set();
     let one = npy("1000, ", &[0.5; 1000]);
     let named = |count: usize| (0..count).map(|i| (format!("a{i}.npy"), one.as_slice())).collect::<Vec<_>>();
@@ -175,9 +175,9 @@ fn archives_with_shared_bytes_many_names_or_axes_without_end() {
     let names = (0..60_000).map(|i| (format!("a{i}.npy"), small.as_slice())).collect::<Vec<_>>();
     let empty = npy("1000000000000, 0", &[]);
     for (bytes, words) in [
-        (archive(&named(900), true), "two entries share bytes"),
+        (archive(&named(900), true), "two entries overlap"),
         (archive(&names, false), "60000 entries; expected at most 1000"),
-        (archive(&[("x".repeat(30_000), &one)], false), "an entry's name has 30000 bytes; expected at most 200"),
+        (archive(&[("x".repeat(30_000), &one)], false), "the name of an entry has 30000 bytes; expected at most 200"),
         (archive(&[("energy.npy".to_owned(), &empty)], false), "the shape is too large"),
     ] {
         fs::write(folder.path().join("run/poses.npz"), &bytes).unwrap();
@@ -185,14 +185,14 @@ fn archives_with_shared_bytes_many_names_or_axes_without_end() {
         fs::write(folder.path().join("a.model"), &bytes).unwrap();
         assert_refused(folder.path(), &["inspect", "a.model"], &["a.model: ", words]);
     }
-    // what a large archive may hold is still read: nothing of it is shared
+    // a large valid archive without shared bytes is still read
     fs::write(folder.path().join("run/poses.npz"), archive(&named(900), false)).unwrap();
     assert_refused(folder.path(), &["evaluate", "set", "run"], &["run/poses.npz: has no array \"fps\""]);
 }
 
 #[cfg(unix)]
 #[test]
-fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
+fn repeated_meshes_and_attributes_of_robots_are_bounded() {
     let folder = tempfile::tempdir().unwrap();
     let side = 60; // 2 x 60 x 60 triangles
     let vertex = |i: usize| format!("v {} {} 0\n", i % (side + 1), i / (side + 1));
@@ -212,7 +212,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
         (robot(&visual.repeat(3000)), "mesh `m.obj`: with it the meshes have more than 5000000 triangles"),
         (robot(&ball.repeat(5001)), "more than 5000 solids"),
         (format!("<robot name=\"r\">{links}</robot>"), "more than 1000 links"),
-        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element of 100000 attributes"),
+        (robot(&format!("<visual{attributes}/>")), "r.urdf:2: not well-formed XML: an element has 100000 attributes"),
         (robot(&"<x/>".repeat(200_001)), "more than 200000 elements"),
         (robot(&"<x>".repeat(100_000)), "r.urdf:2: "),
         (
@@ -227,7 +227,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
 }
 
 #[test]
-fn overrides_and_scenarios_as_deep_as_the_stack() {
+fn nesting_of_overrides_and_scenarios_is_bounded() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
     let deep = format!("{}=1", vec!["a"; 20_001].join("."));
@@ -258,7 +258,7 @@ fn overrides_and_scenarios_as_deep_as_the_stack() {
 }
 
 #[test]
-fn numbers_of_a_scenario_that_no_machine_can_hold() {
+fn numbers_in_a_scenario_are_bounded() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("tiny.toml"), TINY).unwrap();
     let props: String = (0..1001)
@@ -302,7 +302,7 @@ fn numbers_of_a_scenario_that_no_machine_can_hold() {
 
 #[cfg(unix)]
 #[test]
-fn devices_pipes_directories_and_files_without_end_as_any_input() {
+fn devices_pipes_directories_and_endless_files_are_refused_as_input() {
     let folder = with_set();
     let path = |name: &str| folder.path().join(name);
     let inputs = ["walk.bvh", "walk.amc", "walk.txt", "robot.urdf", "scenario.toml", "a.model", "nothing"];
@@ -351,13 +351,13 @@ fn devices_pipes_directories_and_files_without_end_as_any_input() {
 }
 
 #[test]
-fn a_rate_of_the_truth_that_no_clock_has() {
+fn an_impossible_frame_rate_of_the_truth_is_refused() {
     let folder = with_set();
     {
         let file = "truth/truth.npz";
         let sound = fs::read(folder.path().join("set").join(file)).unwrap();
         for rate in [1e300, -60.0, f64::NAN] {
-            // `fps` is the archive's first array; its checksum stands in the local header and in the directory
+            // `fps` is the archive's first array; its checksum is in the local header and in the directory
             forge(folder.path(), file, |bytes| with_first_array(&bytes, &npy("", &[rate])));
             let named = format!("set/{file}: fps: expected 0.001 to 100000 frames a second");
             assert_refused(folder.path(), &["inspect", "set", "--contacts"], &[&named]);
@@ -366,7 +366,7 @@ fn a_rate_of_the_truth_that_no_clock_has() {
     }
 }
 
-/// An archive of ours with other bytes in the place of its first array.
+/// A valid archive with the bytes of its first array replaced.
 fn with_first_array(bytes: &[u8], first: &[u8]) -> Vec<u8> {
     let half = |at: usize| u16::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;
     let word = |at: usize| u32::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;

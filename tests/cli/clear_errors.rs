@@ -1,5 +1,4 @@
-//! Issue 12, item 18: every message names the file that is at fault, quotes little of it and no control characters;
-//! paths need not be UTF-8.
+//! Every message names the file with the error, quotes little of it and no control characters; paths need not be UTF-8.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -50,11 +49,11 @@ impl Sandbox {
         let error =
             said.lines().find(|line| line.starts_with("error: ")).unwrap_or_else(|| panic!("{command}: {said}"));
         assert!(error.contains(file), "{command}: does not name {file}: {said}");
-        assert!(!said.contains("panicked") && !said.contains("a bug of ours"), "{command}: {said}");
+        assert!(!said.contains("panicked") && !said.contains("This is a bug"), "{command}: {said}");
         said
     }
 
-    /// As [`Self::blames`], of every command that reads `file` in place of FILE.
+    /// Like [`Self::blames`], for every command, with `file` in place of FILE.
     fn all_blame(&self, commands: &[&str], file: &str) {
         commands.iter().for_each(|command| drop(self.blames(&command.replace("FILE", file), file)));
     }
@@ -83,7 +82,7 @@ const OF_ROBOTS: [&str; 4] = [
 ];
 
 #[test]
-fn recordings_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_recording_names_the_recording() {
     let room = Sandbox::new();
     let bvh = shipped("scenarios/motions/01_01.bvh");
     let head: Vec<&str> = bvh.lines().take(190).collect();
@@ -111,7 +110,7 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
             room.all_blame(&OF_RECORDINGS, name);
         }
     }
-    // sound by itself, but nobody's skeleton
+    // a valid file, but not a human skeleton
     let nobody = "HIERARCHY\nROOT pole\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n \
         JOINT flag\n {\n OFFSET 0 1.7 0\n CHANNELS 3 Zrotation Xrotation Yrotation\n End Site\n {\n OFFSET 0 0.1 0\n }\n }\n}\n\
         MOTION\nFrames: 3\nFrame Time: 0.01\n0 0 0 0 0 0 0 0 0\n0 0 1 0 0 0 0 0 0\n0 0 2 0 0 0 0 0 0\n";
@@ -124,7 +123,7 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
 }
 
 #[test]
-fn robots_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_robot_names_the_robot() {
     let room = Sandbox::new();
     let urdf = shipped("robots/tracker25.urdf");
     let cases = [
@@ -142,7 +141,7 @@ fn robots_are_named_whatever_is_wrong_with_them() {
     room.write("bare.urdf", "<robot name=\"bare\"><link name=\"a\"/></robot>");
     room.all_blame(&OF_ROBOTS[1..2], "bare.urdf");
     room.blames(&OF_ROBOTS[3].replace("FILE", "bare.urdf"), "bare.urdf");
-    // what is wrong only for what the scenario wants is told of the scenario
+    // a mismatch between scenario and robot is reported for the scenario
     let ball = "<robot name=\"ball\"><link name=\"a\"><visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link></robot>";
     room.write("ball.urdf", ball);
     room.blames("check tiny.toml actor.robot=ball.urdf actor.contact=fix", "ball.urdf");
@@ -151,7 +150,7 @@ fn robots_are_named_whatever_is_wrong_with_them() {
 }
 
 #[test]
-fn scenarios_and_overrides_are_named_whatever_is_wrong_with_them() {
+fn every_error_in_a_scenario_or_override_names_it() {
     let room = Sandbox::new();
     let commands = ["check FILE", "run FILE", "render FILE --out set", "train FILE --model gpdm --out new.model"];
     for (name, text) in [
@@ -185,7 +184,7 @@ fn forge(room: &Sandbox, set: &str, file: &str, bytes: &[u8]) {
 }
 
 #[test]
-fn files_of_sets_and_runs_are_named_by_where_they_lie() {
+fn files_of_sets_and_runs_are_named_with_their_path() {
     let room = Sandbox::new();
     room.succeed("render tiny.toml --quiet --out sets/tiny".split(' '));
     room.succeed("track sets/tiny --tracker frozen --quiet --out run".split(' '));
@@ -205,10 +204,10 @@ fn files_of_sets_and_runs_are_named_by_where_they_lie() {
         let sound = fs::read(room.path(&named)).unwrap();
         let truncated = &sound[..sound.len() / 2];
         for broken in [&b""[..], b"\0\xff\x1b[2J", truncated] {
-            // the listed hash does not fit
+            // with a wrong hash
             fs::write(room.path(&named), broken).unwrap();
             commands.iter().for_each(|command| drop(room.blames(command, &named)));
-            // nor, where it does, the format
+            // with a correct hash but an invalid format
             fs::write(room.path(&named), &sound).unwrap();
             forge(&room, "sets/tiny", file, broken);
             for command in commands {
@@ -222,7 +221,7 @@ fn files_of_sets_and_runs_are_named_by_where_they_lie() {
         fs::write(room.path(&named), &sound).unwrap();
     }
     room.succeed(blind[2].split(' '));
-    // a run without its own track.json and search.npz is measured as another program's
+    // a run without track.json and search.npz is measured as the estimate of another program
     {
         let file = "run/poses.npz";
         let sound = fs::read(room.path(file)).unwrap();
@@ -242,7 +241,7 @@ fn files_of_sets_and_runs_are_named_by_where_they_lie() {
     room.blames("evaluate sets/tiny nowhere", "nowhere");
 }
 
-/// The message must be short, quote at most 200 of the X's and steer no terminal.
+/// The message must be short, quote at most 200 of the X's and contain no control characters.
 fn assert_tame(said: &str) {
     assert!(said.len() < 3000, "{} bytes: {}...", said.len(), &said.chars().take(300).collect::<String>());
     assert!(said.lines().all(|line| line.split(|c| c != 'X').all(|run| run.len() <= 200)), "{said}");
@@ -251,7 +250,7 @@ fn assert_tame(said: &str) {
 }
 
 #[test]
-fn messages_quote_little_and_steer_no_terminal() {
+fn messages_quote_little_and_contain_no_control_characters() {
     let room = Sandbox::new();
     let long = format!("\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}{}", "X".repeat(60_000));
     let word: String = long.chars().filter(|c| !c.is_whitespace()).collect();
@@ -329,7 +328,7 @@ fn messages_quote_little_and_steer_no_terminal() {
 }
 
 #[test]
-fn what_is_printed_of_a_sound_file_steers_no_terminal_either() {
+fn output_about_a_valid_file_contains_no_control_characters() {
     let room = Sandbox::new();
     let bvh = "HIERARCHY\nROOT \u{1b}[31mhip\u{7}\n{\n OFFSET 0 0 0\n CHANNELS 3 Xposition Yposition Zposition\n \
         End Site\n {\n OFFSET 0 1.75 0\n }\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n0 0 0.01\n";

@@ -1,11 +1,11 @@
-//! Colour images as truth, whatever silhouettes are made of.
+//! Colour images as truth, independent of the source of silhouettes.
 
 use skiagraph::benchmark_set::{BlindSet, layer_channels};
 
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn colour_images_look_as_their_settings_say_without_segmentation_too() {
+fn colour_images_follow_their_settings_even_without_segmentation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002.exr"));
@@ -31,7 +31,7 @@ fn colour_images_look_as_their_settings_say_without_segmentation_too() {
     assert_eq!(image("corrupted"), image("shadeless"), "silhouettes are none of its business");
     render("grey", "observation.images.grey=true");
     assert_eq!(layer_channels(&room.path("grey")).unwrap(), ["Y"]);
-    // layers come with a set, and are no part of what it is
+    // layers do not change the hash of a set
     room.succeed("render tiny.toml observation.images.grey=true --key default --out without -q");
     let hash = |set: &str| BlindSet::read(&room.path(set)).unwrap().set_hash;
     assert_eq!(hash("grey"), hash("without"));

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with two runs on one set, and one on another set of the same name.
+/// A sandbox with two runs on one set, and one on another set of the same name.
 fn room() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -15,7 +15,7 @@ fn room() -> Sandbox {
 }
 
 #[test]
-fn differences_are_those_of_the_runs_in_every_format() {
+fn differences_are_the_same_in_every_format() {
     let room = room();
     let json: Value = serde_json::from_str(&room.succeed("compare runs/main runs/mine --json").stdout).unwrap();
     assert_eq!((&json["schema"], &json["others"][0]["paired"]), (&"skiagraph.compare/1".into(), &true.into()));
@@ -43,7 +43,7 @@ fn differences_are_those_of_the_runs_in_every_format() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_with_the_difference() {
+fn incomparable_runs_are_refused_with_the_difference() {
     let room = room();
     let refused = |arguments: &str, parts: &[&str]| {
         let answer = room.skiagraph(arguments.split_whitespace());
@@ -74,9 +74,9 @@ fn what_cannot_be_compared_is_refused_with_the_difference() {
     assert_eq!(room.read("thesis.html"), b"years of work");
 }
 
-/// It said "intervals run over 5 to 8 seeds", and not which were left out; the gate the same.
+/// Seeds left out of the intervals are named.
 #[test]
-fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
+fn compare_and_gate_name_unpaired_seeds_and_count_pairs() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --seeds 5 --out main");
@@ -84,7 +84,7 @@ fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
     let out = "seeds 5 to 7 of `tiny` are in `mine` only and have no pair";
     let text = room.succeed("compare main mine --html page.html").stdout;
     assert!(text.contains(&format!("  left out: {out}\n")), "{text}");
-    assert!(text.contains("intervals run over 5 pairs of seeds of one clip (tiny, "), "{text}");
+    assert!(text.contains("intervals are over 5 pairs of seeds of one clip (tiny, "), "{text}");
     let markdown = room.succeed("compare main mine --markdown").stdout;
     assert!(
         markdown.contains("- left out: seeds 5 to 7 of ") && markdown.contains("over 5 pairs of seeds"),
@@ -101,7 +101,7 @@ fn seeds_without_a_pair_are_named_and_pairs_are_counted_by_compare_and_gate() {
 }
 
 #[test]
-fn a_run_that_is_compared_with_itself_is_remarked() {
+fn a_comparison_of_a_run_with_itself_has_a_note() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out run");

@@ -1,4 +1,4 @@
-//! Contact from the scenario to the report.
+//! Ground contact from the scenario to the report.
 
 use serde_json::Value;
 
@@ -16,13 +16,13 @@ fn mean(record: &Value, metric: &str) -> f64 {
 }
 
 #[test]
-fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
+fn a_walk_is_measured_or_corrected_and_the_report_has_its_contacts() {
     let room = Sandbox::new();
     let (measured, notes) = run(&room, "measure");
     assert!(notes.contains("contact: standing feet skate"), "{notes}");
     let (settled, notes) = run(&room, "fix");
     assert!(notes.contains("fixed: standing feet skate") && notes.contains("joints moved by"), "{notes}");
-    // what was recorded skates and sinks, what was settled does not, and what is tracked is the settled motion
+    // the recorded motion skates and sinks, the corrected one does not, and the corrected one is tracked
     assert!(mean(&measured, "truth_foot_skate_mm_per_s") > 2.0 * mean(&settled, "truth_foot_skate_mm_per_s"));
     assert!(mean(&settled, "truth_ground_penetration_mm") <= 2.0);
     assert_ne!(measured["set_hash"], settled["set_hash"]);
@@ -34,9 +34,9 @@ fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
 }
 
 #[test]
-fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker() {
+fn a_simulated_truth_is_marked_everywhere_except_for_the_tracker() {
     let room = Sandbox::new();
-    // some 8 m/s to the side: nobody stays up
+    // about 8 m/s sideways: the body falls
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"pushed\"\n[motion]\nclip = \"embedded:walk\"\n\
                     loop_to_s = 1.2\nframes_per_second = 30\n[actor]\ncontact = \"simulate\"\nfriction = 0.6\nroot_wrench = 0.1\n\
                     [actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 600\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
@@ -70,7 +70,7 @@ fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker(
     assert!(String::from_utf8(room.read("tracked/report.html")).unwrap().contains(&outcome));
 }
 
-/// The shipped actor with nothing on its feet.
+/// The shipped actor without solids on its feet.
 fn barefoot(room: &Sandbox) {
     let urdf = std::fs::read_to_string(shipped("robots/actor.urdf")).unwrap();
     let mut text = String::new();
@@ -88,7 +88,7 @@ fn barefoot(room: &Sandbox) {
 }
 
 #[test]
-fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
+fn a_robot_without_feet_has_no_contacts_and_cannot_be_corrected() {
     let room = Sandbox::new();
     barefoot(&room);
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"bare\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
@@ -106,7 +106,7 @@ fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
 }
 
 #[test]
-fn inspecting_contacts_says_who_stands_when_and_draws_it() {
+fn inspecting_contacts_lists_and_draws_stances() {
     let room = Sandbox::new();
     let said = room.succeed("inspect embedded:walk --contacts --out walk.svg").stdout;
     assert!(said.contains("left foot") && said.contains("right foot") && said.contains("worst     slip"), "{said}");

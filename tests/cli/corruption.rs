@@ -1,4 +1,4 @@
-//! Observations that are corrupted on purpose.
+//! Deliberately corrupted observations.
 
 use crate::sandbox::{Sandbox, TINY};
 
@@ -12,7 +12,7 @@ fn observation(room: &Sandbox, set: &str) -> toml::Table {
 }
 
 #[test]
-fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
+fn a_ladder_has_one_set_per_level_with_the_truth_of_the_exact_set() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out exact");
@@ -34,7 +34,7 @@ fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
 }
 
 #[test]
-fn errors_of_cameras_are_told_to_the_tracker_and_the_true_ones_stand_on_the_other_side() {
+fn trackers_get_erroneous_cameras_and_the_truth_has_the_true_ones() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out exact");
@@ -47,7 +47,7 @@ fn errors_of_cameras_are_told_to_the_tracker_and_the_true_ones_stand_on_the_othe
 }
 
 #[test]
-fn a_run_on_corrupted_silhouettes_says_how_good_they_are() {
+fn a_run_on_corrupted_silhouettes_reports_their_quality() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out exact");
@@ -64,7 +64,7 @@ fn a_run_on_corrupted_silhouettes_says_how_good_they_are() {
 }
 
 #[test]
-fn strengths_out_of_range_and_axes_of_masks_on_exact_ones_are_refused_by_key() {
+fn invalid_corruptions_are_refused_by_key() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for (key, words) in [

@@ -9,7 +9,7 @@ const PASSER_BY: &str = "[[distractor]]\nname = \"passer-by\"\nskin = \"person_c
                          motion = { clip = \"embedded:walk\", last_frame = 2, start_m = [-0.9, -0.9], heading_deg = 90.0 }\n";
 
 #[test]
-fn somebody_else_is_in_silhouettes_and_hides_the_actor_and_the_set_is_sound() {
+fn a_distractor_appears_in_silhouettes_and_occludes_the_actor() {
     let room = Sandbox::new();
     room.write("alone.toml", TINY);
     let layers = "seeds = 2\nlayers = [\"depth\", \"parts\", \"coverage\", \"colour\"]\n";
@@ -39,7 +39,7 @@ fn somebody_else_is_in_silhouettes_and_hides_the_actor_and_the_set_is_sound() {
         readme.contains("Other people") && !String::from_utf8(room.read("alone/README.txt")).unwrap().contains("Other")
     );
 
-    // a fault of theirs is found
+    // faults in their files are found
     let masks = "observations/cam01/silhouette/000001.png";
     room.write(&format!("two/{masks}"), room.read(&format!("alone/{masks}")));
     let answer = room.skiagraph(["verify", "two"]);
@@ -53,7 +53,7 @@ fn somebody_else_is_in_silhouettes_and_hides_the_actor_and_the_set_is_sound() {
 }
 
 #[test]
-fn distractors_that_cannot_be_are_refused_by_key() {
+fn invalid_distractors_are_refused_by_key() {
     let room = Sandbox::new();
     for (from, to, words) in [
         ("person_coarse", "persona", "distractor[0].skin"),

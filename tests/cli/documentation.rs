@@ -1,10 +1,10 @@
-//! Every command of README.md and docs/*.md, typed as it stands there, in the order of its page, in a folder that has
-//! what a fresh checkout has.
+//! Runs every command of README.md and docs/*.md unchanged, in the order of its page, in a folder like a fresh
+//! checkout.
 //!
-//! What is altered: the scenarios in that folder ask for fewer frames, smaller images and fewer particles (`shrunk`),
-//! so that a page takes seconds. The commands are not altered. `skiagraph` is the program that the tests were built
-//! with, and so is `cargo run --release --` and the examples. Not typed: other commands of cargo (their targets must
-//! exist), and lines that end in a comment `# with your own ...`, which need what does not ship.
+//! Only the scenarios in that folder are changed: fewer frames, smaller images and fewer particles (`shrunk`), so that
+//! a page takes seconds. `skiagraph`, `cargo run --release --` and the examples are the programs built for the tests.
+//! Not run: other commands of cargo (their targets must exist), and lines that end in a comment `# with your own ...`,
+//! which need files that are not shipped.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ use crate::support::{python_with_numpy, skip};
 
 /// Folders of the checkout that commands read.
 const FOLDERS: [&str; 2] = ["scenarios", "examples"];
-/// What ends a line that needs something that does not ship.
+/// End of a line that needs a file that is not shipped.
 const OWN: &str = "# with your own ";
-/// Such lines at most: they are not tested.
+/// Maximum number of such lines, which are not tested.
 const MOST_OWN: usize = 1;
 
-/// A block of a page that somebody would type or copy.
+/// A code block of a page.
 #[derive(Debug)]
 struct Block {
     page: String,
@@ -37,13 +37,13 @@ struct Block {
 enum Language {
     Shell,
     Python,
-    /// Of a workflow of GitHub, whose `run` lines are typed.
+    /// A GitHub workflow, whose `run` steps are run.
     Yaml,
-    /// JSON, listings of files.
+    /// JSON and file listings.
     Other,
 }
 
-/// Blocks of a page: those between fences, and those indented by four spaces.
+/// Code blocks of a page: fenced, or indented by four spaces.
 fn blocks(page: &str, text: &str) -> Vec<Block> {
     let mut found = Vec::new();
     let lines: Vec<&str> = text.lines().collect();
@@ -99,7 +99,7 @@ fn steps(yaml: &str) -> String {
     script
 }
 
-/// What a shell runs for a block: lines of cargo become the programs that are built, or nothing.
+/// The shell script of a block: cargo commands become built programs, or nothing.
 fn script(block: &Block) -> String {
     let text = if block.language == Language::Yaml { steps(&block.text) } else { block.text.clone() };
     let line = |line: &str| {
@@ -118,13 +118,13 @@ fn script(block: &Block) -> String {
     text.lines().map(|text| line(text) + "\n").collect()
 }
 
-/// `skiagraph` as a shell's function: a gate may say no or that it does not know, which is an answer.
+/// `skiagraph` as a shell function: a gate may fail or be inconclusive.
 const PRELUDE: &str = "set -eu\nskiagraph() {\n  local code=0; command skiagraph \"$@\" || code=$?\n  case \"$1-$code\" in \
                        gate-1|gate-3) code=0;; esac\n  [ $code = 0 ] || echo \"exit code $code: skiagraph $*\" >&2\n  return \
                        $code\n}\n";
 
-/// A scenario that takes little time: a dozen frames, small images, few particles. What is not there is not added, but
-/// for the last frame.
+/// A scenario that takes little time: a dozen frames, small images, few particles. Missing keys are not added, except
+/// the last frame.
 fn shrunk(text: &str) -> String {
     let mut scenario: Table = text.parse().unwrap();
     let motion = |motion: &mut Table| {
@@ -194,11 +194,11 @@ fn pages() -> Vec<(String, String)> {
     paths.into_iter().map(|path| (name(&path), fs::read_to_string(&path).unwrap())).collect()
 }
 
-/// Types the blocks of a page; what failed, in words.
+/// Runs the blocks of a page; returns descriptions of failures.
 fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
     let room = Sandbox::new();
     FOLDERS.iter().for_each(|folder| copy(&shipped(folder), &room.path(folder)));
-    // what makes the checkout a project
+    // the file that marks the checkout as a project
     fs::copy(shipped("skiagraph.project"), room.path("skiagraph.project")).unwrap();
     let path = std::env::join_paths(
         [programs.to_owned()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
@@ -208,7 +208,7 @@ fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
     for block in blocks {
         let mut command = match block.language {
             Language::Other => continue,
-            // a snippet goes on with what stands before it
+            // a snippet continues the previous one
             Language::Python if !block.text.contains("savez") => continue,
             Language::Python => {
                 let mut python = Command::new(programs.join("python3"));
@@ -262,7 +262,7 @@ fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
 }
 
 #[test]
-fn no_command_stands_where_it_is_not_typed_and_few_need_what_does_not_ship() {
+fn all_commands_are_in_tested_blocks_and_few_need_other_files() {
     let mut own = 0;
     for (page, text) in pages() {
         for block in blocks(&page, &text) {
@@ -276,7 +276,7 @@ fn no_command_stands_where_it_is_not_typed_and_few_need_what_does_not_ship() {
 }
 
 #[test]
-fn blocks_are_told_apart_and_steps_of_a_workflow_are_typed() {
+fn blocks_are_classified_and_workflow_steps_are_run() {
     let text = "text\n\n    skiagraph check a.toml    # b\n    cargo test\n\n```json\n{}\n```\n```yaml\nsteps:\n  - run: \"a b\"\n  - \
                 run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
     let found = blocks("page", text);

@@ -1,4 +1,4 @@
-//! Robots of which too little is drawn, and those that are drawn by their joints.
+//! Robots with too few solids, and solids made from joints.
 
 use serde_json::Value;
 
@@ -7,7 +7,7 @@ use crate::support::test_data;
 
 const SIMPLE: &str = "gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf";
 
-/// `tracker25` with nothing drawn but its pelvis.
+/// `tracker25` with solids on its pelvis only.
 fn hardly_drawn() -> String {
     let mut text = String::new();
     let mut is_pelvis = false;
@@ -23,7 +23,7 @@ fn hardly_drawn() -> String {
     text
 }
 
-/// A `tracker25` with meshes that are nowhere in place of its solids.
+/// A `tracker25` with missing meshes instead of its solids.
 fn without_meshes() -> String {
     let text = include_str!("../../robots/tracker25.urdf");
     let mut parts = text.split("<sphere");
@@ -42,7 +42,7 @@ fn room(robot: &str) -> Sandbox {
 }
 
 #[test]
-fn a_body_that_is_hardly_drawn_is_refused_and_one_from_joints_is_offered_and_runs() {
+fn a_body_with_too_few_solids_is_refused_and_solids_from_joints_work() {
     let room = room(&hardly_drawn());
     for table in ["actor", "tracker_body"] {
         for command in ["check", "run"] {
@@ -76,7 +76,7 @@ fn a_body_that_is_hardly_drawn_is_refused_and_one_from_joints_is_offered_and_run
 }
 
 #[test]
-fn a_skin_covers_a_body_of_which_nothing_is_drawn() {
+fn a_skin_replaces_missing_solids() {
     let room = room(&hardly_drawn());
     room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse");
     let said = room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse").stdout;
@@ -84,7 +84,7 @@ fn a_skin_covers_a_body_of_which_nothing_is_drawn() {
 }
 
 #[test]
-fn a_robot_without_its_mesh_files_runs_from_its_joints_and_is_told_so_without() {
+fn a_robot_without_its_mesh_files_runs_with_solids_from_joints() {
     let room = room(&without_meshes());
     let refused = room.skiagraph(["check", "tiny.toml", "actor.robot=robot.urdf"]);
     assert_eq!(refused.code, 2);
@@ -103,7 +103,7 @@ fn a_robot_without_its_mesh_files_runs_from_its_joints_and_is_told_so_without() 
 }
 
 #[test]
-fn inspect_shows_how_much_of_a_robot_is_drawn() {
+fn inspect_shows_how_much_of_a_robot_its_solids_cover() {
     let room = room(&hardly_drawn());
     let shown = room.succeed("inspect robot.urdf").stdout;
     assert!(shown.contains("drawn    1 of 10 links") && shown.contains("undrawn  head, "), "{shown}");
@@ -115,14 +115,14 @@ fn inspect_shows_how_much_of_a_robot_is_drawn() {
 }
 
 #[test]
-fn what_is_drawn_of_a_robot_that_ships_changes_no_scenario() {
+fn solids_of_shipped_robots_suffice_for_all_scenarios() {
     let room = room("");
     room.succeed("render tiny.toml --out plain");
     room.succeed("render tiny.toml actor.solids=urdf tracker_body.solids=urdf --out said");
     assert_eq!(room.read("plain/files.sha256"), room.read("said/files.sha256"));
 }
 
-/// Of the simple humanoid two solids of one link are drawn; it ran, and the tracker was blamed.
+/// The simple humanoid has two usable solids, both on one link.
 #[test]
 fn the_simple_humanoid_is_refused_and_its_feet_stand_on_the_ground_from_its_joints() {
     let Some(robot) = test_data(&format!("robots/{SIMPLE}")) else { return };
@@ -135,7 +135,7 @@ fn the_simple_humanoid_is_refused_and_its_feet_stand_on_the_ground_from_its_join
     room.succeed(&format!("render tiny.toml {own} actor.contact=fix motion.last_frame=12 --out set"));
     let facts = room.succeed("inspect set").stdout;
     assert!(facts.contains("contact  "), "{facts}");
-    // masses are the file's
+    // masses come from the file
     let mass = |solids: &str| -> f64 {
         let told = room.succeed(&format!("inspect {robot} --solids {solids} --json")).stdout;
         serde_json::from_str::<Value>(&told).unwrap()["mass_kg"].as_f64().unwrap()

@@ -1,10 +1,10 @@
-//! Motions that are played at another speed, repeated and joined, as scenarios make them of built-in clips.
+//! Motions from built-in clips, played at another speed, repeated and joined.
 
 use std::path::Path;
 
 use skiagraph::body::Motion;
 use skiagraph::contact::{ContactRule, GroundContacts, Pace};
-use skiagraph::experiment::PreparedScene;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 fn staged(motion: &str, contact: &str) -> Result<PreparedScene, String> {
@@ -16,7 +16,7 @@ fn staged(motion: &str, contact: &str) -> Result<PreparedScene, String> {
     PreparedScene::new(&file, None).map_err(|error| error.to_string())
 }
 
-/// Share of the frames of both feet in which they stand, by the pace of the motion.
+/// Share of frames in which the feet are on the ground, by speed of the motion.
 fn standing(staged: &PreparedScene, motion: &Motion) -> f64 {
     let body = &staged.ground_truth.actor;
     let (rule, pace) = (ContactRule::default(), Pace(&staged.pace));
@@ -31,9 +31,9 @@ fn fixed(motion: &str) -> (f64, [f64; 2]) {
     (standing(&staged, &staged.ground_truth.motion()), moved)
 }
 
-/// Thresholds of speed took the swinging feet of a slow motion for standing ones and nailed them down.
+/// Fixed speed thresholds would take the swinging feet of a slow motion for standing ones.
 #[test]
-fn a_walk_in_slow_motion_stands_as_much_as_it_was_recorded_and_moves_as_little() {
+fn a_walk_in_slow_motion_keeps_its_stances() {
     let (share, moved) = fixed("clip = \"embedded:walk\"\nframes_per_second = 60.0");
     for speed in [0.25, 0.1] {
         let slow = format!("clip = \"embedded:walk\"\nframes_per_second = 30.0\nspeed = {speed}");
@@ -44,7 +44,7 @@ fn a_walk_in_slow_motion_stands_as_much_as_it_was_recorded_and_moves_as_little()
 }
 
 #[test]
-fn a_take_of_its_own_speed_keeps_the_stances_of_its_recording() {
+fn a_take_with_another_speed_keeps_its_stances() {
     let takes = "clip = \"embedded:walk\"\nframes_per_second = 30.0\nloop_to_s = 2.0\n[[motion.then]]\n\
                  clip = \"embedded:walk\"\nspeed = 0.25\nloop_to_s = 6.0\n[motion.join]\nwithin_mm = 500.0";
     let staged = staged(takes, "fix").unwrap();
@@ -55,7 +55,7 @@ fn a_take_of_its_own_speed_keeps_the_stances_of_its_recording() {
 }
 
 #[test]
-fn a_take_that_cannot_follow_or_is_too_short_is_named_by_its_own_key() {
+fn an_invalid_take_is_named_by_its_key() {
     let walks = "clip = \"embedded:walk\"\nframes_per_second = 60.0\n[[motion.then]]\nclip = \"embedded:walk\"\n";
     let jump = format!("{walks}[[motion.then]]\nclip = \"embedded:jump\"\n[motion.join]\nwithin_mm = 1.0");
     let message = staged(&jump, "off").unwrap_err();
@@ -63,12 +63,12 @@ fn a_take_that_cannot_follow_or_is_too_short_is_named_by_its_own_key() {
     let short = format!("{walks}[[motion.then]]\nclip = \"embedded:walk\"\nfirst_frame = 1\nlast_frame = 8");
     let message = staged(&short, "off").unwrap_err();
     assert!(message.contains("motion.then[1].clip") && message.contains("too short to be joined"), "{message}");
-    assert!(message.contains(" s (38 frames at 60 Hz)") && message.contains("frames); use more"), "{message}");
+    assert!(message.contains(" s (38 frames at 60 Hz)") && message.contains("frames); use a longer part"), "{message}");
 }
 
-/// Only repetitions of the first take were listed, and a varied tempo moved all of them by the same share.
+/// Includes repetitions of later takes and a varied tempo.
 #[test]
-fn seams_of_every_take_are_listed_in_the_order_of_the_motion_that_is_finally_there() {
+fn seams_of_all_takes_are_listed_in_order() {
     let takes = "clip = \"01_01.bvh\"\nframes_per_second = 30.0\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 5.0\n\
                  [[motion.then]]\nclip = \"01_01.bvh\"\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 7.0\n\
                  [motion.join]\nwithin_mm = 2000.0";
@@ -82,7 +82,7 @@ fn seams_of_every_take_are_listed_in_the_order_of_the_motion_that_is_finally_the
         assert!(staged.seams.windows(2).all(|pair| pair[0].first <= pair[1].first), "{:?}", staged.seams);
         assert!(staged.seams.iter().all(|seam| seam.first < seam.end && seam.end <= staged.frames()));
     }
-    // the seam between the takes lies where the second one's frames begin
+    // the seam between the takes is at the first frame of the second take
     let last = plain.seams.last().unwrap();
     assert!(last.first > plain.frames() / 2, "{:?} of {}", plain.seams, plain.frames());
 }

@@ -1,4 +1,4 @@
-//! One rule for what is there already: a command replaces what the same command made, and nothing else.
+//! A command replaces output of the same command, and nothing else.
 
 use std::fs;
 
@@ -17,7 +17,7 @@ fn ask(room: &Sandbox, command: &str) -> CommandOutput {
     room.skiagraph(command.split(' '))
 }
 
-/// The same command again is done; another is refused with what differs, and with --force moves what is there aside.
+/// Repeating the command succeeds; another command is refused with the difference, and renames the output with --force.
 fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference: &str) {
     room.succeed(same);
     room.succeed(same);
@@ -37,20 +37,20 @@ fn assert_rule(room: &Sandbox, place: &str, same: &str, other: &str, difference:
 }
 
 #[test]
-fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
+fn runs_with_other_settings_are_refused_with_the_key_that_differs() {
     let room = room();
     let run = "run tiny.toml -q --out run";
-    assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: there 12, here 13");
+    assert_rule(&room, "run", run, &format!("{run} particles=13"), "particles: was 12, now 13");
     let track = "track set --tracker frozen --seeds 2 -q --out track";
-    assert_rule(&room, "track", track, &track.replace("--seeds 2", "--seeds 3"), "seeds: there [0,1], here [0,1,2]");
+    assert_rule(&room, "track", track, &track.replace("--seeds 2", "--seeds 3"), "seeds: was [0,1], now [0,1,2]");
     let apf = "track set --tracker annealed_particle_filter particles=9 layers=1 -q --out apf";
-    assert_rule(&room, "apf", apf, &apf.replace("=9", "=8"), "particles: there 9, here 8");
+    assert_rule(&room, "apf", apf, &apf.replace("=9", "=8"), "particles: was 9, now 8");
     let other_command = ask(&room, "track set --tracker frozen --out run");
-    let said = "command: there skiagraph run, here skiagraph track";
+    let said = "command: was skiagraph run, now skiagraph track";
     assert!(other_command.code == 2 && other_command.stderr.contains(said), "{}", other_command.stderr);
     let exec = "track set --exec true --out track";
-    assert!(ask(&room, exec).stderr.contains("here skiagraph track --exec"), "refused before it is started");
-    // without --out there is a place for each
+    assert!(ask(&room, exec).stderr.contains("now skiagraph track --exec"), "refused before it is started");
+    // without --out, each has a separate folder
     for (overrides, place) in [("", "tiny"), ("particles=13", "tiny-2"), ("", "tiny"), ("particles=13", "tiny-2")] {
         room.succeed(&format!("run tiny.toml {overrides}"));
         assert!(room.path(&format!("runs/{place}/run.json")).exists());
@@ -59,7 +59,7 @@ fn runs_that_other_settings_made_are_refused_by_the_key_that_differs() {
 }
 
 #[test]
-fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
+fn evaluations_of_different_estimates_have_different_folders() {
     let room = room();
     room.succeed("track set --tracker frozen -q --out run");
     let poses = room.read("run/poses.npz");
@@ -74,7 +74,7 @@ fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
         let run: Value = serde_json::from_slice(&room.read(&format!("{place}/run.json"))).unwrap();
         assert_eq!(run["estimate"], estimate);
     }
-    // another set: its place is the next
+    // another set uses the next name
     room.succeed("render tiny.toml name=other --out other -q");
     room.succeed("evaluate other mine.npz -q");
     assert!(room.path("mine.npz-evaluation-2/run.json").exists());
@@ -84,12 +84,12 @@ fn estimates_of_others_have_a_place_each_and_none_takes_anothers() {
     let other = "evaluate set yours.npz -q --out results";
     assert_rule(&room, "results", evaluate, other, "mine.npz, here ");
     let tracked = ask(&room, "evaluate set mine.npz --out run");
-    let said = "command: there skiagraph track, here skiagraph evaluate";
+    let said = "command: was skiagraph track, now skiagraph evaluate";
     assert!(tracked.code == 2 && tracked.stderr.contains(said), "{}", tracked.stderr);
 }
 
 #[test]
-fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone() {
+fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only() {
     let room = room();
     let train = "train embedded:walk --model gpdm -q --out walk.model";
     assert_rule(&room, "walk.model", train, &format!("{train} --last-frame 30"), "learned_from");
@@ -98,14 +98,14 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
         assert_eq!(again.code, code, "{}", again.stderr);
         assert!(!room.path("set~").exists(), "the same command made it");
     }
-    // that of another scenario, another view or another draw is kept
+    // a set of another scenario, view or noise draw is kept
     let hash = |set: &str| room.read(&format!("{set}/files.sha256"));
     let mut aside = "set~".to_owned();
     for (number, (other, difference)) in [
-        ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations are not the same"),
-        ("rig.ring.count=1", "cameras: there 2, here 1"),
-        ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files are not the same"),
-        ("rig.ring.count=1 motion.last_frame=2", "frames: there 5, here 3"),
+        ("rig.ring.radius_m=4.0", "its motion, bodies, cameras or observations differ"),
+        ("rig.ring.count=1", "cameras: was 2, now 1"),
+        ("rig.ring.count=1 layers=[\"depth\"]", "its layers, shards or other files differ"),
+        ("rig.ring.count=1 motion.last_frame=2", "frames: was 5, now 3"),
     ]
     .into_iter()
     .enumerate()
@@ -113,13 +113,13 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
         let before = hash("set");
         let made = ask(&room, &format!("render tiny.toml {other} --out set --force"));
         assert_eq!(made.code, 0, "{}", made.stderr);
-        let words = format!("note: set: another set stood here ({difference}); it is kept as {aside}");
+        let words = format!("note: set: another set was here ({difference}); it is kept as {aside}");
         assert!(made.stderr.contains(&words), "{other}: {}", made.stderr);
         assert_eq!(hash(&aside), before, "{other}");
         assert_ne!(hash("set"), before, "{other}");
         aside = format!("set~{}", number + 2);
     }
-    // a key that is drawn is another every time, and that is the same command
+    // a fresh key differs every time, but the command is the same
     let drawn = "render tiny.toml calibration_mm=20 --out drawn -q";
     room.succeed(drawn);
     let before = hash("drawn");
@@ -127,7 +127,7 @@ fn models_of_another_training_are_refused_and_a_set_is_replaced_by_force_alone()
     assert!(hash("drawn") != before && !room.path("drawn~").exists());
     room.succeed(&format!("{drawn} --force --key default"));
     assert!(room.path("drawn~").exists(), "a stated key is a setting");
-    // the truth that stands where a public set goes is kept
+    // a truth at the output path of a public set is kept
     let truth = hash("drawn");
     room.succeed("render tiny.toml calibration_mm=20 --out drawn --truth whole --force -q");
     assert_eq!(hash("drawn~2"), truth);

@@ -3,7 +3,7 @@
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
+fn exports_go_beside_the_set_or_below_out_and_replace_only_own_output() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -18,10 +18,9 @@ fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
     );
     assert!(room.path("all/apng/01-cam01.apng").exists() && room.path("all/tum/root.txt").exists());
 
-    // one format where several have a folder each
+    // a single format at a path that has several formats
     let answer = room.skiagraph("export set --to coco --out all".split(' '));
-    let said =
-        "all: this folder holds exports of its own (tum, apng); choose --out all/coco to put this one beside them";
+    let said = "all: this folder contains exports (tum, apng); choose --out all/coco to put this one beside them";
     assert!(answer.code == 2 && answer.stderr.contains(said), "{}", answer.stderr);
     room.succeed("export set --to coco --out all/coco");
     assert!(room.path("all/coco").is_dir() && room.path("all/tum/root.txt").exists());
@@ -43,7 +42,7 @@ fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
 }
 
 #[test]
-fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
+fn exported_cameras_can_be_the_rig_of_a_scenario() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -62,7 +61,7 @@ fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
         }
     }
     for (broken, words) in [
-        (files.replace("size_px = [80, 60]\n", ""), "does not say the image size"),
+        (files.replace("size_px = [80, 60]\n", ""), "lacks the image size"),
         (files.replace("cam00.yml", "cam07.yml"), "cannot be read"),
         (files.replace("cam01.cal", "cam00.cal"), "two cameras are named `cam00`"),
         (files.replace("cam00.yml\"", "cam00.yml\"\nup = \"x\""), "up"),

@@ -1,4 +1,4 @@
-//! What other programs estimated is taken by name, measured where it says something, and never changed.
+//! Estimates of other programs are matched by name, measured where they have values, and never changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::sandbox::{Sandbox, TINY};
 
 const NAN: f64 = f64::NAN;
 
-/// A room with a set of 5 frames, or of `frames`.
+/// A sandbox with a set of 5 frames, or of `frames`.
 fn room(last_frame: usize) -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", &format!("last_frame = {last_frame}")));
@@ -73,7 +73,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
+fn markers_with_frames_of_nan_have_the_errors_computed_with_numpy() {
     let Some(python) = crate::support::python_with_numpy() else { return };
     let room = room(30);
     fs::create_dir(room.path("out")).unwrap();
@@ -97,7 +97,7 @@ fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
 }
 
 #[test]
-fn a_folder_with_somebodys_poses_is_not_replaced() {
+fn a_folder_with_foreign_poses_is_not_replaced() {
     let room = room(3);
     let theirs = of_poses(poses(&room));
     for command in ["run tiny.toml --quiet --out theirs", "track set --tracker frozen --quiet --out theirs"] {
@@ -119,7 +119,7 @@ fn a_folder_with_somebodys_poses_is_not_replaced() {
 }
 
 #[test]
-fn an_estimate_is_measured_beside_and_stays_as_it_was() {
+fn an_estimate_is_measured_beside_and_stays_unchanged() {
     let room = room(3);
     fs::create_dir(room.path("theirs")).unwrap();
     room.write("theirs/poses.npz", of_poses(poses(&room)));
@@ -151,7 +151,7 @@ fn an_estimate_is_measured_beside_and_stays_as_it_was() {
 }
 
 #[test]
-fn columns_in_another_order_give_the_same_numbers_and_names_are_held_to() {
+fn columns_are_matched_by_name() {
     let room = room(3);
     let [root, (shape, angles)] = poses(&room);
     let names = angle_names(&room);
@@ -187,7 +187,7 @@ fn columns_in_another_order_give_the_same_numbers_and_names_are_held_to() {
 }
 
 #[test]
-fn poses_with_lost_frames_are_measured_where_they_are() {
+fn poses_with_lost_frames_are_measured_in_the_other_frames() {
     let room = room(30);
     let whole = poses(&room);
     let frames = whole[0].0[1];
@@ -214,7 +214,7 @@ fn poses_with_lost_frames_are_measured_where_they_are() {
             assert_eq!(gaps["metrics"][metric]["mean"], whole["metrics"][metric]["mean"], "{metric}");
         }
     }
-    // frame by frame: what has a value has the value that it has without gaps, and gaps void what touches them
+    // per frame: values equal those without gaps, and values that depend on a gap are missing
     let rows = |folder: &str| -> Vec<BTreeMap<String, String>> {
         let bytes = room.read(&format!("{folder}/per_frame.csv"));
         csv::Reader::from_reader(bytes.as_slice()).deserialize().map(Result::unwrap).collect()
@@ -268,7 +268,7 @@ fn joints_alone_are_measured_on_the_markers_that_lie_on_them() {
 }
 
 #[test]
-fn a_run_of_ours_is_completed_in_its_place_and_what_else_lies_there_stays() {
+fn a_skiagraph_run_is_evaluated_in_place_and_other_files_stay() {
     let room = room(3);
     room.succeed("track set --tracker frozen --quiet --out run");
     room.write("run/notes.txt", "what I saw");
@@ -285,14 +285,14 @@ fn a_run_of_ours_is_completed_in_its_place_and_what_else_lies_there_stays() {
     fs::remove_file(room.path("run/report.html")).unwrap();
     room.succeed("evaluate set run");
     let refused = room.skiagraph(["run", "tiny.toml", "--out", "run"]);
-    let words = "command: there skiagraph track, here skiagraph run";
+    let words = "command: was skiagraph track, now skiagraph run";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     room.succeed("run tiny.toml --quiet --force --out run");
     assert_eq!(room.entries(), ["run", "run~", "set", "tiny.toml"]);
 }
 
 #[test]
-fn poses_that_somebody_put_into_a_run_of_ours_are_theirs() {
+fn foreign_poses_in_a_skiagraph_run_are_treated_as_foreign() {
     let room = room(3);
     room.succeed("track set --tracker frozen --quiet --out run");
     room.write("run/poses.npz", of_poses(poses(&room)));
@@ -306,7 +306,7 @@ fn poses_that_somebody_put_into_a_run_of_ours_are_theirs() {
 }
 
 #[test]
-fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_be() {
+fn joint_angles_in_degrees_are_refused_unless_declared() {
     let room = room(3);
     let [root, (shape, angles)] = poses(&room);
     room.write("right.npz", of_poses([root.clone(), (shape.clone(), angles.clone())]));
@@ -314,7 +314,7 @@ fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_
     let degrees = angles.iter().map(|angle| angle.to_degrees()).collect();
     room.write("degrees.npz", of_poses([root, (shape, degrees)]));
     let refused = room.skiagraph(["evaluate", "set", "--poses", "degrees.npz"]);
-    let words = "joint angles are farther than a whole turn";
+    let words = "joint angles exceed a whole turn";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     assert!(refused.stderr.contains("--angles deg"), "{}", refused.stderr);
     room.succeed("evaluate set --poses degrees.npz --angles deg");
@@ -325,12 +325,12 @@ fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_
 }
 
 #[test]
-fn a_file_that_lacks_the_axis_of_seeds_is_told_what_shape_is_expected() {
+fn a_file_without_the_axis_of_seeds_is_refused_with_the_expected_shape() {
     let room = room(3);
     let [(shape, root), angles] = poses(&room);
     room.write("flat.npz", of_poses([(shape[1..].to_vec(), root), angles]));
     let refused = room.skiagraph(["evaluate", "set", "flat.npz"]);
-    let words = "estimate_angles has an axis of seeds in front and estimate_root has none";
+    let words = "estimate_angles has a leading axis of seeds and estimate_root has none";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
 }
 

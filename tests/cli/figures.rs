@@ -34,7 +34,7 @@ fn a_run_a_comparison_and_a_sweep_have_figures_for_papers() {
     let said = room.succeed("report run --figures figures").stdout;
     assert!(said.starts_with("figures: ") && said.contains("figures\n"), "{said}");
     check_figures(&room, "figures", &["error", "joints", "pck", "energy", "survival", "annealing"]);
-    // the error over time is that of the page
+    // the plot of the error equals that of the page
     let path = |text: &str| {
         text.split("stroke=\"#0068b0\"")
             .nth(1)
@@ -67,7 +67,7 @@ fn a_run_a_comparison_and_a_sweep_have_figures_for_papers() {
 }
 
 #[test]
-fn figures_replace_figures_that_nobody_changed_and_nothing_else() {
+fn figures_replace_only_unmodified_figures() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out run");

@@ -1,11 +1,11 @@
-//! Cameras that move or keep times of their own, on the command line.
+//! Cameras that move or have their own timing, on the command line.
 
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::npz::Npz;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// Beside the ring of [`TINY`], which has two cameras.
+/// In addition to the ring of [`TINY`], which has two cameras.
 pub(super) const MOVING: &str = "[[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\
                       \x20 { time_s = 0.0, position_m = [3.0, 3.0, 1.6], look_at_m = [0.0, 0.0, 0.95] },\n\
                       \x20 { time_s = 0.1, position_m = [3.4, 2.4, 1.4], look_at_m = [0.1, 0.0, 0.95], roll_deg = 3.0 },\n]\n\
@@ -21,7 +21,7 @@ fn json(room: &Sandbox, file: &str) -> serde_json::Value {
 }
 
 #[test]
-fn a_set_of_cameras_that_film_is_rendered_verified_tracked_and_shown() {
+fn a_set_with_moving_cameras_is_rendered_verified_tracked_and_shown() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     let answer = room.succeed("check film.toml");
@@ -36,20 +36,20 @@ fn a_set_of_cameras_that_film_is_rendered_verified_tracked_and_shown() {
     assert!(String::from_utf8(room.read("film/README.txt")).unwrap().contains("cameras.npz has, for T frames"));
     let answer = room.succeed("inspect film");
     assert!(answer.stdout.contains("cam01") && answer.stdout.contains("8.000 ms late"), "{}", answer.stdout);
-    // a run of the scenario and one of the set are one
+    // runs on the scenario and on the set are equal
     room.succeed("run film.toml --quiet --out run");
     room.succeed("track film --tracker annealed_particle_filter particles=12 layers=2 --seeds 2 --quiet --out tracked");
     room.succeed("evaluate film tracked --quiet");
     assert_eq!(room.read("run/per_frame.csv"), room.read("tracked/per_frame.csv"));
     let page = String::from_utf8(room.read("run/report.html")).unwrap();
     assert!(page.contains("20.000 us from row to row"));
-    // errors of calibration come on top of moving cameras
+    // calibration errors are added to moving cameras
     room.succeed("render film.toml calibration_mm=50 --quiet --out told");
     assert!(room.succeed("verify told").stdout.contains("told is sound"));
 }
 
 #[test]
-fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
+fn tracking_with_moving_cameras_is_as_good_as_with_static_ones() {
     let room = Sandbox::new();
     let walk = "schema = \"skiagraph.scenario/1\"\nname = \"walk\"\nseeds = 1\n\
                 [motion]\nclip = \"embedded:walk\"\nlast_frame = 39\nstart_m = [-0.4, 0.0]\nheading_deg = 0.0\n\
@@ -57,7 +57,7 @@ fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
     room.write("still.toml", walk);
     let mut moving = walk.to_owned();
     for camera in 0..4_u32 {
-        // a tenth of a turn about the middle, at the ring's radius
+        // a tenth of a turn around the middle, at the ring's radius
         let place = |share: f64| {
             let angle = std::f64::consts::FRAC_PI_2 * (0.5 + f64::from(camera) + 0.4 * share);
             format!("[{}, {}, 1.6]", 4.5 * angle.cos(), 4.5 * angle.sin())
@@ -78,7 +78,7 @@ fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
 }
 
 #[test]
-fn programs_are_told_where_cameras_are_in_every_frame() {
+fn programs_get_the_cameras_of_every_frame() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     room.succeed("render film.toml --quiet --out film");
@@ -113,7 +113,7 @@ fn programs_are_told_where_cameras_are_in_every_frame() {
 }
 
 #[test]
-fn exports_hold_cameras_that_film_or_are_refused() {
+fn exports_contain_moving_cameras_or_are_refused() {
     let room = Sandbox::new();
     room.write("film.toml", scenario(MOVING));
     room.write("moving.toml", scenario(MOVING.split("[[rig.timing]]").next().unwrap()));
@@ -135,12 +135,12 @@ fn exports_hold_cameras_that_film_or_are_refused() {
     let set = BenchmarkSet::read(&room.path("moving")).unwrap();
     let frames = set.blind.frame_count;
     assert_eq!(images.lines().filter(|line| line.ends_with(".png")).count(), 2 * frames);
-    // two lines an image: where its camera was, and its points
+    // two lines per image: the camera's pose, and its points
     let last = images.lines().filter(|line| !line.starts_with('#')).nth(2 * (2 * frames - 2)).unwrap();
     let numbers: Vec<f64> = last.split(' ').take(8).map(|number| number.parse().unwrap()).collect();
     let t = set.blind.rig_at(frames - 1).cameras[0].opencv_translation();
     assert!((0..3).all(|i| (numbers[5 + i] - t[i]).abs() < 1e-12) && last.ends_with(&format!("{:06}.png", frames - 1)));
-    // points of npz, through the cameras that stand beside them, are those of the set's truth
+    // points in the npz file, projected through its cameras, equal those of the set's truth
     let bytes = room.read("film-npz/truth.npz");
     let npz = Npz::from_bytes("truth.npz", &bytes).unwrap();
     let shape = |name: &str| npz.get(name).unwrap().shape.clone();
@@ -165,13 +165,17 @@ fn exports_hold_cameras_that_film_or_are_refused() {
     }
     for scenario in ["film.toml", "moving.toml"] {
         let answer = room.skiagraph(["render", scenario, "--shards", "2", "--out", "sharded"]);
-        assert!(answer.code == 2 && answer.stderr.contains("--shards: expected cameras"), "{}", answer.stderr);
+        assert!(
+            answer.code == 2 && answer.stderr.contains("--shards: only valid with static cameras"),
+            "{}",
+            answer.stderr
+        );
         assert!(!room.path("sharded").exists());
     }
 }
 
 #[test]
-fn cameras_that_cannot_film_so_are_refused_by_key() {
+fn invalid_camera_motions_are_refused_by_key() {
     let room = Sandbox::new();
     for (from, to, key, words) in [
         ("\"cam00\"", "\"cam0\"", "rig.motion[0].camera", "did you mean `cam00`?"),
@@ -199,7 +203,7 @@ fn cameras_that_cannot_film_so_are_refused_by_key() {
     room.write("film.toml", scenario(MOVING));
     room.succeed("check film.toml rig.leave_out=[\"cam00\"]");
     for (change, words) in [
-        ("observation.silhouette=segmented", "a background model needs a camera that stands still"),
+        ("observation.silhouette=segmented", "a background model needs a static camera"),
         ("layers=[\"colour\"]", "no layer \"colour\""),
         ("layers=[\"depth\",\"flow\"]", "with a rolling shutter"),
     ] {

@@ -1,4 +1,4 @@
-//! Sets that somebody changed, every hash corrected, and sets of every kind as they are rendered.
+//! Modified sets with corrected hashes, and unmodified sets of every kind.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn digest(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Corrects the digest of a file in a list of the set, or takes it out where the file is gone.
+/// Corrects the hash of a file in a list of the set, or removes it if the file is missing.
 fn correct(list: &Path, name: &str, bytes: Option<&[u8]>) {
     let text = fs::read_to_string(list).unwrap();
     let line = |line: &str| match (line.ends_with(&format!("  {name}")), bytes) {
@@ -24,7 +24,7 @@ fn correct(list: &Path, name: &str, bytes: Option<&[u8]>) {
     fs::write(list, text.lines().map(line).collect::<String>()).unwrap();
 }
 
-/// A set on disk, to be forged.
+/// A set on disk to modify.
 struct ForgedSet(PathBuf);
 
 impl ForgedSet {
@@ -66,7 +66,7 @@ impl ForgedSet {
         assert!(found.is_sound(), "{:#?} {not_made:#?}", found.faults().collect::<Vec<_>>());
     }
 
-    /// Forges, looks for the fault, and puts everything back.
+    /// Modifies the set, checks that the fault is found, and restores everything.
     #[track_caller]
     fn found(&self, check: &str, file: &str, words: &str, forge: impl FnOnce(&Self)) {
         let before: Vec<(PathBuf, Vec<u8>)> =
@@ -168,7 +168,7 @@ fn fingerprints_are_checked(set: &ForgedSet) {
     set.found("recording", path, "is missing", |set| set.remove(path));
 }
 
-/// Makes the radii of the last link that has capsules greater.
+/// Increases the radii of the last link with capsules.
 fn thicker(body: &mut serde_json::Value, factor: f64) {
     let links = body["links"].as_array_mut().unwrap();
     let solids =
@@ -182,7 +182,7 @@ fn thicker(body: &mut serde_json::Value, factor: f64) {
 }
 
 #[test]
-fn the_same_of_a_tracker_with_another_robot_as_far_as_it_can_be_told() {
+fn forged_sets_are_also_found_for_a_tracker_with_another_robot() {
     let room = Sandbox::new();
     let set = rendered(&room, "motion.last_frame=16 actor.robot=actor tracker_body.robot=tracker25");
     set.is_sound();
@@ -196,7 +196,7 @@ fn the_same_of_a_tracker_with_another_robot_as_far_as_it_can_be_told() {
     });
 }
 
-/// What every kind of set adds to the scenario, and to the command.
+/// Additions to the scenario and to the command for every kind of set.
 const KINDS: [(&str, &str); 6] = [
     (
         "[actor]\nshape = { population = \"adults\", seed = 3 }\n[tracker_body]\nmismatch = \"population\"\n\
@@ -242,7 +242,7 @@ fn sets_of_many_kinds_are_sound_as_they_are_rendered() {
     }
 }
 
-/// The files of a tar, by the crate that writes them.
+/// The files of a tar archive.
 fn entries(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut archive = tar::Archive::new(bytes);
     let entries = archive.entries().unwrap().map(|entry| {
@@ -272,14 +272,14 @@ type Entries = Vec<(String, Vec<u8>)>;
 const TRUE_SHARD: &str = "truth/shards/000001.tar";
 const SEEN_SHARD: &str = "observations/shards/000000.tar";
 
-/// Changes what is in a shard.
+/// Changes the content of a shard.
 fn repacked(set: &ForgedSet, shard: &str, change: impl FnOnce(&mut Entries)) {
     let mut entries = entries(&set.read(shard));
     change(&mut entries);
     set.write(shard, &tar_of(&entries, |_| {}));
 }
 
-/// As [`repacked`], and `packed.sha256` is corrected too.
+/// Like [`repacked`], with `packed.sha256` corrected.
 fn repacked_and_listed(set: &ForgedSet, shard: &str, path: &str, change: impl FnOnce(&mut Entries) -> Vec<u8>) {
     let mut changed = Vec::new();
     repacked(set, shard, |entries| changed = change(entries));
@@ -343,7 +343,7 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("json: ", TRUE_SHARD, &|_| keys(&|said| drop(said.remove("markers"))));
     shard("json: ", TRUE_SHARD, &|_| keys(&|said| drop(said.insert("pose".into(), 3.into()))));
     shard("joints", TRUE_SHARD, &|_| keys(&|said| said["joints"].as_array_mut().unwrap().reverse()));
-    shard("is no JSON", TRUE_SHARD, &|_| edited("json", &|bytes| bytes[..bytes.len() / 2].to_vec()));
+    shard("is not valid JSON", TRUE_SHARD, &|_| edited("json", &|bytes| bytes[..bytes.len() / 2].to_vec()));
     // images of a sample
     let exchanged = |extension: &'static str, shard: &'static str| {
         move |set: &ForgedSet| {
@@ -360,26 +360,26 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     shard("packed.sha256 lists", SEEN_SHARD, &exchanged(".png", SEEN_SHARD));
     shard("mask.png", TRUE_SHARD, &|_| edited("mask.png", &|_| Vec::new()));
     shard("layers.exr", TRUE_SHARD, &|_| edited("layers.exr", &|bytes| [bytes, vec![0; 8]].concat()));
-    // what is in a shard, and in which order
+    // content and order of a shard
     for (words, forge) in [
         ("it has no", (&|e: &mut Entries| drop(e.pop())) as &dyn Fn(&mut Entries)),
         ("it has no", &|e| drop(e.remove(0))),
         ("belongs to none", &|e| e.push(("notes.txt".into(), b"pose".to_vec()))),
         ("belongs to none", &|e| e.insert(0, ("000000_cam00.pose.npy".into(), vec![7; 99]))),
-        ("out of its place", &|e| e.swap(0, 1)),
-        ("out of its place", &|e| e.reverse()),
-        ("have one name", &|e| e.push(e[0].clone())),
+        ("out of order", &|e| e.swap(0, 1)),
+        ("out of order", &|e| e.reverse()),
+        ("have the same name", &|e| e.push(e[0].clone())),
         ("it has no", &|e| e[0].0 = "999999_cam00.json".into()),
     ] {
         for file in [TRUE_SHARD, SEEN_SHARD] {
             shard(words, file, &|set| repacked(set, file, forge));
         }
     }
-    // bytes between and behind the files
+    // bytes between and after the files
     for (words, forge) in [
-        ("other bytes around it", (&|h: &mut tar::Header| h.set_mtime(1234)) as &dyn Fn(&mut tar::Header)),
-        ("other bytes around it", &|h| h.set_mode(0o600)),
-        ("other bytes around it", &|h| h.set_username("0.12 0.34").unwrap()),
+        ("header or padding", (&|h: &mut tar::Header| h.set_mtime(1234)) as &dyn Fn(&mut tar::Header)),
+        ("header or padding", &|h| h.set_mode(0o600)),
+        ("header or padding", &|h| h.set_username("0.12 0.34").unwrap()),
     ] {
         for file in [TRUE_SHARD, SEEN_SHARD] {
             shard(words, file, &|set| {
@@ -391,23 +391,23 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
     for file in [TRUE_SHARD, SEEN_SHARD] {
         shard("after its last file", file, &|set| set.write(file, &[set.read(file), b"pose".to_vec()].concat()));
         shard("after its last file", file, &|set| set.write(file, &[set.read(file), vec![0; 512]].concat()));
-        shard("around it", file, &|set| {
+        shard("padding", file, &|set| {
             let mut bytes = set.read(file);
             let size = entries(&bytes)[0].1.len();
             assert!(!size.is_multiple_of(512));
             bytes[512 + size] = b'p';
             set.write(file, &bytes);
         });
-        shard("cannot be looked through", file, &|set| {
+        shard("cannot be read", file, &|set| {
             let bytes = set.read(file);
             set.write(file, &bytes[..bytes.len() / 2]);
         });
     }
     shard("it has no", TRUE_SHARD, &|set| set.write(TRUE_SHARD, &set.read("truth/shards/000000.tar")));
     shard("it has no", SEEN_SHARD, &|set| set.write(SEEN_SHARD, &set.read("observations/shards/000001.tar")));
-    // images that are listed so
+    // images with correct hashes
     let depth = "truth/layers/cam01/000003-depth.png";
-    set.found("layers", depth, "other millimetres", |set| {
+    set.found("layers", depth, "differ from the depth of the body", |set| {
         repacked_and_listed(set, TRUE_SHARD, depth, |entries| {
             let [at, other] = ["000003_cam01.depth.png", "000004_cam01.depth.png"]
                 .map(|key| entries.iter().position(|(name, _)| name == key).unwrap());

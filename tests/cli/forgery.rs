@@ -1,4 +1,4 @@
-//! Programs that try to become part of their own run, to find the truth, or to outlive skiagraph.
+//! Programs that try to modify their own run, to find the truth, or to outlive skiagraph.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ fn room() -> Sandbox {
     room
 }
 
-/// The shell example with a command that runs once it has `$folder`, the blind side that it was handed.
+/// The shell example with a command that runs once `$folder`, its copy of the set, is known.
 fn frozen_and(command: &str) -> String {
     let script = fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     let folder = "folder=$(printf %s \"$hello\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/')";
@@ -164,11 +164,11 @@ fn track_dry(room: &Sandbox, script: &str) -> CommandOutput {
     room.skiagraph(["track", "set", "--exec", "sh t.sh", "--dry-run"])
 }
 
-/// Whether a process of this number runs.
+/// Whether a process with this id is running.
 #[cfg(target_os = "linux")]
 fn lives(pid: &str) -> bool {
     let state = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // a zombie has ended; whoever started it has not asked yet
+    // a zombie has ended, but its parent has not waited for it
     state.rsplit(')').next().is_some_and(|rest| !rest.trim_start().starts_with('Z') && !rest.is_empty())
 }
 
@@ -207,7 +207,7 @@ fn a_hanging_tracker_does_not_outlive_skiagraph_that_is_killed() {
     }
 }
 
-/// Whether a sandbox can be made here; says that the test is skipped where not.
+/// Whether a sandbox can be made here; otherwise reports that the test is skipped.
 fn has_bubblewrap() -> bool {
     let tried = Command::new("bwrap").args(["--unshare-all", "--ro-bind", "/", "/", "true"]).output();
     let works = tried.is_ok_and(|output| output.status.success());
@@ -251,7 +251,7 @@ fn in_a_sandbox_a_program_sees_neither_truth_nor_network_and_cannot_write_the_bl
     assert!(said.contains("cameras.json") && said.contains("mine"), "the blind side is there: {said}");
     assert!(said.contains("Read-only file system"), "{said}");
     assert!(!said.contains("eth0") && !said.contains("truth.npz\n") && !said.contains("track set"), "{said}");
-    // one that tracks: its program is granted alone
+    // a tracking program, with access to the program only
     room.write("t.sh", frozen_and("true"));
     let (script, command) = ("t.sh", "sh t.sh");
     let answer = room.skiagraph(["track", "set", "--exec", command, "--out", "run", "--sandbox", "--readable", script]);
@@ -273,6 +273,6 @@ fn a_sandbox_that_cannot_be_made_is_said_in_one_message_before_the_work() {
         .unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("--sandbox: needs bwrap"), "{said}");
-    assert!(said.contains("install bubblewrap") && said.lines().count() == 1, "{said}");
+    assert!(said.contains("install the package bubblewrap") && said.lines().count() == 1, "{said}");
     assert!(!room.path("run").exists());
 }

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with a run of five seeds and its baseline.
+/// A sandbox with a run of five seeds and its baseline.
 fn room() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -14,12 +14,12 @@ fn room() -> Sandbox {
 }
 
 #[test]
-fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_missing() {
+fn the_same_run_passes_a_worse_one_fails_and_missing_seeds_are_added() {
     let room = room();
     let passed = room.succeed("gate run --baseline tiny --margin 0mm");
     assert!(passed.stdout.starts_with("PASS: run is within the margins of the baseline tiny"), "{}", passed.stdout);
     assert!(passed.stdout.contains("no run varies"), "{}", passed.stdout);
-    // a tracker that never moves, told as the same clip: every seed is equal, and worse by a known number
+    // a tracker that never moves, under the same clip name: all seeds are equal, and worse by a known number
     room.succeed("run tiny.toml --seeds 5 tracker.annealed_particle_filter.particles=2 --out worse");
     let error = |run: &str| {
         let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
@@ -34,7 +34,7 @@ fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_miss
         other => panic!("exit code {other}: {}", verdict.stderr),
     };
     assert!(verdict.stdout.starts_with(expected), "{}", verdict.stdout);
-    assert!(verdict.stdout.contains("the tracker's settings are not the baseline's: "), "{}", verdict.stdout);
+    assert!(verdict.stdout.contains("the tracker's settings differ from the baseline's: "), "{}", verdict.stdout);
     assert!(verdict.stdout.contains("particles 12 → 2"), "{}", verdict.stdout);
     let json: Value =
         serde_json::from_str(&room.skiagraph("gate worse --baseline tiny --margin 0.001mm --json".split(' ')).stdout)
@@ -46,12 +46,12 @@ fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_miss
 }
 
 #[test]
-fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
+fn added_seeds_equal_those_of_a_longer_run_and_only_they_are_run() {
     let room = room();
     room.succeed("run tiny.toml --seeds 7 --out seven");
     room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
     let before = room.read("mine/run.json");
-    // with a margin at the very difference the gate is inconclusive, whatever the difference is
+    // with a margin equal to the difference, the gate is inconclusive
     let ask = |margin: f64, more: &str| {
         let text = format!("gate mine --baseline tiny --margin {margin}mm --json {more}");
         let answer = room.skiagraph(text.split_whitespace());
@@ -63,7 +63,7 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
     if code == 3 {
         assert_eq!(json["verdict"], "inconclusive");
         let (_, json, stderr) = ask(difference, "--add-seeds 2");
-        // all runs, or those of the seeds in common where their pairs tell more
+        // all runs, or those of shared seeds if pairing is more precise
         let runs = &json["checks"][0]["difference"]["runs"];
         assert!([[5, 7], [5, 5]].iter().any(|known| *runs == serde_json::json!(known)), "{runs}: {stderr}");
         assert_eq!(room.read("mine/run.json"), before, "the run itself is untouched");
@@ -77,7 +77,7 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
         room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
         assert!(!room.path("mine/seeds-5-6").exists(), "a run that is made anew is replaced with all its seeds");
     }
-    // more seeds than the baseline's are accepted, other ones only when asked for
+    // additional seeds are accepted, different ones only with --other-seeds
     room.succeed("gate seven --baseline tiny --margin 99mm");
     room.succeed("run tiny.toml --seed 50 --seeds 5 --out other");
     let refused = room.skiagraph("gate other --baseline tiny --margin 99mm".split(' '));
@@ -86,7 +86,7 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
 }
 
 #[test]
-fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
+fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate() {
     let room = room();
     room.succeed("run tiny.toml --seeds 3 --out three");
     let refused = room.skiagraph("gate three --baseline tiny --margin 0mm".split(' '));
@@ -102,7 +102,7 @@ fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
 }
 
 #[test]
-fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
+fn a_gate_stays_inconclusive_if_seeds_cannot_be_added() {
     let room = room();
     room.succeed("render tiny.toml --out set");
     room.succeed("run tiny.toml --seeds 5 particles=11 --out other");
@@ -123,13 +123,13 @@ fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
     let json: Value = serde_json::from_str(&answer.stdout).unwrap();
     assert_eq!(json["verdict"], "inconclusive");
     let notes: Vec<&str> = json["notes"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-    let words = format!("--add-seeds: cannot run what made their-{worse}");
+    let words = format!("--add-seeds: cannot run the tracker of their-{worse}");
     assert!(notes.iter().any(|note| note.starts_with(&words)), "{notes:?}");
     assert!(room.path("gate.xml").exists());
 }
 
 #[test]
-fn a_margin_below_zero_is_refused_with_what_it_must_be() {
+fn a_negative_margin_is_refused_with_the_expected_range() {
     let room = room();
     let refused = room.skiagraph("gate run --baseline tiny --margin -2mm".split(' '));
     assert_eq!(refused.code, 2);
@@ -141,7 +141,7 @@ fn a_margin_below_zero_is_refused_with_what_it_must_be() {
 }
 
 #[test]
-fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
+fn baselines_are_listed_and_shown_and_mismatches_are_refused() {
     let room = room();
     assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));
     assert!(room.succeed("baseline show tiny").stdout.contains("humaneva_mm"));
@@ -154,11 +154,11 @@ fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     refused("gate run --baseline tiny", "--margin 2mm");
     refused("gate run --baseline tiny --margin 2deg", "expected mm");
     refused("gate run --baseline tiny --margin 2parsecs", "expected a number");
-    refused("gate run --baseline nothing --margin 2mm", "there are tiny");
+    refused("gate run --baseline nothing --margin 2mm", "known: tiny");
     refused("gate nowhere --baseline tiny --margin 2mm", "no such file or folder");
     room.succeed("run tiny.toml --out two");
     refused("gate two --baseline tiny --margin 2mm", "has 2 seed(s) of `tiny`, a gate needs 5");
-    refused("baseline save two two", "a baseline needs 5");
+    refused("baseline save two two", "expected 5 or more seeds");
     room.succeed("run tiny.toml --seeds 5 rig.ring.count=1 --out one");
     refused("gate one --baseline tiny --margin 2mm", "another set than the baseline's (hashes ");
     room.write("gate.toml", "schema = \"skiagraph.gate/1\"\n[[budget]]\nmetric = \"pck150\"\nmargin = 0.5\n");

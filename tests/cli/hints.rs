@@ -1,4 +1,4 @@
-//! Files that are read in another way than they were written are told as such, with the options that mend it.
+//! Misread files are recognised, with the options that correct them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -32,7 +32,7 @@ particles = 25
 layers = 3
 "#;
 
-/// A room with a set and a tracked run; the estimate's markers, `[frame]`, and its error, mm.
+/// A sandbox with a set and a tracked run; the estimate's markers, `[frame]`, and its error, mm.
 fn room() -> (Sandbox, Vec<Markers>, f64) {
     let room = Sandbox::new();
     room.write("walk.toml", WALK);
@@ -48,14 +48,14 @@ fn room() -> (Sandbox, Vec<Markers>, f64) {
     (room, markers, json["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap())
 }
 
-/// What is done to an estimate before it is written.
+/// Changes to an estimate before it is written.
 struct Planted {
-    /// What the file's coordinates are in the set's axes.
+    /// The set's axes of the file's coordinates.
     axes: &'static str,
-    /// Units a metre.
+    /// Units per metre.
     per_metre: f64,
     swapped: bool,
-    /// The set's frame that is the file's first.
+    /// The set's frame of the file's first frame.
     shift: i64,
     origin: [f64; 3],
     renamed: bool,
@@ -117,7 +117,7 @@ fn trc(markers: &[Markers], names: &[&str], unit: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Without seeds and their axis, as somebody writes it who has one run.
+/// Without the axis of seeds, as for a single run.
 fn npz(markers: &[Markers], names: &[&str]) -> Vec<u8> {
     let numbers: Vec<f64> = markers.iter().flat_map(coordinates).collect();
     let arrays = [
@@ -128,7 +128,7 @@ fn npz(markers: &[Markers], names: &[&str]) -> Vec<u8> {
     Npz::from_iter(arrays).to_bytes("p").unwrap()
 }
 
-/// What a reading says: the options and lines of a joint map, and the error.
+/// The result of an evaluation: the options and the lines of a joint map in its hint, and the error.
 struct Reading {
     options: Vec<String>,
     joint_map: BTreeMap<String, String>,
@@ -142,7 +142,7 @@ fn read(room: &Sandbox, file: &str, arguments: &[String]) -> Reading {
     all.extend(arguments.iter().cloned());
     let answer = room.skiagraph(&all);
     if answer.code != 0 {
-        // an impossible size is refused before it is measured, with the same options
+        // an impossible size is refused before the evaluation, with the same options
         assert_eq!(answer.code, 2, "{}", answer.stderr);
         let words: Vec<&str> =
             answer.stderr.split([' ', ')', ';', '\n']).map(|word| word.trim_end_matches('.')).collect();
@@ -168,7 +168,7 @@ fn read(room: &Sandbox, file: &str, arguments: &[String]) -> Reading {
 }
 
 #[test]
-fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
+fn forty_misread_files_are_reported_with_the_options_that_correct_them() {
     let (room, estimate, right) = room();
     room.succeed("export set --to c3d --out c3d");
     room.succeed("export set --to bvh --out bvh");
@@ -210,7 +210,7 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
     }
     plant("npz", moved(y_up), &["axes", "offset"]);
     plant("csv", swapped("x,y,z", 5), &["sides", "shift"]);
-    // TRC is taken as Y up
+    // TRC is Y up by default
     plant("trc m", turned("x,y,z"), &["axes"]);
     plant("trc mm", in_unit(1000.0, turned_y_up), &["axes"]);
     plant("trc mm", in_unit(1.0, y_up), &["refused"]);
@@ -233,11 +233,11 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
         let found = read(&room, file, declared);
         let mut arguments: Vec<String> =
             found.options.iter().flat_map(|option| option.split(' ').map(str::to_owned)).collect();
-        // what is declared wrongly is declared again
+        // a wrong declaration is replaced
         arguments = arguments.iter().fold(Vec::new(), |mut all, word| {
             match word.starts_with("--") || all.is_empty() {
                 true => all.push(word.clone()),
-                // numbers below zero are no options
+                // negative numbers are not options
                 false => {
                     let option: String = all.pop().unwrap();
                     all.push(format!("{option}={word}"));
@@ -252,7 +252,7 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
             arguments.extend(["--joint-map".to_owned(), "map.toml".to_owned()]);
         }
         let mended = read(&room, file, &arguments);
-        // a shift loses frames at an end, and an offset that was found by the truth absorbs a bias of the estimate
+        // a shift loses frames at an end, and an offset determined with the truth absorbs a bias of the estimate
         let near = mended.error <= 1.08 * right + 0.1 && mended.error >= 0.8 * right - 0.1;
         if found.kinds != *expected || !near || !mended.kinds.is_empty() {
             wrong.push(format!(
@@ -265,7 +265,7 @@ fn forty_files_that_are_misread_are_told_with_the_options_that_mend_them() {
 }
 
 #[test]
-fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_told_too() {
+fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_reported_too() {
     let (room, _, right) = room();
     let npz = Npz::from_bytes("poses.npz", &room.read("run/poses.npz")).unwrap();
     let numbers = |name: &str| match &npz.get(name).unwrap().values {
@@ -309,7 +309,7 @@ fn poses_in_other_axes_and_units_and_with_exchanged_angles_are_told_too() {
 }
 
 #[test]
-fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() {
+fn the_hint_comes_first_and_assumptions_are_always_printed() {
     let (room, estimate, _) = room();
     let names = AS_IT_IS.names();
     room.write("right.csv", csv(&estimate, &names));
@@ -319,7 +319,7 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
     room.write("wrong.trc", trc(&estimate, &names, "m"));
     let text = room.succeed("evaluate set wrong.trc --out wrong").stdout;
     assert!(text.starts_with("The estimate may have been misread: most of the error would go away"), "{text}");
-    assert!(text.contains("Say --axes x,y,z."), "{text}");
+    assert!(text.contains("Use --axes x,y,z."), "{text}");
     assert!(
         text.contains("read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"),
         "{text}"
@@ -337,13 +337,13 @@ fn the_hint_stands_before_everything_else_and_what_was_assumed_is_always_told() 
     let json: Value = serde_json::from_slice(&room.read("wrong/run.json")).unwrap();
     assert_eq!(json["read_as"]["axes"], "x,z,-y");
     assert_eq!(json["read_as"]["axes_from"], "assumed for .trc");
-    // a run of this program itself is read as it is
+    // runs of this program have no hints
     let refused = room.skiagraph(["evaluate", "set", "run", "--axes", "y,z,x"]);
     assert!(refused.code == 2 && refused.stderr.contains("it is a run of skiagraph"), "{}", refused.stderr);
 }
 
 #[test]
-fn a_gate_says_first_that_a_run_may_have_been_misread() {
+fn a_gate_first_warns_that_a_run_may_have_been_misread() {
     let (room, estimate, _) = room();
     let names = AS_IT_IS.names();
     let several = |markers: &[Markers]| {
@@ -368,7 +368,7 @@ fn a_gate_says_first_that_a_run_may_have_been_misread() {
         "{}",
         answer.stdout
     );
-    assert!(answer.stdout.contains("Say --axes y,z,x"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("Use --axes y,z,x"), "{}", answer.stdout);
     let answer = room.skiagraph("gate right.npz-evaluation --baseline walk --margin 2mm".split(' '));
     assert!(!answer.stdout.contains("misread"), "{}", answer.stdout);
 }

@@ -1,4 +1,4 @@
-//! `skiagraph inspect`: what models, recordings, robots and sets hold, and a clear word on anything else.
+//! `skiagraph inspect`: models, recordings, robots and sets, and a clear error for anything else.
 
 use std::fs;
 
@@ -26,7 +26,7 @@ fn a_model_has_its_page() {
 }
 
 #[test]
-fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
+fn a_recording_a_robot_and_a_set_are_described_as_text_and_as_json() {
     let room = Sandbox::new();
     let walk = json(&room, &["embedded:walk"]);
     assert_eq!((walk["what"].as_str(), walk["cyclic"].as_bool()), (Some("clip"), Some(true)));
@@ -95,7 +95,7 @@ fn robots_recordings_and_skins_are_pictured() {
     assert!(clip["fit"]["mean_mm"].as_f64().unwrap() < 5.0, "{}", clip["fit"]);
 }
 
-/// A recording with unknown names was refused as soon as a picture was asked for.
+/// A picture of a recording with unknown names.
 #[test]
 fn facts_of_a_recording_with_unknown_joints_are_printed_although_there_is_no_picture() {
     let room = Sandbox::new();

@@ -1,4 +1,4 @@
-//! Keys of sets: what is drawn for observations cannot be drawn again by others, and no public file confirms a guess.
+//! Keys of sets: others cannot reproduce the random errors of observations, and no public file confirms a guess.
 
 use std::fs;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn text(room: &Sandbox, path: &str) -> String {
     String::from_utf8(room.read(path)).unwrap()
 }
 
-/// What the cameras and the start pose that a tracker is told are off by: metres and radians.
+/// Errors of the cameras and the start pose that a tracker gets: metres and radians.
 fn errors(room: &Sandbox, set: &str) -> Vec<f64> {
     let set = BenchmarkSet::read(&room.path(set)).unwrap();
     let pairs = set.blind.rig.cameras.iter().zip(&set.truth.rig.rig().cameras);
@@ -53,7 +53,7 @@ fn errors_of_a_set_cannot_be_subtracted_by_those_of_another_motion_of_the_same_r
         room.succeed(&format!("render tiny.toml {hidden} {settings} {key} --out {place}-hidden -q"));
         room.succeed(&format!("render tiny.toml {own} {settings} {key} --out {place}-own -q"));
     }
-    // all have much the same size: 20 mm, 17 mrad, 40 mm
+    // all have about the same size: 20 mm, 17 mrad, 40 mm
     let [a, b] = ["public-hidden", "public-own"].map(|set| errors(&room, set));
     let farthest = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(a.len() == 195 && farthest < 1e-9, "the attack: {farthest} in {} numbers", a.len());
@@ -84,7 +84,7 @@ fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_w
 }
 
 #[test]
-fn every_render_draws_a_key_that_is_told_once_and_renders_the_same_bytes_again() {
+fn every_render_draws_a_key_that_is_printed_once_and_renders_the_same_bytes_again() {
     let room = room();
     let settings = "observation.silhouette=corrupted boundary_px=1 wrong_body_percent=5 start_mm=10";
     let render = |more: &str| room.succeed(&format!("render tiny.toml {settings} {more}")).stderr;
@@ -99,7 +99,7 @@ fn every_render_draws_a_key_that_is_told_once_and_renders_the_same_bytes_again()
     let said = render(&format!("--key {} --out again", a.trim_end()));
     assert!(!said.contains("key"), "nothing was drawn: {said}");
     assert_eq!(room.read("again/files.sha256"), room.read("a/files.sha256"));
-    // the public key is no key, and the one of a scenario counts as well
+    // the public key is not secret, and the key of a scenario is used
     render("--key default --out public");
     render("--key 00000000000000000000000000000000 --out zeros");
     assert!(!room.path("public/truth/key.txt").exists());
@@ -136,7 +136,7 @@ fn wrong_keys_are_refused_with_what_is_expected() {
     for (arguments, words) in [
         ("--key 0011", "expected 32 hexadecimal digits, found 4 characters"),
         ("observation.key=xy", "observation.key: expected 32 hexadecimal digits, found 2 characters"),
-        ("--key default --truth secret", "--key: expected a key of its own for a set whose truth is kept apart"),
+        ("--key default --truth secret", "--key: expected a secret key for a set whose truth is kept apart"),
     ] {
         let refused = room.skiagraph(format!("render tiny.toml {arguments} --out set").split(' '));
         assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
@@ -162,7 +162,7 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
         room.succeed(&format!("track {name} --tracker frozen --out {name}-run -q"));
         let key = text(&room, &format!("{name}-secret/truth/key.txt"));
         let raw: Vec<u8> = (0..32).step_by(2).map(|at| u8::from_str_radix(&key[at..at + 2], 16).unwrap()).collect();
-        // who guesses the motion renders it, exactly and with errors of his own
+        // somebody who guesses the motion renders it exactly and with other random errors
         let mut known = Vec::new();
         for (guess, key) in [("plain", "--key default"), ("own", ""), ("told", KEY)] {
             let arguments = if key == KEY { format!("--key {KEY}") } else { key.to_owned() };
@@ -179,7 +179,7 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
             let confirmed = known.iter().find(|hash| contains(&bytes, hash.as_bytes()));
             assert_eq!(confirmed, None, "{}", String::from_utf8_lossy(&bytes));
         }
-        // the two sides still know each other, and nobody else
+        // the public set and the truth match each other and no other set
         room.succeed(&format!("evaluate {name} {name}-run --truth {name}-secret -q"));
         let verified = room.succeed(&format!("verify {name} --truth {name}-secret")).stdout;
         assert!(verified.contains(&format!("{name} is sound")), "{verified}");
@@ -238,7 +238,7 @@ fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
     let begun: toml::Table = text(&room, "set.partial/settings.toml").parse().unwrap();
     let begun = begun["--key"].as_str().unwrap().to_owned();
     let other = room.skiagraph(format!("render tiny.toml {settings} --key {KEY} --out set").split(' '));
-    assert!(other.code == 2 && other.stderr.contains("--key: another key was begun with"), "{}", other.stderr);
+    assert!(other.code == 2 && other.stderr.contains("--key: the unfinished set has another key"), "{}", other.stderr);
     assert!(!other.stderr.contains(&begun), "{}", other.stderr);
     let resumed = room.succeed(&format!("render tiny.toml {settings} --out set")).stderr;
     assert!(resumed.contains("note: resumed: "), "{resumed}");
@@ -278,7 +278,7 @@ fn a_set_without_a_key_is_that_of_the_committed_baseline() {
     assert_eq!(hashes, [&rendered["set_hash"]]);
 }
 
-/// Lengths of limbs of the tracker's body, as shares of those without a mismatch.
+/// Limb lengths of the tracker's body, relative to those without a mismatch.
 fn factors(room: &Sandbox, settings: &str) -> Vec<f64> {
     let lengths = |set: &str, more: &str| {
         room.succeed(&format!("render tiny.toml {settings} {more} --out {set} --force -q"));
@@ -334,7 +334,7 @@ fn a_set_with_one_layer_and_one_with_five_have_one_set_hash_and_two_full_hashes(
         }
         full.push(full_hash);
     }
-    // a layer that is gone, with its line, is found by the full hash alone
+    // a missing layer, with its line removed, is found by the full hash only
     let gone = "truth/layers/cam01/000002.exr";
     let listing = text(&room, "one/files.sha256");
     fs::remove_file(room.path(&format!("one/{gone}"))).unwrap();

@@ -1,4 +1,4 @@
-//! The command line as its users meet it.
+//! The command line, as users run it.
 
 mod bad_input;
 mod blindfold;

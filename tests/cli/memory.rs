@@ -1,4 +1,4 @@
-//! Whether `check` says how much memory `render` takes.
+//! The memory of `render` that `check` estimates.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// The greatest memory of a command that succeeds, bytes, as the system counts it.
+/// Peak memory of a successful command, bytes, as reported by the system.
 fn peak_of(room: &Sandbox, arguments: &str) -> f64 {
     let mut child = Command::new(cargo_bin("skiagraph"))
         .args(arguments.split(' '))
@@ -34,10 +34,10 @@ fn peak_of(room: &Sandbox, arguments: &str) -> f64 {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_memory_of_segmented_silhouettes_is_told_within_a_quarter_at_sizes_that_the_formula_was_not_fitted_to() {
+fn the_memory_of_segmented_silhouettes_is_predicted_within_a_quarter_at_sizes_that_the_formula_was_not_fitted_to() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
-    // it was fitted to 640 x 480 and 1280 x 960 pixels and 6 frames of the background
+    // the estimate was fitted at 640 x 480 and 1280 x 960 pixels and 6 background frames
     for (size, cameras, frames) in [("[800,600]", 4, 6), ("[1120,840]", 2, 12)] {
         let settings = format!(
             "tiny.toml observation.silhouette=segmented observation.images.background_frames={frames} rig.ring.count={cameras} \

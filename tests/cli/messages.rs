@@ -1,4 +1,4 @@
-//! Mistakes that are easily made, and what is said of them.
+//! Messages for common mistakes.
 
 use crate::sandbox::{Sandbox, TINY};
 
@@ -15,7 +15,7 @@ fn said(room: &Sandbox, arguments: &str) -> String {
 }
 
 #[test]
-fn a_negative_number_is_told_with_its_range_wherever_it_is_said() {
+fn a_negative_number_is_refused_with_its_range_everywhere() {
     let room = room();
     for (arguments, words) in [
         ("check tiny.toml particles=-5", "expected 1 to 1000000, found -5"),
@@ -33,7 +33,7 @@ fn a_negative_number_is_told_with_its_range_wherever_it_is_said() {
 }
 
 #[test]
-fn lengths_are_told_with_their_unit_and_cameras_within_a_body_are_refused() {
+fn lengths_have_a_unit_and_cameras_within_a_body_are_refused() {
     let room = room();
     for found in ["0.2", "5000"] {
         let said = said(&room, &format!("check tiny.toml radius_m={found}"));
@@ -49,7 +49,7 @@ fn a_missing_recording_of_an_absolute_path_is_not_searched_elsewhere() {
 }
 
 #[test]
-fn two_trackers_are_told_how_both_may_run() {
+fn two_trackers_are_refused_with_a_hint_at_methods() {
     let room = room();
     room.write("two.toml", format!("{TINY}[tracker.frozen]\n"));
     let said = said(&room, "check two.toml");
@@ -59,7 +59,7 @@ fn two_trackers_are_told_how_both_may_run() {
 }
 
 #[test]
-fn a_set_and_a_run_that_were_exchanged_are_told_apart() {
+fn swapped_sets_and_runs_are_recognised() {
     let room = room();
     room.succeed("render tiny.toml --quiet --out sets/walk");
     room.succeed("track sets/walk --tracker frozen --quiet --out runs/mine");
@@ -105,14 +105,14 @@ fn misspelt_files_and_names_get_a_suggestion() {
 }
 
 #[test]
-fn what_is_cut_or_superfluous_in_a_motion_is_told_at_its_own_key() {
+fn invalid_keys_of_a_motion_are_named() {
     let room = room();
     for (arguments, words) in [
         (
             "check motion.last_frame=3",
-            "motion.last_frame: the part that is used, frames 1 to 3, cannot be repeated as `loop_to_s` asks",
+            "motion.last_frame: the part in use, frames 1 to 3, cannot be repeated for `loop_to_s`",
         ),
-        ("check motion.skeleton=a.asf", "motion.skeleton: expected it only with an .amc clip"),
+        ("check motion.skeleton=a.asf", "motion.skeleton: only valid with an .amc clip"),
     ] {
         let said = said(&room, arguments);
         assert!(said.contains(words), "{arguments}: {said}");
@@ -120,7 +120,7 @@ fn what_is_cut_or_superfluous_in_a_motion_is_told_at_its_own_key() {
 }
 
 #[test]
-fn names_that_are_formulas_or_control_a_terminal_are_harmless_in_tables() {
+fn formulas_and_control_characters_in_names_are_escaped_in_tables() {
     let room = room();
     let evil = "=cmd|' /C calc'!A0\\u001b[2J\\nsecond line";
     room.write(
@@ -150,7 +150,7 @@ fn names_that_are_formulas_or_control_a_terminal_are_harmless_in_tables() {
 }
 
 #[test]
-fn a_scenario_where_a_set_belongs_is_told_with_the_command_that_makes_the_set() {
+fn a_scenario_given_as_a_set_is_refused_with_the_render_command() {
     let room = room();
     for command in ["verify tiny.toml", "track tiny.toml --tracker frozen --out run", "export tiny.toml --to coco"] {
         let said = said(&room, command);
@@ -162,7 +162,7 @@ fn a_scenario_where_a_set_belongs_is_told_with_the_command_that_makes_the_set() 
 }
 
 #[test]
-fn figures_and_pictures_of_a_run_that_was_not_measured_say_to_measure_it() {
+fn figures_and_pictures_of_an_unmeasured_run_ask_to_evaluate_it() {
     let room = room();
     room.succeed("render tiny.toml --out made");
     room.succeed("track made --tracker frozen --out unmeasured");

@@ -1,4 +1,4 @@
-//! What all commands share: short keys, how much is said, completions and manual pages; and where `run` writes.
+//! Options of all commands: short keys, verbosity, completions, manual pages; and the default output of `run`.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ fn particles(room: &Sandbox, run: &str) -> Option<u64> {
 }
 
 #[test]
-fn run_and_track_take_short_and_full_keys_alike() {
+fn run_and_track_accept_short_and_full_keys() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -41,7 +41,7 @@ fn run_and_track_take_short_and_full_keys_alike() {
 }
 
 #[test]
-fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
+fn a_run_replaces_the_same_settings_and_else_takes_the_next_free_name() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let notes = |arguments: &str| room.succeed(arguments).stderr;
@@ -60,12 +60,12 @@ fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
     assert_eq!(runs(), ["tiny", "tiny-2"]);
     assert_eq!([particles(&room, "runs/tiny"), particles(&room, "runs/tiny-2")], [Some(12), Some(13)]);
     let refused = room.skiagraph(["run", "tiny.toml", "particles=14", "--out", "runs/tiny"]);
-    assert!(refused.code == 2 && refused.stderr.contains("particles: there 12, here 14"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("particles: was 12, now 14"), "{}", refused.stderr);
     assert_eq!((particles(&room, "runs/tiny"), runs().len()), (Some(12), 2));
 }
 
 #[test]
-fn quiet_says_less_and_verbose_says_more_with_every_command() {
+fn quiet_prints_less_and_verbose_prints_more_for_every_command() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let quiet = room.succeed("-q run tiny.toml --out run");

@@ -3,12 +3,12 @@
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A walk that takes long to draw and to write, even on a fast machine.
+/// A walk that takes long to render and to write, even on a fast machine.
 #[cfg(unix)]
 const LONG: [&str; 3] = ["motion.loop_to_s=40", "rig.ring.count=8", "tracker.frozen={}"];
 
 #[test]
-fn inputs_are_never_replaced_whatever_the_user_asks_for() {
+fn inputs_are_never_replaced() {
     let room = Sandbox::new();
     std::fs::create_dir(room.path("mine")).unwrap();
     room.write("mine/tiny.toml", TINY);
@@ -44,7 +44,7 @@ fn inputs_are_never_replaced_whatever_the_user_asks_for() {
 }
 
 #[test]
-fn what_others_wrote_is_refused_and_with_force_moved_aside() {
+fn foreign_files_are_refused_and_with_force_renamed() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("train embedded:walk --model gpdm --out walk.model -q");
@@ -65,10 +65,10 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
         room.succeed(&format!("{arguments} --force"));
         assert_eq!(room.read(&format!("{name}~")), b"<html>years of work");
     }
-    // what we wrote is replaced without being asked
+    // own output is replaced without --force
     room.succeed("inspect walk.model --out thesis.html");
     room.succeed("inspect embedded:walk --contacts --out chart.svg");
-    // a folder with somebody's estimates alone is not a run of ours
+    // a folder with foreign estimates is not a skiagraph run
     std::fs::create_dir(room.path("estimates")).unwrap();
     room.write("estimates/poses.npz", "years of work");
     let refused = room.skiagraph(["run", "tiny.toml", "--out", "estimates"]);
@@ -77,7 +77,7 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
 }
 
 #[test]
-fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_other_way_round() {
+fn runs_of_one_and_of_several_methods_replace_each_other_with_force() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let (before, _) = TINY.split_once("[tracker.").unwrap();
@@ -87,7 +87,7 @@ fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_o
     {
         if !force.is_empty() {
             let refused = room.skiagraph(["run", scenario, "--out", "run"]);
-            assert!(refused.code == 2 && refused.stderr.contains("made otherwise"), "{}", refused.stderr);
+            assert!(refused.code == 2 && refused.stderr.contains("made with other settings"), "{}", refused.stderr);
         }
         room.succeed(&format!("run {scenario} --out run -q{force}"));
         assert_eq!(room.path("run/comparison.json").exists(), scenario == "methods.toml");
@@ -97,7 +97,7 @@ fn a_run_of_several_methods_takes_the_place_of_a_single_one_with_force_and_the_o
         }
     }
     assert_eq!(room.entries(), ["methods.toml", "run", "tiny.toml"]);
-    // a set is no run
+    // a set is not a run
     room.succeed("render tiny.toml --out set -q");
     assert_eq!(room.skiagraph(["run", "tiny.toml", "--out", "set"]).code, 2);
 }
@@ -111,7 +111,7 @@ mod signals {
     use super::LONG;
     use crate::sandbox::{Sandbox, TINY};
 
-    /// The most that a command may take to end after Ctrl-C.
+    /// Maximum time of a command to end after Ctrl-C.
     const A_SECOND: Duration = Duration::from_secs(1);
 
     fn start<'a>(room: &Sandbox, arguments: impl IntoIterator<Item = &'a str>) -> Child {
@@ -149,7 +149,7 @@ mod signals {
     }
 
     #[test]
-    fn ctrl_c_ends_every_command_within_a_second_and_nothing_is_left() {
+    fn ctrl_c_ends_every_command_within_a_second_and_leaves_nothing() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = [&["render", "tiny.toml", "motion.last_frame=39"], &LONG[..], &["--out", "set"]].concat();
@@ -158,7 +158,7 @@ mod signals {
         let run = vec!["run", "tiny.toml", "particles=200000", "--out", "run"];
         let train = vec!["train", "embedded:walk", "--model", "gpdm", "--fps", "1000", "--out", "a.model"];
         let fixed = [&["run", "tiny.toml", "motion.last_frame=39", "actor.contact=simulate"], &LONG[..]].concat();
-        // what a command has put on the disk when it has got so far, and how long it works before it is interrupted
+        // the file that shows a command's progress, and the time until it is interrupted
         for (arguments, begun, inside, millis) in [
             (render, "set.partial", "", 1500),
             (large_render, "set.partial", "", 500),
@@ -216,7 +216,7 @@ mod signals {
         let arguments = ["train", "embedded:walk", "--model", "gpdm-graph", "--threshold", "1e-9", "--fps", "400"];
         let arguments = [&arguments[..], &["--clip-length", "20", "--out", "a.model"]].concat();
         let mut child = start(&room, arguments);
-        // at first the file says only that it can be written; then it holds a model
+        // at first the file only tests that the path is writable; then it contains a model
         wait_until(&mut child, || room.path("a.model.partial").metadata().is_ok_and(|found| found.len() > 0));
         let first = std::fs::read(room.path("a.model.partial")).unwrap();
         wait_until(&mut child, || std::fs::read(room.path("a.model.partial")).is_ok_and(|now| now.len() > first.len()));
@@ -228,7 +228,7 @@ mod signals {
     }
 
     #[test]
-    fn what_a_killed_process_left_is_removed_by_the_next_and_the_old_result_stands_meanwhile() {
+    fn leftovers_of_a_killed_process_are_removed_and_the_old_result_is_kept() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         room.succeed("render tiny.toml --out set -q");
@@ -249,7 +249,7 @@ mod signals {
     }
 
     #[test]
-    fn of_two_processes_that_write_to_one_place_one_wins_and_the_other_says_so() {
+    fn of_two_processes_that_write_to_one_path_one_is_refused() {
         let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = ["render", "tiny.toml", "motion.last_frame=39", "motion.loop_to_s=4", "--out", "set"];

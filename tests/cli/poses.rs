@@ -8,7 +8,7 @@ use skiagraph::body::LANDMARKS;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with a set, and its true markers, `[frame][marker]`, metres.
+/// A sandbox with a set, and its true markers, `[frame][marker]`, metres.
 fn room() -> (Sandbox, Vec<Vec<[f64; 3]>>) {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -23,7 +23,7 @@ fn names() -> Vec<&'static str> {
     LANDMARKS.iter().map(|landmark| landmark.name()).collect()
 }
 
-/// A table with a column a coordinate, of these markers after `change`.
+/// A table of these markers after `change`, with one column per coordinate.
 fn csv(markers: &[Vec<[f64; 3]>], names: &[&str], change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     let columns: Vec<String> = names.iter().flat_map(|n| ["x", "y", "z"].map(|axis| format!("{n}_{axis}"))).collect();
     let mut text = columns.join(",") + "\n";
@@ -40,7 +40,7 @@ fn error(room: &Sandbox, arguments: &str) -> f64 {
 }
 
 #[test]
-fn frames_that_are_numbered_from_one_and_fields_between_semicolons_are_told_as_such() {
+fn frames_numbered_from_one_and_semicolons_are_recognised() {
     let (room, truth) = room();
     let text = csv(&truth, &names(), |place| place);
     let (head, rows) = text.split_once('\n').unwrap();
@@ -96,13 +96,12 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
 }
 
 #[test]
-fn an_estimate_replaces_the_run_of_a_tracker_only_when_told_to() {
+fn an_estimate_replaces_the_run_of_a_tracker_only_with_force() {
     let (room, truth) = room();
     room.succeed("track set --tracker frozen --out run");
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     let refused = room.skiagraph(["evaluate", "set", "mine.csv", "--out", "run"]);
-    let words =
-        "run: a result exists here that was made otherwise (command: there skiagraph track, here skiagraph evaluate)";
+    let words = "run: this is a result made with other settings (command: was skiagraph track, now skiagraph evaluate)";
     assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
     assert!(room.path("run/track.json").exists());
     room.succeed("evaluate set mine.csv --out run --force");
@@ -112,7 +111,7 @@ fn an_estimate_replaces_the_run_of_a_tracker_only_when_told_to() {
 }
 
 #[test]
-fn the_bvh_that_is_exported_comes_back_as_the_truth() {
+fn an_exported_bvh_equals_the_truth() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml tracker_body.robot=actor tracker_body.mismatch=none --out set");
@@ -122,7 +121,7 @@ fn the_bvh_that_is_exported_comes_back_as_the_truth() {
 }
 
 #[test]
-fn the_bvh_that_is_exported_is_measured_against_a_body_of_other_links() {
+fn an_exported_bvh_is_measured_against_a_body_with_other_links() {
     let (room, _) = room();
     room.succeed("export set --to bvh --out bvh");
     let found = error(&room, "--poses bvh/actor.bvh");
@@ -131,9 +130,9 @@ fn the_bvh_that_is_exported_is_measured_against_a_body_of_other_links() {
     assert_eq!(json["metrics"]["humaneva_mm"]["coverage"], 1.0);
 }
 
-/// Without hands, feet and a head the skeleton was too short for a body of any unit ("110.2 units").
+/// Without hands, feet and a head, the skeleton is short; its unit must still be recognised.
 #[test]
-fn the_bvh_of_an_actor_without_hands_and_feet_comes_back_too() {
+fn an_exported_bvh_without_hands_and_feet_equals_the_truth() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml actor.robot=tracker25 --out set");
@@ -144,7 +143,7 @@ fn the_bvh_of_an_actor_without_hands_and_feet_comes_back_too() {
 }
 
 #[test]
-fn coordinates_that_no_body_has_are_refused_with_file_frame_and_marker() {
+fn impossible_coordinates_are_refused_with_file_frame_and_marker() {
     let (room, truth) = room();
     let mut far = truth.clone();
     far[2][4] = [0.0, 1e300, 1.0];
@@ -159,7 +158,7 @@ fn coordinates_that_no_body_has_are_refused_with_file_frame_and_marker() {
         }
         assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
     }
-    // as far as may be: all that is written is finite
+    // at the limit: all output is finite
     far[2][4] = [0.0, 9.9e5, 1.0];
     room.write("far.csv", csv(&far, &names(), |place| place));
     room.succeed("evaluate set --poses far.csv --out far");
@@ -172,7 +171,7 @@ fn coordinates_that_no_body_has_are_refused_with_file_frame_and_marker() {
 }
 
 #[test]
-fn files_of_other_lengths_are_read_where_their_first_frame_is_told() {
+fn files_of_other_lengths_need_their_first_frame() {
     let (room, truth) = room();
     room.write("late.csv", csv(&truth[2..], &names(), |place| place));
     let refused = room.skiagraph(["evaluate", "set", "--poses", "late.csv"]);
@@ -185,12 +184,12 @@ fn files_of_other_lengths_are_read_where_their_first_frame_is_told() {
 }
 
 #[test]
-fn options_that_make_no_sense_are_refused_with_an_example() {
+fn invalid_options_are_refused_with_an_example() {
     let (room, truth) = room();
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     for (arguments, words) in [
         (vec!["--axes", "x,y"], "y,z,x"),
-        (vec!["--axes", "x,y,y"], "each of x, y and z once"),
+        (vec!["--axes", "x,y,y"], "x, y and z once each"),
         (vec!["--offset", "1,2"], "three numbers"),
         (vec!["--offset", "1,2,1e300"], "three numbers"),
         (vec!["--shift", "many"], "--shift"),
@@ -203,7 +202,7 @@ fn options_that_make_no_sense_are_refused_with_an_example() {
 }
 
 #[test]
-fn an_estimate_whose_first_frame_is_far_from_the_start_pose_is_told_so_and_an_honest_one_is_not() {
+fn an_estimate_with_a_wrong_first_frame_has_a_note() {
     let (room, truth) = room();
     let noted = |file: &str| {
         room.succeed(&format!("evaluate set --poses {file}")).stderr.contains("the estimate of frame 0 is")
@@ -216,7 +215,7 @@ fn an_estimate_whose_first_frame_is_far_from_the_start_pose_is_told_so_and_an_ho
 }
 
 #[test]
-fn units_that_are_declared_as_others_are_refused_and_named() {
+fn wrongly_declared_units_are_refused_and_named() {
     let (room, truth) = room();
     for (unit, per_metre) in [("cm", 100.0), ("mm", 1000.0), ("in", 1.0 / 0.0254)] {
         room.write(&format!("{unit}.csv"), csv(&truth, &names(), |place| place.map(|v| per_metre * v)));
@@ -224,7 +223,7 @@ fn units_that_are_declared_as_others_are_refused_and_named() {
     for (is, declared) in [("cm", "mm"), ("cm", "in"), ("mm", "cm"), ("mm", "in"), ("in", "cm"), ("in", "mm")] {
         let file = format!("{is}.csv");
         let refused = room.skiagraph(["evaluate", "set", "--poses", &file, "--units", declared]);
-        let words = format!("say --units {is}");
+        let words = format!("use --units {is}");
         assert!(refused.code == 2 && refused.stderr.contains(&words), "{is} as {declared}: {}", refused.stderr);
     }
     assert!(error(&room, "--poses in.csv --units in") < 1e-6);
@@ -242,9 +241,9 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
         }
     };
     room.write("mm.csv", csv(&truth, &names(), |place| place.map(|v| 1000.0 * v)));
-    refused("--poses mm.csv", &["1000 times as large", "--units mm"]);
+    refused("--poses mm.csv", &["1000 times the size", "--units mm"]);
     room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
-    refused("--poses cm.csv", &["100 times as large", "--units cm"]);
+    refused("--poses cm.csv", &["100 times the size", "--units cm"]);
     room.write("m.csv", csv(&truth, &names(), |place| place));
     for unit in ["mm", "cm", "in"] {
         refused(&format!("--poses m.csv --units {unit}"), &["declared as another unit", "--units m"]);
@@ -254,7 +253,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     let unknown: Vec<String> = (0..15).map(|i| format!("point{i}")).collect();
     let unknown: Vec<&str> = unknown.iter().map(String::as_str).collect();
     room.write("unknown.csv", csv(&truth, &unknown, |place| place));
-    refused("--poses unknown.csv", &["none of its names is known", "--joint-map"]);
+    refused("--poses unknown.csv", &["no name is known", "--joint-map"]);
     room.write("mine.xls", "x");
     refused("--poses mine.xls", &[".csv, .trc, .c3d or .bvh"]);
     room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
@@ -262,7 +261,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
 }
 
 #[test]
-fn names_that_are_left_out_stand_in_the_line_that_says_how_a_file_was_read() {
+fn ignored_names_are_listed_in_the_summary_of_how_a_file_was_read() {
     let (room, truth) = room();
     let all: Vec<&str> = names().into_iter().chain(["nose"]).collect();
     let with_nose: Vec<Vec<[f64; 3]>> =
@@ -271,25 +270,25 @@ fn names_that_are_left_out_stand_in_the_line_that_says_how_a_file_was_read() {
     let answer = room.succeed("evaluate set nose.csv");
     let said = answer.stdout;
     let line = said.lines().find(|line| line.contains("read nose.csv: ")).unwrap_or_else(|| panic!("{said}"));
-    assert!(line.ends_with("; left out: nose"), "{line}");
-    assert!(answer.stderr.contains("nose.csv has names that were left out: nose"), "{}", answer.stderr);
+    assert!(line.ends_with("; not used: nose"), "{line}");
+    assert!(answer.stderr.contains("nose.csv has names that are not used: nose"), "{}", answer.stderr);
     assert!(!said.contains("misread"), "{said}");
 }
 
 #[test]
-fn positions_of_exact_zeros_are_told_first_with_their_count() {
+fn positions_of_exact_zeros_are_reported_first_with_their_count() {
     let (room, mut truth) = room();
     truth[2][3] = [0.0; 3];
     truth[4][3] = [0.0; 3];
     room.write("zeros.csv", csv(&truth, &names(), |place| place));
     let said = room.succeed("evaluate set zeros.csv -q").stdout;
-    let words = "The estimate may have been misread: zeros.csv puts 2 of 75 positions where";
+    let words = "The estimate may have been misread: zeros.csv has 2 of 75 positions with three equal coordinates";
     assert!(said.starts_with(words) && said.contains(&format!("`{}` in frame 2 at 0, 0, 0", names()[3])), "{said}");
 }
 
-/// It printed NaN.
+/// The message must not contain NaN.
 #[test]
-fn a_shift_that_leaves_no_frame_is_refused_with_the_frames() {
+fn a_shift_beyond_all_frames_is_refused() {
     let (room, truth) = room();
     room.write("mine.csv", csv(&truth, &names(), |place| place));
     for shift in ["400", "-4"] {

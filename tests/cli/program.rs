@@ -15,7 +15,7 @@ fn room() -> Sandbox {
     room
 }
 
-/// Tracks with a command and gives `program.json`.
+/// Tracks with a command and returns `program.json`.
 fn record(room: &Sandbox, command: &str, more: &[&str]) -> Value {
     // another program's run is not replaced
     std::fs::remove_dir_all(room.path("run")).ok();
@@ -35,7 +35,7 @@ fn assert_frozen(room: &Sandbox) {
 
 #[cfg(unix)]
 #[test]
-fn the_shell_example_stays_frozen_and_is_measured_as_such() {
+fn the_shell_example_never_moves_and_is_measured() {
     let room = room();
     let script = format!("sh {}", shipped("examples/external/frozen.sh").display());
     let found = record(&room, &script, &["--seeds", "2"]);
@@ -49,7 +49,7 @@ fn the_shell_example_stays_frozen_and_is_measured_as_such() {
 }
 
 #[test]
-fn a_program_of_no_words_is_refused() {
+fn an_empty_program_is_refused() {
     let room = room();
     for command in ["", "  "] {
         let refused = room.skiagraph(["track", "set", "--exec", command, "--out", "run"]);
@@ -63,7 +63,7 @@ fn a_program_of_no_words_is_refused() {
 
 #[cfg(unix)]
 #[test]
-fn the_c_example_stays_frozen_too() {
+fn the_c_example_never_moves() {
     let room = room();
     let source = shipped("examples/external/frozen.c");
     let compiled = Command::new("cc").args(["-O1", "-o"]).arg(room.path("frozen")).arg(&source).status();
@@ -91,14 +91,14 @@ fn the_python_example_follows_the_silhouettes() {
 
 #[cfg(unix)]
 #[test]
-fn what_a_program_does_wrong_costs_its_frames_and_is_told() {
+fn errors_of_a_program_lose_its_frames_and_are_reported() {
     let room = room();
     let frozen = shipped("examples/external/frozen.sh");
     let frozen = frozen.display();
-    // every answer passes through a filter that spoils that of frame 1
+    // a filter changes the answers, so that one or more are invalid
     for (filter, failed, part) in [
         (r#"sed -u '/"frame":1,/s/.*/loading weights.../'"#, 1, "print messages to standard error"),
-        (r#"sed -u 's/"frame":1,/"frame":7,/'"#, 1, "answered frame 7 when frame 1"),
+        (r#"sed -u 's/"frame":1,/"frame":7,/'"#, 1, "expected an answer to frame 1, found one to frame 7"),
         (r#"sed -u '/"frame":1,/s/pelvis/nose/'"#, 1, "\"nose\" is unknown"),
         (r#"sed -u '/"frame":2,/s/\[[^]]*\]/[1e999,0,0]/'"#, 1, "JSON"),
     ] {
@@ -114,9 +114,9 @@ fn what_a_program_does_wrong_costs_its_frames_and_is_told() {
 
 #[cfg(unix)]
 #[test]
-fn crashes_and_time_limits_start_a_program_again_and_its_children_end_with_it() {
+fn crashed_and_late_programs_are_restarted_and_their_children_killed() {
     let room = room();
-    // dies at frame 1, once: the marker file says that it did
+    // dies at frame 1, once: a marker file records it
     let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     let dies =
         "case $told in *'\"frame\":1,'*) [ -e died ] || { touch died; echo 'out of memory' >&2; exit 9; };; esac; f=";
@@ -137,12 +137,12 @@ fn crashes_and_time_limits_start_a_program_again_and_its_children_end_with_it() 
 
 #[cfg(unix)]
 #[test]
-fn a_program_that_never_works_is_an_error_and_floods_take_no_memory() {
+fn a_program_that_never_works_is_an_error_and_memory_is_bounded() {
     let room = room();
     for (command, part) in [
         ("no-such-program", "ended before it was ready"),
         ("echo hello", "print messages to standard error"),
-        ("yes", "expected one JSON object a line"),
+        ("yes", "expected one JSON object per line"),
         ("cat /dev/zero", "more than 1 MiB"),
         ("sleep 60", "was not ready within 300ms"),
         ("echo '{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}'", "skiagraph.tracker/9"),
@@ -181,7 +181,7 @@ fn a_program_that_is_lost_in_every_frame_leaves_nothing_to_measure() {
 
 #[cfg(unix)]
 #[test]
-fn late_answers_are_passed_over_and_an_endless_stream_of_old_ones_ends() {
+fn late_answers_are_skipped_and_an_endless_stream_of_them_ends() {
     let room = room();
     let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     // the answer to frame 1 comes with that of frame 2
@@ -201,7 +201,7 @@ fn late_answers_are_passed_over_and_an_endless_stream_of_old_ones_ends() {
 
 #[cfg(unix)]
 #[test]
-fn a_program_is_handed_no_truth() {
+fn a_program_gets_no_truth() {
     let room = room();
     room.write("spy.sh", "read -r h; f=$(printf %s \"$h\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/'); find \"$f\" > \
         seen.txt; echo '{\"type\":\"ready\"}'; while read -r l; do n=${l#*'\"frame\":'}; case $l in *end*) exit;; esac; echo \
@@ -212,13 +212,13 @@ fn a_program_is_handed_no_truth() {
     assert_eq!(found["answers"]["lost"], 5, "{found}");
     let seen = String::from_utf8(room.read("seen.txt")).unwrap();
     assert!(seen.contains("cameras.json") && seen.contains("000004.png"), "{seen}");
-    // `read_truth.py` reads the truth for whoever has it
+    // `read_truth.py` reads the truth of a complete set
     assert!(!seen.contains("/truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
 }
 
 #[cfg(unix)]
 #[test]
-fn a_program_that_writes_into_what_it_is_handed_does_not_change_the_set() {
+fn a_program_that_modifies_its_copy_does_not_change_the_set() {
     let room = room();
     let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     let spoils = "folder=$(printf %s \"$hello\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/'); \
@@ -230,7 +230,7 @@ fn a_program_that_writes_into_what_it_is_handed_does_not_change_the_set() {
 }
 
 #[test]
-fn a_set_without_its_truth_is_tracked_and_measured_where_the_truth_is() {
+fn a_set_without_its_truth_is_tracked_and_measured_with_the_complete_set() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out public --truth secret");

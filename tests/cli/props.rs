@@ -1,4 +1,4 @@
-//! What stands about besides the actor: from the scenario to silhouettes, contact truth and report.
+//! Props, from the scenario to silhouettes, contact truth and report.
 
 use serde_json::Value;
 use skiagraph::benchmark_set::BenchmarkSet;
@@ -6,11 +6,11 @@ use skiagraph::npz::{Array, Npz, Values};
 
 use crate::sandbox::Sandbox;
 
-/// The first ten thirtieths of a second, at 60 Hz.
+/// The first third of a second, at 60 Hz.
 const FRAMES: usize = 21;
 const SCENARIO: &str = "schema = \"skiagraph.scenario/1\"\nname = \"hall\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
                         [rig.ring]\nsize_px = [80, 60]\n[tracker.oracle]\n";
-/// A wall before the second camera of the ring, and a plate that the walk begins on.
+/// A wall in front of the second camera of the ring, and a plate on which the walk begins.
 const PROPS: &str = "[[prop]]\nname = \"screen\"\nshape = { box = { size_m = [2.0, 0.1, 1.0] } }\nplace_m = [-1.5, 1.5, 0.5]\n\
                      rotation_deg = [0.0, 0.0, 45.0]\n[[prop]]\nname = \"plate\"\n\
                      shape = { cylinder = { radius_m = 3.0, length_m = 0.2 } }\nplace_m = [0.0, 0.0, -0.1]\n";
@@ -21,7 +21,7 @@ fn pixels(set: &BenchmarkSet) -> Vec<u64> {
 }
 
 #[test]
-fn props_hide_what_is_behind_them_are_touched_and_are_told() {
+fn props_occlude_and_are_touched() {
     let room = Sandbox::new();
     room.write("bare.toml", SCENARIO);
     room.write("hall.toml", format!("{SCENARIO}{PROPS}"));
@@ -36,12 +36,12 @@ fn props_hide_what_is_behind_them_are_touched_and_are_told() {
     for camera in [0, 2, 3] {
         assert_eq!(left[camera], all[camera], "camera {camera}: nothing stands before the walker");
     }
-    // what is hidden is hidden from markers too
+    // markers are occluded as well
     let seen = |set: &BenchmarkSet| {
         set.truth.ground_truth.frames.iter().flat_map(|frame| frame.visible[1]).filter(|visible| *visible).count()
     };
     assert!(seen(&hall) < seen(&bare));
-    // the plate lies flush with the ground: whoever stands on the one touches the other
+    // the plate is flush with the ground, so a foot on one touches the other
     let contact = Npz::from_bytes("contact.npz", &room.read("hall/truth/contact.npz")).unwrap();
     let links = contact.f64s("contact.npz", "gap", &[None, None]).unwrap().len() / FRAMES;
     let gaps = contact.f64s("contact.npz", "gap", &[Some(FRAMES), Some(links)]).unwrap();
@@ -70,7 +70,7 @@ fn props_hide_what_is_behind_them_are_touched_and_are_told() {
 }
 
 #[test]
-fn props_that_make_no_sense_are_refused_with_the_key() {
+fn invalid_props_are_refused_by_key() {
     let room = Sandbox::new();
     for (prop, expected) in [
         ("name = \"\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]", "prop[0].name: expected a name"),
@@ -86,7 +86,7 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
         (
             "name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]\n[[prop]]\nname = \"a\"\n\
              shape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]",
-            "prop[1].name: expected unique names of props",
+            "prop[1].name: expected a unique name",
         ),
     ] {
         room.write("broken.toml", format!("{SCENARIO}[[prop]]\n{prop}\n"));
@@ -109,13 +109,13 @@ fn a_subject_that_props_hide_from_every_camera_is_refused() {
 }
 
 #[test]
-fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
+fn keys_of_the_simulation_are_refused_if_not_applicable() {
     let room = Sandbox::new();
     let simulated = "[actor]\ncontact = \"simulate\"\n";
     let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";
     for (actor, expected) in [
-        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: expected it only with contact = \"simulate\""),
-        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: expected it only with contact = \"simulate\""),
+        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: only valid with contact = \"simulate\""),
+        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: only valid with contact = \"simulate\""),
         (format!("{simulated}root_wrench = -0.1\n"), "actor.root_wrench: expected 0 to 10, found -0.1"),
         (format!("{simulated}friction = inf\n"), "actor.friction: expected a finite number"),
         (format!("{simulated}{push}direction = [0.0, 0.0, 0.0]\n"), "actor.push.direction: expected a direction"),

@@ -1,4 +1,4 @@
-//! `skiagraph render --truth`: sets whose truth is kept apart, and the commands that need it.
+//! `skiagraph render --truth`: sets with separate truth, and the commands that need it.
 
 use skiagraph::benchmark_set::BlindSet;
 
@@ -14,7 +14,7 @@ fn room() -> Sandbox {
 }
 
 #[test]
-fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_apart() {
+fn a_public_set_is_measured_verified_and_exported_with_its_complete_set() {
     let room = room();
     let hint = room.succeed("track public --tracker frozen --out run").stdout;
     assert!(hint.contains("skiagraph evaluate public run --truth DIR"), "{hint}");
@@ -34,7 +34,7 @@ fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_ap
 }
 
 #[test]
-fn commands_that_need_the_truth_of_a_public_set_say_where_to_get_it() {
+fn commands_that_need_the_truth_of_a_public_set_name_the_option() {
     let room = room();
     room.succeed("track public --tracker frozen --out run");
     for command in
@@ -58,7 +58,7 @@ fn the_truth_of_another_set_is_refused_by_its_hash() {
 }
 
 #[test]
-fn lists_and_readme_of_a_public_set_name_what_is_there() {
+fn lists_and_readme_of_a_public_set_match_its_files() {
     let room = room();
     let readme = String::from_utf8(room.read("public/README.txt")).unwrap();
     assert!(!readme.contains("truth/") && readme.contains("complete.sha256"), "{readme}");
@@ -72,7 +72,7 @@ fn lists_and_readme_of_a_public_set_name_what_is_there() {
     assert!(told.contains("this set has no truth") && told.contains("all match files.sha256"), "{told}");
     let facts = room.succeed("inspect public --json").stdout;
     assert!(facts.contains("\"hashes_ok\": true") && !facts.contains("\"motion\""), "{facts}");
-    // a list that was edited is found
+    // a modified list is found
     room.write("public/complete.sha256", [complete, b"# more\n".to_vec()].concat());
     let refused = room.skiagraph(["track", "public", "--tracker", "frozen", "--out", "run"]);
     assert!(refused.code == 2 && refused.stderr.contains("complete.sha256 was changed"), "{}", refused.stderr);

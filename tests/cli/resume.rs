@@ -1,4 +1,4 @@
-//! Sets whose drawing is interrupted: the same command goes on, and the bytes are those of an undisturbed one.
+//! Interrupted rendering: the same command resumes, with the bytes of an uninterrupted one.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -16,13 +16,13 @@ fn room() -> Sandbox {
     room
 }
 
-/// The journal's number of lines; 0 where there is none.
+/// The number of lines of the journal; 0 without one.
 fn whole_files(room: &Sandbox) -> usize {
     fs::read_to_string(room.path("set.partial/finished.sha256")).map_or(0, |text| text.lines().count())
 }
 
 #[test]
-fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbed_one() {
+fn a_rendering_killed_many_times_gives_the_bytes_of_an_uninterrupted_one() {
     let room = room();
     room.succeed(&format!("{RENDER} whole -q"));
     let (mut moment, mut killed, mut amid) = (17_u64, 0, 0);
@@ -30,12 +30,12 @@ fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbe
         moment = moment * 37 % 101;
         killed += usize::from(room.run_and_kill(&format!("{RENDER} set -q"), Duration::from_millis(20 + 3 * moment)));
         if room.path("set").exists() {
-            // it was faster than its killer
+            // it finished before the kill
             assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
             fs::remove_dir_all(room.path("set")).unwrap();
         }
         amid += usize::from(whole_files(&room) > 13);
-        // as a machine that lost its power leaves it
+        // as after a power failure
         if amid % 3 == 2 {
             let file = room.path("set.partial/set/observations/cam00/silhouette/000001.png");
             if file.exists() {
@@ -52,7 +52,7 @@ fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbe
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
+fn ctrl_c_names_the_saved_progress_and_other_settings_are_refused_by_key() {
     let room = room();
     let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=40 --out set";
     let mut child = Command::new(cargo_bin("skiagraph"))
@@ -76,9 +76,9 @@ fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
     assert!(not_yet.code == 2 && not_yet.stderr.contains("is not a complete benchmark set"), "{}", not_yet.stderr);
     let other = room.skiagraph(format!("{long} rig.ring.count=3").split(' '));
     assert_eq!(other.code, 2, "{}", other.stderr);
-    assert!(other.stderr.contains("rig.ring.count: there 2, here 3"), "{}", other.stderr);
+    assert!(other.stderr.contains("rig.ring.count: was 2, now 3"), "{}", other.stderr);
     let sharded = room.skiagraph(format!("{long} --shards 2").split(' '));
-    assert!(sharded.stderr.contains("--shards: there nothing, here 2"), "{}", sharded.stderr);
+    assert!(sharded.stderr.contains("--shards: was nothing, now 2"), "{}", sharded.stderr);
     let resumed = room.succeed(long);
     assert!(resumed.stderr.contains("note: resumed: "), "{}", resumed.stderr);
     room.succeed(&format!("{} whole -q", long.strip_suffix(" set").unwrap()));
@@ -87,12 +87,12 @@ fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
 }
 
 #[test]
-fn a_ladder_goes_on_after_the_sets_that_are_made() {
+fn a_ladder_resumes_after_its_finished_sets() {
     let room = room();
     let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --key 00112233445566778899aabbccddeeff --out ladder";
     room.succeed(&format!("{ladder} -q"));
     let whole = [0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256")));
-    // the second level can be written only once somebody's file is out of the way
+    // the second level can be written only after a foreign file is removed
     fs::remove_dir_all(room.path("ladder")).unwrap();
     fs::create_dir_all(room.path("ladder/holes-0.2.partial")).unwrap();
     room.write("ladder/holes-0.2.partial/thesis.tex", "years of work");
@@ -107,7 +107,7 @@ fn a_ladder_goes_on_after_the_sets_that_are_made() {
 }
 
 #[test]
-fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
+fn too_many_shards_are_refused_and_a_missing_one_is_named() {
     let room = room();
     let many = room.skiagraph("render tiny.toml --shards 9 --out set".split(' '));
     assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 5 shards"), "{}", many.stderr);
@@ -123,14 +123,14 @@ fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
     };
     let text = verified();
     assert_eq!(text.matches("000001.tar").count(), 1, "{text}");
-    assert!(text.contains("is missing, of 2 shards that the set lists"), "{text}");
+    assert!(text.contains("is missing; the set lists 2 shards"), "{text}");
     fs::write(&shard, &whole[..whole.len() / 3]).unwrap();
     let text = verified();
     assert!(text.matches("000001.tar").count() == 1 && text.contains("was changed or truncated"), "{text}");
 }
 
 #[test]
-fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost_shard_is_said_once() {
+fn a_set_in_shards_works_like_one_in_files_and_a_lost_shard_is_reported_once() {
     let room = room();
     let layers = "layers=[\"depth\",\"parts\"]";
     room.succeed(&format!("render tiny.toml {layers} --out plain -q"));
@@ -154,7 +154,7 @@ fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost
     room.succeed("export packed --to coco --out exported");
     let shard = room.path("packed/observations/shards/000001.tar");
     let whole = fs::read(&shard).unwrap();
-    for (bytes, words) in [(None, "this shard is missing, of 2"), (Some(&whole[..700]), "it was cut off")] {
+    for (bytes, words) in [(None, "this shard is missing; the set lists 2"), (Some(&whole[..700]), "it is truncated")] {
         fs::remove_file(&shard).unwrap();
         if let Some(bytes) = bytes {
             fs::write(&shard, bytes).unwrap();

@@ -1,5 +1,4 @@
-//! Runs over several seeds that are interrupted: finished seeds are kept, and the bytes are those of an undisturbed
-//! run.
+//! Interrupted runs over several seeds: finished seeds are kept, with the bytes of an uninterrupted run.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -10,7 +9,7 @@ use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
-/// The shell example, made slow, and lost in frame 2 for odd seeds.
+/// The shell example, slowed down, and lost in frame 2 for odd seeds.
 fn slow_program(pause: &str) -> String {
     let script = fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
     let seed = "seed=$(printf %s \"$hello\" | sed 's/.*\"seed\":\\([0-9]*\\).*/\\1/')";
@@ -32,13 +31,13 @@ fn room() -> Sandbox {
     room.succeed("render tiny.toml --out set -q");
     room.write("t.sh", slow_program("0.02"));
     Command::new("chmod").args(["+x", "t.sh"]).current_dir(room.path(".")).status().unwrap();
-    // the example has no first line that names its shell
+    // the example has no shebang line
     room.write("t", "#!/bin/sh\nexec sh t.sh\n");
     Command::new("chmod").args(["+x", "t"]).current_dir(room.path(".")).status().unwrap();
     room
 }
 
-/// What is the same for programs that always answer the same.
+/// The parts that are equal for deterministic programs.
 fn without_times(room: &Sandbox, run: &str) -> (Value, Vec<String>) {
     let mut record: Value = serde_json::from_slice(&room.read(&format!("{run}/program.json"))).unwrap();
     record.as_object_mut().unwrap().remove("timing");
@@ -53,7 +52,7 @@ fn finished(room: &Sandbox, run: &str) -> usize {
 }
 
 #[test]
-fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_of_an_undisturbed_run() {
+fn an_external_program_killed_many_times_gives_the_bytes_of_an_uninterrupted_run() {
     let room = room();
     let track = "track set --exec ./t --seeds 8 -q --out";
     room.succeed(&format!("{track} whole"));
@@ -68,7 +67,7 @@ fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_o
         assert!(finished(&room, "run") >= before, "no finished seed is lost");
     }
     assert!(killed >= 2 && amid >= 1, "{killed} kills, {amid} of them after a finished seed");
-    // the last kill may have come when the run stood in its place and its seeds had still to be removed
+    // the last kill may have come after the run was finished and before its seeds were removed
     let kept = if room.path("run").exists() { 0 } else { finished(&room, "run") };
     fs::remove_file(room.path("begun")).unwrap();
     let done = room.skiagraph("track set --exec ./t --seeds 8 --out run".split(' '));
@@ -88,7 +87,7 @@ fn a_program_that_is_killed_with_skiagraph_at_many_moments_ends_with_the_bytes_o
 }
 
 #[test]
-fn a_tracker_of_ours_that_is_killed_ends_with_the_bytes_of_an_undisturbed_run_and_of_a_run_at_once() {
+fn a_built_in_tracker_killed_many_times_gives_the_bytes_of_an_uninterrupted_run() {
     let room = room();
     let track = "track set --tracker annealed_particle_filter particles=400 layers=3 --calibrate --seeds 6 -q --out";
     room.succeed(&format!("{track} whole"));
@@ -108,7 +107,7 @@ fn a_tracker_of_ours_that_is_killed_ends_with_the_bytes_of_an_undisturbed_run_an
     };
     assert_eq!(record("run"), record("whole"));
     assert_eq!(record("run")["calibration"].as_array().unwrap().len(), 6);
-    // a seed does not depend on those before it
+    // a seed does not depend on previous ones
     room.succeed(&track.replace("--seeds 6", "--seed 5").replace("-q --out", "-q --out last"));
     let error = |run: &str, seed: usize| {
         room.succeed(&format!("evaluate set {run} -q"));
@@ -119,7 +118,7 @@ fn a_tracker_of_ours_that_is_killed_ends_with_the_bytes_of_an_undisturbed_run_an
 }
 
 #[test]
-fn ctrl_c_keeps_finished_seeds_and_another_program_or_setting_is_refused_by_name() {
+fn ctrl_c_keeps_finished_seeds_and_other_settings_are_refused_by_key() {
     let room = room();
     room.write("t.sh", slow_program("0.05"));
     let track = "track set --exec ./t --seeds 20 --out run";
@@ -144,15 +143,15 @@ fn ctrl_c_keeps_finished_seeds_and_another_program_or_setting_is_refused_by_name
         let answer = room.skiagraph([&["track", "set", "--seeds", "4", "--out", "run"], arguments].concat());
         assert!(answer.code == 2 && answer.stderr.contains(part), "{}", answer.stderr);
     };
-    refused(&["--exec", "./t", "--restarts", "1"], "restarts: there nothing, here 1");
-    refused(&["--tracker", "frozen"], "command: there skiagraph track --exec, here skiagraph track");
+    refused(&["--exec", "./t", "--restarts", "1"], "restarts: was nothing, now 1");
+    refused(&["--tracker", "frozen"], "command: was skiagraph track --exec, now skiagraph track");
     let whole = room.read("t");
     room.write("t", "#!/bin/sh\n# another version\nexec sh t.sh\n");
     refused(&["--exec", "./t"], "SHA-256 of ./t");
     room.write("t", whole);
     let kept = finished(&room, "run");
     assert!(kept >= 2);
-    // fewer seeds than were asked for at first are the same run
+    // fewer seeds than at first resume the same run
     let done = room.skiagraph("track set --exec ./t --seeds 4 --out run".split(' '));
     assert!(done.code == 0 && done.stderr.contains("seeds were finished before"), "{}", done.stderr);
     assert_eq!(without_times(&room, "run").0["answers"]["poses"], 18);

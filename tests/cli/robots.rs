@@ -7,8 +7,8 @@ use serde_json::Value;
 use crate::sandbox::{Sandbox, shipped};
 use crate::support::test_data;
 
-/// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits
-/// are those of other joints (its left knee bends from -120 to 40 degrees), so it cannot walk as recorded.
+/// File, and the maximum distance of its landmarks from the recorded ones, mm. The simple humanoid's joint limits do
+/// not fit a human (its left knee bends from -120 to 40 degrees), so it cannot follow the recorded walk.
 const ROBOTS: [(&str, f64); 5] = [
     ("pybullet_humanoid/humanoid.urdf", 2.0),
     ("gepetto_human/human_description/robots/human.urdf", 8.0),
@@ -21,7 +21,7 @@ fn robots() -> impl Iterator<Item = (PathBuf, f64)> {
     ROBOTS.into_iter().filter_map(|(file, most)| Some((test_data(&format!("robots/{file}"))?, most)))
 }
 
-/// How a body is drawn, as an override: of the simple humanoid hardly anything is.
+/// The override for a body's solids: the simple humanoid has hardly any.
 fn solids(table: &str, robot: &std::path::Path) -> String {
     let is_bare = robot.ends_with("simple_humanoid.urdf");
     if is_bare { format!(" {table}.solids=from_joints") } else { String::new() }
@@ -62,13 +62,13 @@ fn robots_of_other_projects_walk_as_actors_upright_and_facing_ahead() {
         assert!(said["retarget_residual_mm"].as_f64().unwrap() < most, "{name}: {said}");
         let record = frozen(&room, &own);
         let (body, heading) = (mean(&record, "body_orientation_deg"), mean(&record, "heading_deg"));
-        // an axis taken for another costs a right angle
+        // a confused axis would give an error of 90 degrees
         assert!(body < 45.0 && heading < 20.0, "{name}: frozen is {body} degrees off, {heading} about the vertical");
     }
 }
 
 #[test]
-fn robots_of_other_projects_are_trackers_bodies_whose_axes_are_understood() {
+fn robots_of_other_projects_are_trackers_bodies_with_correct_axes() {
     let room = Sandbox::new();
     for (robot, _) in robots() {
         let name = robot.display();

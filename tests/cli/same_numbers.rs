@@ -1,18 +1,18 @@
-//! The same scenario and seed give the same bytes, however they are asked for.
+//! The same scenario and seed give the same bytes with all commands.
 
 use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates};
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// `run.json` without the part that may differ.
+/// `run.json` without the part that differs from run to run.
 fn run_json(room: &Sandbox, run: &str) -> Value {
     let mut record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
     assert!(record.as_object_mut().unwrap().remove("timing").is_some());
     record
 }
 
-/// `report.html` without the part that may differ.
+/// `report.html` without the part that differs from run to run.
 pub(crate) fn report(room: &Sandbox, run: &str) -> String {
     let page = String::from_utf8(room.read(&format!("{run}/report.html"))).unwrap();
     let (before, rest) = page.split_once("<section id=\"this-run\">").unwrap();
@@ -44,7 +44,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn run_is_render_track_and_evaluate() {
+fn run_equals_render_track_and_evaluate() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out whole");
@@ -71,7 +71,7 @@ fn a_tracker_never_opens_the_truth() {
 }
 
 #[test]
-fn poses_of_another_program_are_measured_too() {
+fn poses_of_another_program_are_measured() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -90,7 +90,7 @@ fn an_evaluation_that_cannot_be_written_changes_nothing() {
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker frozen --out run");
-    // nothing can be written where a directory stands
+    // a directory is in the way
     std::fs::create_dir(room.path("run/.report.html.partial")).unwrap();
     let answer = room.skiagraph(["evaluate", "set", "run"]);
     assert_eq!(answer.code, 2, "{}", answer.stderr);
@@ -100,7 +100,7 @@ fn an_evaluation_that_cannot_be_written_changes_nothing() {
 }
 
 #[test]
-fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
+fn poses_at_another_rate_or_with_a_repeated_seed_are_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -120,7 +120,7 @@ fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
 }
 
 #[test]
-fn the_scenario_in_a_run_runs_again_to_the_same_numbers() {
+fn the_scenario_in_a_run_reproduces_its_numbers() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml seeds=1 rig.ring.count=3 --out a");

@@ -8,14 +8,14 @@ use std::time::Duration;
 
 use assert_cmd::cargo::{cargo_bin, cargo_bin_cmd};
 
-/// What the program answered.
+/// The output of the program.
 pub(crate) struct CommandOutput {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
 }
 
-/// An empty directory; gone when dropped.
+/// An empty directory, removed when dropped.
 pub(crate) struct Sandbox(tempfile::TempDir);
 
 impl Sandbox {
@@ -23,7 +23,7 @@ impl Sandbox {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// Starts a command and kills it; whether it still ran.
+    /// Starts a command and kills it; returns whether it was still running.
     pub(crate) fn run_and_kill(&self, arguments: &str, after: Duration) -> bool {
         let mut child = Command::new(cargo_bin("skiagraph"))
             .args(arguments.split(' '))
@@ -52,7 +52,7 @@ impl Sandbox {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// All entries, hidden ones too, in alphabetical order.
+    /// All entries, including hidden ones, in alphabetical order.
     pub(crate) fn entries(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
         let mut entries: Vec<String> = entries.collect();
@@ -72,7 +72,7 @@ impl Sandbox {
         CommandOutput { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
     }
 
-    /// As [`Self::skiagraph`], the arguments in one string, and it must succeed.
+    /// Like [`Self::skiagraph`], with the arguments in one string; the command must succeed.
     pub(crate) fn succeed(&self, arguments: &str) -> CommandOutput {
         let answer = self.skiagraph(arguments.split_whitespace());
         assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);

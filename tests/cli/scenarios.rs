@@ -1,4 +1,4 @@
-//! The scenarios that ship, their documentation, and what the program prints about them.
+//! The shipped scenarios, their documentation, and output about them.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ fn shipped_scenarios() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_shipped_scenario_is_sound() {
+fn every_shipped_scenario_is_valid() {
     let room = Sandbox::new();
     let mocap = crate::support::test_data("mocap");
     for scenario in shipped_scenarios() {
@@ -46,7 +46,7 @@ fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
     let room = Sandbox::new();
     let built_in = room.succeed("check").stdout;
     let file = room.succeed(&format!("check {}", shipped("scenarios/walk.toml").display())).stdout;
-    // all but the file's name and the times of two samples
+    // everything except the file's name and measured times
     let same = |said: &str| -> Vec<String> {
         said.lines().skip(1).filter(|line| !line.starts_with("  cost ")).map(str::to_owned).collect()
     };
@@ -55,7 +55,7 @@ fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
 }
 
 #[test]
-fn the_schema_knows_every_key_of_every_shipped_scenario() {
+fn the_schema_has_every_key_of_every_shipped_scenario() {
     let schema: Value = serde_json::from_str(&Sandbox::new().succeed("schema").stdout).unwrap();
     let known = schema.to_string();
     for scenario in shipped_scenarios() {
@@ -83,7 +83,7 @@ fn keys(value: &toml::Value) -> Vec<String> {
     match value {
         toml::Value::Table(table) => {
             let within = |(key, value): (&String, &toml::Value)| match (key.as_str(), value) {
-                // the names of methods are the author's own
+                // names of methods are free
                 ("methods", toml::Value::Table(methods)) => methods.values().flat_map(keys).collect(),
                 _ => [vec![key.clone()], keys(value)].concat(),
             };
@@ -106,7 +106,7 @@ fn the_oracle_is_measured_exactly() {
 }
 
 #[test]
-fn the_filter_beats_an_answer_that_never_moves() {
+fn the_filter_is_better_than_a_tracker_that_never_moves() {
     let room = Sandbox::new();
     let scenario = shipped("scenarios/smoke/matched.toml").display().to_string();
     let said = room.succeed(&format!("run {scenario} --json --out matched")).stdout;
@@ -117,7 +117,7 @@ fn the_filter_beats_an_answer_that_never_moves() {
 }
 
 #[test]
-fn methods_stand_side_by_side_and_each_is_a_whole_run() {
+fn methods_are_compared_and_each_is_a_complete_run() {
     let room = Sandbox::new();
     let scenario = shipped("scenarios/smoke/latent.toml").display().to_string();
     let said = room.succeed(&format!("run {scenario} --json --quiet --out all")).stdout;
@@ -177,7 +177,7 @@ fn a_run_replaces_a_run_and_nothing_else() {
 }
 
 #[test]
-fn a_set_is_replaced_only_when_asked_to() {
+fn a_set_is_replaced_only_with_force() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let hash = |answer: &str| serde_json::from_str::<Value>(answer).unwrap()["set_hash"].clone();
@@ -189,13 +189,13 @@ fn a_set_is_replaced_only_when_asked_to() {
     assert_eq!(hash(&there), first, "the set that was there is still there");
     let second = hash(&room.succeed("render tiny.toml rig.ring.radius_m=4.0 --json --force --out set").stdout);
     assert_ne!(first, second);
-    // that of the other scenario is kept: the run is of it
+    // the run of the other scenario is kept
     assert_eq!(room.entries(), ["run", "set", "set~", "tiny.toml"]);
     room.succeed("evaluate set~ run -q");
 }
 
 #[test]
-fn render_writes_the_layers_that_a_scenario_asks_for() {
+fn render_writes_the_layers_of_a_scenario() {
     let room = Sandbox::new();
     room.write("plain.toml", TINY);
     room.write("tiny.toml", TINY.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\", \"parts\"]"));
@@ -214,7 +214,7 @@ fn render_writes_the_layers_that_a_scenario_asks_for() {
 }
 
 #[test]
-fn results_go_to_stdout_and_quiet_is_quiet() {
+fn results_go_to_stdout_and_quiet_suppresses_notes() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let answer = room.succeed("run tiny.toml --json --quiet");

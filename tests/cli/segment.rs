@@ -38,7 +38,7 @@ fn set_pixels(png: &[u8]) -> Vec<(u32, u32)> {
 }
 
 #[test]
-fn a_square_before_a_background_of_three_brightnesses_is_cut_out_by_both_methods() {
+fn both_methods_segment_a_square_before_a_changing_background() {
     let room = room();
     let told = room.succeed("segment --background empty --frames walk --out masks --json");
     let record: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
@@ -51,13 +51,13 @@ fn a_square_before_a_background_of_three_brightnesses_is_cut_out_by_both_methods
     room.succeed("segment --background empty --frames walk --method online --raw --out online");
     let found = set_pixels(&room.read("online/00.png"));
     assert!(expected.iter().all(|pixel| found.contains(pixel)), "the first frame's square is new");
-    // the result is ours and may be replaced; a folder of others may not
+    // own output may be replaced, a foreign folder may not
     room.succeed("segment --background empty --frames walk --out masks");
     assert_eq!(room.skiagraph(["segment", "--background", "empty", "--frames", "walk", "--out", "walk"]).code, 2);
 }
 
 #[test]
-fn images_that_do_not_fit_are_refused_by_name_and_nothing_is_left() {
+fn mismatched_images_are_refused_by_name_and_nothing_is_left() {
     let room = room();
     let refused = |arguments: &str, words: &[&str]| {
         let answer = room.skiagraph(format!("segment {arguments} --out masks").split_whitespace());
@@ -65,12 +65,12 @@ fn images_that_do_not_fit_are_refused_by_name_and_nothing_is_left() {
         assert!(words.iter().all(|word| answer.stderr.contains(word)), "{arguments}: {}", answer.stderr);
         assert!(!room.path("masks").exists());
     };
-    refused("--background empty --frames walk --components 13", &["12 background frame(s)", "13 components"]);
+    refused("--background empty --frames walk --components 13", &["found 12", "13 components"]);
     refused("--background nowhere --frames walk", &["nowhere"]);
     refused("--background empty --frames empty --risk 0", &["--risk", "above 0"]);
     let whole = room.read("walk/05.ppm");
     room.write("walk/05.ppm", &whole[..whole.len() / 2]);
-    refused("--background empty --frames walk", &["05.ppm", "expected a whole"]);
+    refused("--background empty --frames walk", &["05.ppm", "expected a complete"]);
     room.write("walk/05.ppm", b"P6 2 2 255\n123456789abc");
     refused("--background empty --frames walk", &["05.ppm", "2 x 2 pixels with 3 channel(s), expected 64 x 48"]);
     room.write("walk/05.ppm", &whole);

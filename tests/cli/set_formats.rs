@@ -1,4 +1,4 @@
-//! What docs/sets.md and a set's FORMATS.txt say of the files of sets.
+//! The description of a set's files in docs/sets.md and FORMATS.txt.
 
 use std::process::Command;
 
@@ -16,7 +16,7 @@ fn code_after(document: &str, heading: &str) -> String {
 }
 
 #[test]
-fn the_forward_kinematics_of_the_documents_give_the_joints_and_markers_of_the_truth() {
+fn the_documented_forward_kinematics_give_the_joints_and_markers_of_the_truth() {
     let document = std::fs::read_to_string(shipped(DOCUMENT)).unwrap();
     let code = code_after(&document, "### Forward kinematics");
     assert!(code.contains("def link_frames(body, root, angles)") && code.lines().count() > 20, "{code}");
@@ -53,7 +53,7 @@ print(len(truth['root']), 'frames', len(markers), 'markers')
 }
 
 #[test]
-fn the_documents_say_what_stands_in_every_kind_of_file_and_what_verify_cannot_tell() {
+fn the_documents_describe_every_kind_of_file_and_the_limits_of_verify() {
     let document = std::fs::read_to_string(shipped(DOCUMENT)).unwrap();
     let formats = std::fs::read_to_string(shipped("crates/set/src/formats.txt")).unwrap();
     for word in ["id.part", "depth.Z", "forward.u", "influences", "bind", "olling shutter", "start/start.json", "drive"]

@@ -19,7 +19,7 @@ fn page(room: &Sandbox, name: &str) -> String {
 }
 
 #[test]
-fn a_set_is_one_page_with_every_cameras_frames_layers_and_the_rig_from_above() {
+fn the_page_of_a_set_has_frames_layers_and_the_rig_from_above() {
     let room = Sandbox::new();
     let prop = "[[prop]]\nname = \"pillar\"\nshape = { cylinder = { radius_m = 0.1, length_m = 2.0 } }\nplace_m = [1.5, 1.5, 1.0]\n";
     let scenario = TINY.replace("last_frame = 3", "last_frame = 9");
@@ -62,7 +62,7 @@ fn a_set_is_one_page_with_every_cameras_frames_layers_and_the_rig_from_above() {
 }
 
 #[test]
-fn a_packed_set_has_the_page_of_the_same_set_in_files_of_their_own() {
+fn a_set_in_shards_has_the_same_page_as_one_in_single_files() {
     let room = Sandbox::new();
     room.write("tiny.toml", format!("layers = [\"depth\"]\n{TINY}"));
     room.succeed("render tiny.toml --out loose");
@@ -75,7 +75,7 @@ fn a_packed_set_has_the_page_of_the_same_set_in_files_of_their_own() {
 }
 
 #[test]
-fn cameras_that_move_are_drawn_where_they_are_in_every_frame_with_and_without_truth() {
+fn moving_cameras_are_drawn_at_their_position_in_every_frame() {
     let room = Sandbox::new();
     room.write("film.toml", format!("layers = [\"depth\"]\n{}", filmed(MOVING)));
     room.succeed("render film.toml --out public --truth kept");
@@ -85,8 +85,8 @@ fn cameras_that_move_are_drawn_where_they_are_in_every_frame_with_and_without_tr
         let map = data_of(&html, "map-data");
         let fields = map["fields"].as_array().unwrap();
         assert!(fields.len() > 3 && fields[0][0] != fields[3][0], "one camera moves: {map}");
-        assert!(html.contains("Cameras that move are drawn where they are"));
-        // the camera of every second frame has no layers in between
+        assert!(html.contains("Moving cameras are drawn at their position"));
+        // a camera with every second frame has no layers in between
         if set == "kept" {
             let pictures = data_of(&html, "layers-data")["pictures"].clone();
             assert!(pictures[0][0][0].is_object() && pictures[1][1][0].is_null(), "{}", pictures[1]);
@@ -102,7 +102,7 @@ fn a_public_set_has_a_page_without_skeleton_path_and_layers() {
     room.succeed("inspect public --out public.html");
     let html = page(&room, "public.html");
     assert!(
-        html.contains("This set has no truth")
+        html.contains("This set has no ground truth")
             && !html.contains("id=\"layers-data\"")
             && !html.contains("class=\"walked\"")
     );

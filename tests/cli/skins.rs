@@ -1,4 +1,4 @@
-//! Skins on robots, and what is said of files that are no skin.
+//! Skins on robots, and errors for files that are not skins.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ use skiagraph::retarget::{RetargetOptions, retarget, with_skin};
 use crate::sandbox::{Sandbox, TINY, shipped};
 use crate::support::test_data;
 
-/// File, and how far a joint may be from the nearest vertex of the skin, metres: shoulders and hips of robots are
+/// File, and the maximum distance of a joint from the nearest vertex of the skin, m: shoulders and hips of robots are
 /// deeper in the body than elbows.
 const ROBOTS: [(&str, f64); 4] = [
     ("pybullet_humanoid/humanoid.urdf", 0.15),
@@ -19,7 +19,7 @@ const ROBOTS: [(&str, f64); 4] = [
     ("human_gazebo/humanSubject01_66dof.urdf", 0.15),
 ];
 
-/// The greatest distance of a limb's joint from the skin over some frames of a walk, with its name.
+/// The maximum distance of a limb's joint from the skin over some frames of a walk, with the joint's name.
 fn farthest_joint(body: &Humanoid) -> (f64, &'static str) {
     use Landmark as L;
     let clip = read(&shipped("scenarios/motions/01_01.bvh"), &ReadOptions::default()).unwrap();
@@ -52,9 +52,9 @@ fn farthest_joint(body: &Humanoid) -> (f64, &'static str) {
     farthest
 }
 
-/// Shipped skins fitted only robots whose links have our names.
+/// Shipped skins also fit robots whose links have other names.
 #[test]
-fn the_skins_that_ship_follow_the_joints_of_robots_with_other_names() {
+fn shipped_skins_follow_the_joints_of_robots_with_other_names() {
     let skin = shipped_skin("person_coarse").unwrap();
     for (file, most) in ROBOTS {
         let Some(path) = test_data(&format!("robots/{file}")) else { return };
@@ -65,7 +65,7 @@ fn the_skins_that_ship_follow_the_joints_of_robots_with_other_names() {
     }
 }
 
-/// A robot whose limits no human pose fits is told; the program never draws a wrong silhouette.
+/// A robot whose limits allow no human pose is refused, so that no wrong silhouette is drawn.
 #[test]
 fn a_robot_that_cannot_take_the_skins_pose_is_refused_or_fits() {
     let file = "robots/gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf";
@@ -84,7 +84,7 @@ fn a_robot_that_cannot_take_the_skins_pose_is_refused_or_fits() {
 }
 
 #[test]
-fn a_robot_without_recognised_limbs_is_refused_with_what_was_looked_for_and_what_there_is() {
+fn a_robot_without_recognised_limbs_is_refused_with_expected_and_found_names() {
     let room = Sandbox::new();
     let link = |name: &str| {
         format!("<link name=\"{name}\"><visual><geometry><box size=\"0.2 0.2 0.2\"/></geometry></visual></link>")
@@ -104,22 +104,22 @@ fn a_robot_without_recognised_limbs_is_refused_with_what_was_looked_for_and_what
 }
 
 #[test]
-fn files_that_a_gltf_names_and_settings_of_skins_are_refused_with_the_skin_that_is_meant() {
+fn errors_in_files_and_settings_of_skins_name_the_skin() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let figure = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "figure.bin", "byteLength": 4}]}"#;
     room.write("figure.gltf", figure);
     let answer = room.skiagraph(["inspect", "figure.gltf"]);
     assert_eq!(answer.code, 2);
-    let said = "figure.gltf: names the file `figure.bin`, which cannot be read";
+    let said = "figure.gltf: refers to the file `figure.bin`, which cannot be read";
     assert!(answer.stderr.contains(said), "{}", answer.stderr);
     let answer = room.skiagraph(["check", "tiny.toml", "actor.skin_blending=dual_quaternion"]);
     assert_eq!(answer.code, 2);
-    assert!(answer.stderr.contains("actor.skin_blending: expected it only with a `skin`"), "{}", answer.stderr);
+    assert!(answer.stderr.contains("actor.skin_blending: only valid with a `skin`"), "{}", answer.stderr);
 }
 
 #[test]
-fn notes_of_the_trackers_skin_are_said_to_be_that() {
+fn notes_on_the_trackers_skin_name_it() {
     let room = Sandbox::new();
     let folder = shipped("robots/skins");
     for file in ["person_coarse.obj", "person_coarse.toml"] {
@@ -141,10 +141,9 @@ fn notes_of_the_trackers_skin_are_said_to_be_that() {
     assert!(said.contains(note) && !said.contains("actor.robot: skin"), "{said}");
 }
 
-/// The meshes are decimated without regard to their mirror plane, and the cuts at the hips of `woman` differ
-/// (`robots/README.md`).
+/// The meshes are decimated asymmetrically, and the cuts at the hips of `woman` differ (`robots/README.md`).
 #[test]
-fn masses_of_paired_segments_of_the_skins_that_ship_differ_by_what_is_documented() {
+fn masses_of_paired_segments_of_shipped_skins_differ_as_documented() {
     for (skin, most) in [("person", 0.05), ("woman", 0.17), ("man", 0.06)] {
         let body =
             with_skin(&shipped_robot("actor").unwrap(), &shipped_skin(skin).unwrap()).unwrap().with_masses_of_skin();

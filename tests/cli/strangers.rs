@@ -1,4 +1,4 @@
-//! Files of strangers: what they may name, and what messages quote of it.
+//! Untrusted files: the files that they may refer to, and what messages quote.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use crate::sandbox::{Sandbox, TINY, shipped};
 
 const SECRET: &str = "hunter2correcthorse";
 
-/// Texts that hold the secret, as people keep theirs; each begins as no file of this program does.
+/// Files with a secret, in formats that this program does not read.
 fn secrets() -> Vec<(&'static str, String)> {
     vec![
         ("environ", format!("HOME=/root\0PASSWORD={SECRET}\0PATH=/usr/bin")),
@@ -34,7 +34,7 @@ fn secrets() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// A room with `mine/`, which may be a stranger's, and secrets beside it.
+/// A sandbox with `mine/`, which may be untrusted, and secrets beside it.
 fn room() -> Sandbox {
     let room = Sandbox::new();
     fs::create_dir(room.path("mine")).unwrap();
@@ -42,7 +42,7 @@ fn room() -> Sandbox {
     room
 }
 
-/// Runs it; it must fail as bad input, and tell no secret.
+/// Runs a command that must fail as bad input without revealing the secret.
 fn refused(room: &Sandbox, arguments: &[&str], what: &str) -> String {
     let answer = room.skiagraph(arguments);
     assert_eq!(answer.code, 2, "{what}: {arguments:?}: {}{}", answer.stdout, answer.stderr);
@@ -53,7 +53,7 @@ fn refused(room: &Sandbox, arguments: &[&str], what: &str) -> String {
     answer.stderr
 }
 
-/// A scenario with one more or another line of settings.
+/// A scenario with one line of settings added or replaced.
 fn with(line: &str) -> String {
     match line.split_once(' ').map(|(key, _)| key) {
         Some("clip") => TINY.replace("clip = \"embedded:walk\"", line),
@@ -77,7 +77,7 @@ fn no_message_quotes_a_file_that_is_not_of_its_kind() {
     room.write("mine/a.amc", "1\nroot 0 0 0 0 0 0\n");
     room.write("mine/a.asf", ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\n:hierarchy\n");
     for (name, text) in secrets() {
-        // a link inside the stranger's folder, an extension for every reader
+        // a link inside the untrusted folder, with an extension for every reader
         for (key, endings) in [
             ("clip", &["bvh", "amc", "c3d", "trc", "txt", "json"][..]),
             ("skeleton", &["asf"]),
@@ -106,7 +106,7 @@ fn no_message_quotes_a_file_that_is_not_of_its_kind() {
         room.write("mine/m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         room.write("mine/w.json", &text);
         refused(&room, &["inspect", "mine/s.toml"], &format!("{name} as weights"));
-        // as the file of a command itself
+        // as the file of a command
         room.write("mine/any.toml", &text);
         for command in ["check", "run", "sweep", "inspect"] {
             refused(&room, &[command, "mine/any.toml"], &format!("{name} as a scenario"));
@@ -122,7 +122,7 @@ fn no_message_quotes_a_file_that_is_not_of_its_kind() {
 }
 
 #[test]
-fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
+fn files_outside_a_scenarios_folder_are_read_only_if_allowed() {
     let room = room();
     room.write("secret.bvh", format!("HIERARCHY\nROOT {SECRET}\n"));
     let outside = room.path("secret.bvh");
@@ -138,7 +138,7 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
             room.write("mine/b.toml", with(&format!("{key} = \"{name}\"{format}")));
             room.write("mine/a.amc", "1\nroot 0 0 0 0 0 0\n");
             for command in ["check", "run", "render"] {
-                // drawing does not read the tracker's model
+                // rendering does not read the tracker's model
                 if (command, key) == ("render", "model_file") {
                     continue;
                 }
@@ -161,7 +161,7 @@ fn files_outside_of_a_scenarios_folder_are_not_read_unless_that_is_allowed() {
 }
 
 #[test]
-fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
+fn files_of_the_command_line_and_of_the_project_are_allowed() {
     let room = room();
     let walk = fs::read(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     fs::create_dir(room.path("recordings")).unwrap();
@@ -181,9 +181,9 @@ fn what_the_command_line_names_may_be_named_and_so_may_a_projects_files() {
     room.succeed(&format!("{render} e"));
 }
 
-/// It said "leads out of" of a file that was typed and is not there.
+/// A missing file must not be reported as outside the folder.
 #[test]
-fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
+fn a_missing_file_of_the_command_line_is_reported_with_a_similar_name() {
     let room = room();
     fs::create_dir(room.path("recordings")).unwrap();
     room.write("recordings/walk.txt", "x");
@@ -191,12 +191,12 @@ fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
         for typed in ["../recordings/wakl.txt".to_owned(), room.path("recordings/wakl.txt").display().to_string()] {
             let said = refused(&room, &["check", "mine/tiny.toml", &format!("{key}={typed}")], key);
             assert!(!said.contains("leads out of"), "{key}: {said}");
-            // of a robot it may be the name of a built-in one
+            // a robot may be the name of a built-in one
             let words = if key == "motion.clip" { "there is no file `" } else { "is neither a built-in robot (" };
             assert!(said.contains(words) && said.contains("recordings/walk.txt`?"), "{key}: {said}");
         }
     }
-    // what a file names is not looked for outside: its reader learns nothing of what is there
+    // files named in a file are not searched outside, so messages reveal nothing about other folders
     for name in ["../recordings/walk.txt", "../recordings/wakl.txt"] {
         room.write("mine/b.toml", with(&format!("clip = \"{name}\"")));
         let said = refused(&room, &["check", "mine/b.toml"], name);
@@ -205,7 +205,7 @@ fn a_typed_file_that_is_not_there_is_said_not_to_be_there_with_a_near_name() {
 }
 
 #[test]
-fn a_sweep_names_what_its_scenario_may_name_and_its_cells_what_was_planned() {
+fn a_sweep_may_use_the_files_of_its_scenario_and_its_cells_the_planned_ones() {
     let room = room();
     let walk = fs::read(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("walk.txt", walk);
@@ -224,22 +224,22 @@ fn a_sweep_names_what_its_scenario_may_name_and_its_cells_what_was_planned() {
         room.succeed("sweep mine/s.toml --out s --allow-outside --seeds 1");
         fs::remove_dir_all(room.path("s")).unwrap();
     }
-    // typed axes are planned, and found again by the cells
+    // axes from the command line are stored in the plan for the cells
     room.succeed("sweep plan mine/tiny.toml motion.clip=../walk.txt,embedded:walk --seeds 1 --out s");
     room.succeed("sweep run s");
 }
 
 #[test]
-fn a_plan_of_a_stranger_shows_nothing_of_the_files_that_it_names() {
+fn a_foreign_plan_reveals_nothing_of_the_files_that_it_names() {
     let room = room();
     room.succeed("sweep plan mine/tiny.toml particles=6,12 --out s");
     room.write("mine/tiny.toml", format!("{SECRET}\n"));
     let said = refused(&room, &["sweep", "run", "s"], "base");
-    assert!(said.contains("is no scenario any more"), "{said}");
+    assert!(said.contains("is no longer a scenario"), "{said}");
 }
 
 #[test]
-fn shipped_sweeps_and_scenarios_name_files_of_their_project() {
+fn shipped_sweeps_and_scenarios_use_files_of_their_project() {
     let room = Sandbox::new();
     for file in ["scenarios/sweeps/cameras.toml", "scenarios/sweeps/grid-5x5.toml"] {
         room.succeed(&format!(

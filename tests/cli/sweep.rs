@@ -1,4 +1,4 @@
-//! Sweeps: the same bytes whatever runs the cells and whoever is killed meanwhile, and bad input.
+//! Sweeps: the same bytes however cells are run and processes killed; and bad input.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ fn tables(room: &Sandbox, sweep: &str) -> Vec<Vec<u8>> {
     TABLES.iter().map(|name| room.read(&format!("{sweep}/{name}"))).collect()
 }
 
-/// An undisturbed sweep in `DIR`.
+/// An uninterrupted sweep in `DIR`.
 fn undisturbed(room: &Sandbox, dir: &str) -> Vec<Vec<u8>> {
     room.succeed(&format!("sweep tiny.toml {GRID} --out {dir} -j 2"));
     tables(room, dir)
@@ -61,7 +61,7 @@ fn assert_refused(room: &Sandbox, arguments: &str, code: i32, words: &[&str]) {
 }
 
 #[test]
-fn a_sweep_gives_the_same_bytes_at_once_cell_by_cell_and_in_shards() {
+fn a_sweep_gives_the_same_bytes_in_one_run_by_cells_and_by_shards() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     let answer = room.succeed(&format!("sweep plan tiny.toml {GRID} --out cells --json"));
@@ -82,7 +82,7 @@ fn a_sweep_gives_the_same_bytes_at_once_cell_by_cell_and_in_shards() {
     }
     room.succeed("sweep gather cells");
     assert_eq!(tables(&room, "cells"), whole);
-    // each set was rendered once, and there is nothing else
+    // each set was rendered once, and there are no other files
     assert_eq!(fs::read_dir(room.path("cells/sets")).unwrap().count(), 2);
     assert!(files_below(&room.path("cells")).iter().all(|path| !path.to_string_lossy().contains("writing")));
     let rows = rows(&room, "cells");
@@ -130,22 +130,28 @@ fn processes_share_a_motion_model_that_is_learned_once() {
     room.succeed("sweep gather apart");
     room.succeed("sweep latent.toml rig.ring.count=1,2 --out together -j 2");
     assert_eq!(tables(&room, "apart"), tables(&room, "together"));
-    // the numbers are those of a run, which shares nothing
+    // the numbers equal those of a run, which shares nothing
     room.succeed("run latent.toml rig.ring.count=1 seeds=1 --out alone");
     let run: serde_json::Value = serde_json::from_slice(&room.read("alone/run.json")).unwrap();
     let rows = rows(&room, "apart");
     let cell: f64 = column(&rows, "humaneva_mm")[0].parse().unwrap();
     assert_eq!(run["metrics"]["humaneva_mm"]["mean"].as_f64(), Some(cell));
-    // a damaged model is named, and nothing is made of it
+    // a damaged model is named and not used
     fs::write(first, "no model").unwrap();
     fs::remove_dir_all(room.path("apart/results")).unwrap();
     assert_refused(&room, "sweep cell apart --index 0", 2, &[".model", "not a complete"]);
 }
 
 #[test]
-fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
+fn a_sweep_has_a_picture_and_the_command_that_repeats_it() {
     let room = room();
     room.succeed(&format!("sweep tiny.toml {GRID} --keep particles>2 --out s"));
+    assert_refused(
+        &room,
+        "report nowhere --png s.png",
+        2,
+        &["expected the directory of a sweep or of a run", "nowhere"],
+    );
     let refused = room.skiagraph(["report", "s", "--png", "s.jpg"]);
     assert!(refused.code == 2 && refused.stderr.contains("ends in .png, found .jpg"), "{}", refused.stderr);
     room.succeed("report s --png s.png");
@@ -154,10 +160,11 @@ fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
     let text = String::from_utf8(room.read("s.md")).unwrap();
     let command = "skiagraph sweep tiny.toml particles=6,12 rig.ring.count=1,2 --keep 'particles>2' --out sweeps/";
     assert!(text.contains(command), "{text}");
+    assert!(text.contains("range over seeds") && !text.contains("95 % interval"), "2 seeds: {text}");
 }
 
 #[test]
-fn a_cell_may_leave_the_report_of_a_run() {
+fn a_cell_may_keep_the_report_of_a_run() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
     room.succeed("sweep cell s --index 5 --report");
@@ -169,12 +176,11 @@ fn a_cell_may_leave_the_report_of_a_run() {
 }
 
 #[test]
-fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbed_one() {
+fn a_sweep_killed_twenty_times_gives_the_bytes_of_an_uninterrupted_one() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
-    // moments from a fixed sequence without pattern; killed cells are begun again, and all of them where none is
-    // missing
+    // kill times from a fixed pseudo-random sequence; killed cells are run again, and all cells if none is missing
     let mut moment = 17_u64;
     let mut killed = 0;
     for _ in 0..20 {
@@ -203,18 +209,18 @@ fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbe
 }
 
 #[test]
-fn results_that_are_damaged_or_of_another_time_do_not_matter() {
+fn damaged_results_and_modification_times_do_not_matter() {
     let room = room();
     let whole = undisturbed(&room, "s");
     let results = files_below(&room.path("s/results"));
     assert_eq!(results.len(), 8);
-    // clocks that disagree: modification times in the past and in the future
+    // modification times in the past and in the future
     for (path, time) in results.iter().zip([0, 4_000_000_000_u64].iter().cycle()) {
         let file = fs::File::options().write(true).open(path).unwrap();
         file.set_modified(std::time::UNIX_EPOCH + Duration::from_secs(*time)).unwrap();
     }
     assert!(room.succeed("sweep run s").stdout.contains("ran 0 cells, 8 had results"));
-    // a result that was edited, one that is cut, one of another cell
+    // a modified result, a truncated one, and one of another cell
     let text = fs::read_to_string(&results[0]).unwrap();
     fs::write(&results[0], text.replacen("\"cameras\": ", "\"cameras\": 1", 1)).unwrap();
     fs::write(&results[1], &text.as_bytes()[..100]).unwrap();
@@ -236,9 +242,9 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
         ["check sweep.toml", "sweep check sweep.toml -j 4", "sweep check tiny.toml particles=6,12 rig.ring.count=1,2"]
     {
         let told = room.succeed(command).stdout;
-        assert!(told.contains("8 cells (4 settings x 2 seeds) on 2 sets") && told.contains("of one core"), "{told}");
+        assert!(told.contains("8 cells (4 settings x 2 seeds) on 2 sets") && told.contains("on one core"), "{told}");
     }
-    // more seeds: the plan grows and what is done counts
+    // more seeds: the plan grows and finished cells are kept
     assert_refused(
         &room,
         "sweep plan sweep.toml --seeds 3 --out s",
@@ -249,14 +255,14 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
     assert!(room.succeed("sweep run s").stdout.contains("ran 4 cells, 8 had results"));
     let settings: Vec<String> = column(&rows(&room, "s"), "seed");
     assert_eq!(settings.iter().filter(|seed| *seed == "2").count(), 4);
-    // without --out another sweep of the same name gets a folder of its own
+    // without --out, another sweep of the same name gets a separate folder
     room.succeed("sweep tiny.toml particles=6,12 --seeds 1");
     room.succeed("sweep tiny.toml particles=6,12 --seeds 2");
     assert!(room.path("sweeps/tiny/runs.csv").exists() && room.path("sweeps/tiny-2/runs.csv").exists());
 }
 
 #[test]
-fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
+fn a_setting_that_cannot_be_run_is_a_result_and_the_others_are_run() {
     let room = room();
     // cameras that never see the actor
     let answer = room.skiagraph("sweep tiny.toml rig.ring.look_at_m=[0,0,1],[500,500,400] --out s".split(' '));
@@ -269,7 +275,7 @@ fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
         "{rows:?}"
     );
     assert!(room.succeed("sweep status s").stdout.contains("2 cannot be run: 2-3"));
-    // again: it is not tried again, unless that is asked for
+    // failed cells are not run again without --retry-failed
     let answer = room.skiagraph(["sweep", "run", "s", "--json"]);
     assert!(answer.code == 1 && answer.stdout.contains("\"run\": 0"), "{}", answer.stdout);
     let answer = room.skiagraph(["sweep", "run", "s", "--json", "--retry-failed"]);
@@ -278,7 +284,7 @@ fn a_setting_that_can_never_run_is_a_result_and_the_rest_is_run() {
 }
 
 #[test]
-fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
+fn a_setting_with_an_unreadable_file_fails_and_the_others_are_run() {
     let room = room();
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     room.write("base.toml", format!("{before}[tracker.frozen]\n"));
@@ -306,7 +312,7 @@ fn an_unreadable_file_of_one_setting_is_a_failed_setting_and_the_rest_is_run() {
             assert!(what == "sound" || error.contains(what.as_str()), "{what}: {error}");
         }
     }
-    // the file that was not there arrives
+    // the missing file is added
     let walk = fs::read(crate::sandbox::shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
     room.write("late.txt", walk);
     assert!(room.skiagraph(["sweep", "run", "s1", "--json"]).stdout.contains("\"run\": 0"));
@@ -325,7 +331,7 @@ fn a_tracker_that_loses_the_body_is_a_result() {
 }
 
 #[test]
-fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
+fn invalid_sweeps_are_refused_and_leave_nothing() {
     let room = room();
     room.write("bad.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\n[axes]\nparticles = []\n");
     room.write("budget.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"tiny.toml\"\n[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 7\n[axes]\nparticles = [6, 12]\n");
@@ -335,7 +341,7 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         ("tiny.toml particles=6,6", &["expected different values, found 6 twice"]),
         ("tiny.toml layers=deep,flat", &["layers=\"deep\"", "did you mean tracker.annealed_particle_filter.layers"]),
         ("tiny.toml particles=6,12 --keep particles>99", &["keep", "the grid is empty"]),
-        ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is no axis"]),
+        ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is not an axis"]),
         ("tiny.toml particles=6,12 --objective humaneva_m", &["objective", "did you mean `humaneva_mm`?"]),
         ("tiny.toml seed=0,1", &["`seed=0` and `seed=1` make the same scenario"]),
         ("bad.toml", &["bad.toml:4: axes.particles", "the grid is empty"]),
@@ -346,8 +352,8 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         assert_refused(&room, &format!("sweep {arguments} --out s"), 2, words);
         assert_eq!(room.entries(), before, "{arguments}");
     }
-    assert_refused(&room, "sweep run nowhere", 2, &["no sweep is planned here", "skiagraph sweep plan"]);
-    assert_refused(&room, "sweep cell tiny.toml --index 0", 2, &["no sweep is planned here"]);
+    assert_refused(&room, "sweep run nowhere", 2, &["expected the directory of a sweep", "skiagraph sweep plan"]);
+    assert_refused(&room, "sweep cell tiny.toml --index 0", 2, &["expected the directory of a sweep"]);
     fs::create_dir(room.path("thesis")).unwrap();
     room.write("thesis/thesis.tex", "years of work");
     assert_refused(
@@ -401,7 +407,7 @@ fn a_recording_that_changed_is_refused() {
 }
 
 #[test]
-fn two_that_run_one_sweep_do_not_get_into_each_others_way() {
+fn two_processes_may_run_the_same_sweep() {
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
@@ -418,7 +424,7 @@ fn two_that_run_one_sweep_do_not_get_into_each_others_way() {
     let codes = both.each_ref().map(|output| output.status.code().unwrap());
     assert!(codes.contains(&0) && codes.iter().all(|code| [0, 75].contains(code)), "{codes:?}");
     assert_eq!(tables(&room, "s"), whole);
-    // cells and shards run side by side, the same ones at the same moment too
+    // cells and shards run in parallel, including the same ones
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out t"));
     let cell = |arguments: &str| {
         Command::new(cargo_bin("skiagraph"))
@@ -438,10 +444,10 @@ fn two_that_run_one_sweep_do_not_get_into_each_others_way() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_and_one_that_is_read_only_are_told_and_results_stay_whole() {
+fn write_errors_are_reported_and_results_stay_complete() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
-    // a file where the folder of results should be: nothing can be written below it, whoever runs this
+    // a file in place of the folder of results, below which nobody can write
     room.write("s/results", "in the way");
     assert_refused(&room, "sweep run s", 2, &["results", "cannot create the directory"]);
     assert_refused(&room, "sweep cell s --index 0", 2, &["results", "cannot create the directory"]);

@@ -1,19 +1,20 @@
-//! `skiagraph train`: a model that is whole or absent, and bad input refused with one message.
+//! `skiagraph train`: models are written atomically, and bad input is refused with one message.
 
 use std::fs;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use skiagraph::artefacts::{ArtefactError, Destination};
-use skiagraph::experiment::{ClipOptions, ExperimentError, NoProgress, Progress, Stage, TrainingInput, train};
+use skiagraph::common::{ExperimentError, NoProgress, Progress, Stage};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::train::{ClipOptions, TrainingInput, train};
 
 use crate::sandbox::{Sandbox, TINY};
 
 const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
 
 #[test]
-fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
+fn the_same_training_gives_the_same_bytes() {
     let room = Sandbox::new();
     let answer = room.skiagraph(WALK.iter().chain(&["--json"]));
     assert_eq!(answer.code, 0, "{}", answer.stderr);
@@ -28,7 +29,7 @@ fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
+fn a_graph_is_compared_only_with_a_model_of_the_same_motion() {
     let room = Sandbox::new();
     let train = |clip: &str, kind: &str, out: &str| {
         let answer = room.skiagraph(["train", clip, "--model", kind, "--threshold", "1e-6", "--out", out]);
@@ -56,7 +57,7 @@ fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
 }
 
 #[test]
-fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
+fn bad_input_is_refused_with_one_message_and_leaves_nothing() {
     let room = Sandbox::new();
     room.write("mine.txt", "years of work");
     let before = room.entries();
@@ -65,7 +66,7 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
         (&["embedded:walk", "--out", "x.model", "--threshold", "0"], "--threshold: expected rad^2 above zero"),
         (
             &["embedded:walk", "--out", "x.model", "--first-frame", "5", "--last-frame", "12"],
-            "fewer than the 30 that are needed",
+            "expected at least 30 frames",
         ),
         (&["embedded:wolk", "--out", "x.model"], "did you mean `embedded:walk`"),
         (&["nothing.bvh", "--out", "x.model"], "error: CLIP: `nothing.bvh` is not in"),
@@ -86,7 +87,7 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
     }
 }
 
-/// Wants no more once so many frames have their model, and remembers what it was told.
+/// Interrupts after a number of frames, and records progress.
 struct Onlooker {
     patience: usize,
     done: AtomicUsize,
@@ -116,7 +117,7 @@ impl Progress for Onlooker {
 }
 
 #[test]
-fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_does_not() {
+fn an_interrupted_training_resumes_only_with_the_same_settings() {
     let room = Sandbox::new();
     let options = ClipOptions {
         robot: "tracker25".into(),
@@ -148,7 +149,8 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     assert_eq!(room.read("walk.model"), room.read("at_once.model"));
     let other = GraphSettings { threshold_per_joint: 1e-5, ..settings };
     let refused = learn("other.model", &other, usize::MAX).0.unwrap_err();
-    let words = "other.model.partial: another result was begun here and interrupted, which differs (settings.threshold";
+    let words =
+        "other.model.partial: an interrupted command with other settings saved its progress here (settings.threshold";
     assert!(refused.to_string().contains(words) && refused.exit_code() == 2, "{refused}");
     let forced = train(&input, &other, Destination { path: &room.path("other.model"), force: true }, &NoProgress);
     forced.unwrap();
@@ -168,7 +170,7 @@ fn tiny_with(tracker: &str) -> String {
 }
 
 #[test]
-fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
+fn a_tracker_uses_a_trained_model_like_one_learned_during_the_run() {
     let room = Sandbox::new();
     room.write("tiny.toml", tiny_with(ON_A_MODEL));
     room.succeed("train embedded:run --model gpdm-graph --out run.model");
@@ -181,12 +183,12 @@ fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker gpdm_graph model_file=run.model particles=20 --seeds 2 --out runs/apart");
     models("runs/apart");
-    // poses.npz of `run` holds the truth beside the estimates
+    // poses.npz of `run` contains the truth and the estimates
     assert!(room.read("runs/file/search.npz") == room.read("runs/apart/search.npz"));
 }
 
 #[test]
-fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
+fn a_mismatched_model_is_refused_with_the_reason_and_leaves_nothing() {
     let room = Sandbox::new();
     let train = |arguments: &str| room.succeed(&format!("train {arguments} --quiet"));
     train("embedded:run --model gpdm-graph --out run.model");

@@ -1,10 +1,10 @@
-//! What intervals run over: seeds, draws of the observation's noise, and clips.
+//! Units of intervals: seeds, noise draws and clips.
 
 use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY};
 
-/// A room with five draws of the noise of one clip, each with a run of a tracker that draws no random numbers.
+/// A sandbox with five noise draws of one clip, each with a run of a deterministic tracker.
 fn room_of_draws() -> Sandbox {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
@@ -22,7 +22,7 @@ fn json(room: &Sandbox, arguments: &str) -> Value {
 }
 
 #[test]
-fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
+fn a_deterministic_tracker_is_compared_and_gated_over_noise_draws() {
     let room = room_of_draws();
     for draw in 1..=5 {
         room.succeed(&format!("track set-{draw} --tracker annealed_particle_filter --seeds 2 --out moving/{draw}"));
@@ -43,7 +43,7 @@ fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
     assert!((error["difference"].as_f64().unwrap() - mean).abs() < 1e-9, "each draw is the mean of its seeds");
     let text = room.succeed("compare still moving").stdout;
     assert!(text.contains("5 draws of the noise of one clip (tiny, 0."), "{text}");
-    assert!(text.contains("they say nothing about other motions"), "{text}");
+    assert!(text.contains("they do not cover other motions"), "{text}");
     // several folders a side
     let vs = "compare still/1 still/2 still/3 --vs moving/1 moving/2 moving/3 --json";
     assert_eq!(json(&room, vs)["others"][0]["metrics"][0]["runs"], serde_json::json!([3, 3]));
@@ -54,13 +54,13 @@ fn a_deterministic_tracker_is_compared_and_gated_over_draws_of_the_noise() {
     let worse = json(&room, "gate still/1 still/2 still/3 still/4 still/5 --baseline still --margin 1mm --json");
     assert_eq!((&worse["unit"], &worse["verdict"]), (&"draws".into(), &"pass".into()));
     let lacking = room.skiagraph("gate still/1 still/2 --baseline still --margin 1mm".split(' '));
-    assert!(lacking.code == 2 && lacking.stderr.contains("of its draws the run lacks"), "{}", lacking.stderr);
+    assert!(lacking.code == 2 && lacking.stderr.contains("the run lacks its draw with the hash"), "{}", lacking.stderr);
     let asked = room.skiagraph("gate still --baseline still --margin 1mm --unit clips".split(' '));
     assert!(asked.code == 2 && asked.stderr.contains("a gate over clips needs 5"), "{}", asked.stderr);
 }
 
 #[test]
-fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
+fn compare_needs_three_clips_and_the_gate_five() {
     let room = Sandbox::new();
     for (number, last_frame) in (1..=5).zip([3, 4, 5, 6, 7]) {
         let scenario = TINY.replace("\"tiny\"", &format!("\"clip-{number}\""));
@@ -71,27 +71,27 @@ fn clips_are_the_unit_of_compare_from_three_on_and_of_the_gate_from_five_on() {
     let found = json(&room, "compare main mine --json");
     let side = &found["others"][0];
     assert_eq!((&side["unit"], &side["metrics"][0]["freedom"]), (&"clips".into(), &4.0.into()), "clips less one");
-    assert!(side["scope"].as_str().unwrap().starts_with("intervals run over 5 clips (clip-1, 0."), "{side}");
+    assert!(side["scope"].as_str().unwrap().starts_with("intervals are over 5 clips (clip-1, 0."), "{side}");
     let seeds = json(&room, "compare main mine --unit seeds --json");
     assert_eq!(seeds["others"][0]["unit"], "seeds");
     assert_eq!(seeds["others"][0]["metrics"][0]["runs"], serde_json::json!([10, 10]));
     room.succeed("baseline save all main");
     let passed = room.succeed("gate main --baseline all --margin 0mm");
-    assert!(passed.stdout.contains("intervals run over 5 clips"), "{}", passed.stdout);
+    assert!(passed.stdout.contains("intervals are over 5 clips"), "{}", passed.stdout);
     let two = room.succeed("compare main/1 main/2 --vs mine/1 mine/2 --unit clips").stdout;
     assert!(two.contains("2 clips are too few for an interval over clips (3 or more)"), "{two}");
 }
 
-/// Five copies of a deterministic run gave "exact, better", and a gate that passed.
+/// Five copies of a deterministic run must neither show an exact difference nor pass a gate.
 #[test]
-fn copies_of_one_run_are_one_observation_and_the_message_says_what_to_do() {
+fn copies_of_one_run_count_as_one_observation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     for (name, tracker) in [("still", "frozen"), ("truth", "oracle")] {
         room.succeed(&format!("track set --tracker {tracker} --seeds 5 --out {name}"));
         let said = room.succeed(&format!("evaluate set {name}")).stdout;
-        assert!(said.contains("5 seeds with the same estimates to the bit"), "{said}");
+        assert!(said.contains("5 seeds with bit-identical estimates"), "{said}");
     }
     let found = json(&room, "compare still truth --json");
     let error = &found["others"][0]["metrics"][0];
@@ -99,7 +99,7 @@ fn copies_of_one_run_are_one_observation_and_the_message_says_what_to_do() {
     let text = room.succeed("compare still truth").stdout;
     assert!(text.contains("copies are one observation") && text.contains("observation.seed=2"), "{text}");
     let refused = room.skiagraph("baseline save still still".split(' '));
-    assert!(refused.code == 2 && refused.stderr.contains("copies are one observation"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("copies count as one observation"), "{}", refused.stderr);
 }
 
 #[test]

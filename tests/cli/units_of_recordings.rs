@@ -1,5 +1,5 @@
-//! Issue 12: a recording in centimetres whose rest pose lies was read in decimetres, and an actor of 7,360 kg was
-//! drawn. Units are told from motion and bones, whatever the rest pose, and a body that is none asks for its unit.
+//! Units of recordings are recognised from motion and bones, regardless of the rest pose; for an impossible body, the
+//! unit is requested.
 
 use std::f64::consts::FRAC_PI_2;
 use std::fs;
@@ -11,7 +11,7 @@ use skiagraph::mocap::{Clip, ReadOptions, parse_bvh};
 const FRAMES: usize = 90;
 const RATE: f64 = 60.0;
 
-/// Name, parent, place at rest (standing with arms out, metres, facing +X, Z up) and, for leaves, tip.
+/// Name, parent, rest position (standing with arms out, metres, facing +X, Z up) and, for leaves, tip.
 type JointRow = (&'static str, Option<usize>, [f64; 3], Option<[f64; 3]>);
 
 #[rustfmt::skip]
@@ -36,14 +36,14 @@ const BODY: [JointRow; 18] = [
     ("RightFoot",     Some(16), [0.0, -0.09, 0.08],   Some([0.20, -0.09, 0.02])),
 ];
 
-/// What a file does with the rest pose.
+/// The rest pose of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rest {
     /// Standing.
     Stands,
-    /// On its back, as exports that mix up axes have it.
+    /// On its back, as in exports with confused axes.
     Lies,
-    /// None: every bone runs along its own axis, and without rotation all lie on one line.
+    /// None: every bone lies along its own axis, and without rotation all lie on one line.
     Unrotated,
 }
 
@@ -56,7 +56,7 @@ struct Export {
     reference: bool,
 }
 
-/// The rotation of a joint against its rest, world axes at rest: a walk with the arms down.
+/// The rotation of a joint relative to its rest pose, in world axes at rest: a walk with the arms down.
 fn motion(name: &str, frame: usize) -> Rotation3<f64> {
     let phase = (2.0 * std::f64::consts::PI * frame as f64 / 60.0).sin();
     let side = if name.starts_with("Left") { 1.0 } else { -1.0 };
@@ -138,7 +138,7 @@ fn bvh(export: Export) -> String {
     text
 }
 
-/// Where the joints are, metres, Z up, worked out without a file.
+/// Positions of the joints, metres, Z up, computed without a file.
 fn places(frame: usize) -> Vec<Vector3<f64>> {
     let mut found: Vec<(Vector3<f64>, Rotation3<f64>)> = Vec::new();
     for (joint, (name, parent, ..)) in BODY.iter().enumerate() {
@@ -152,7 +152,7 @@ fn places(frame: usize) -> Vec<Vector3<f64>> {
 }
 
 #[test]
-fn a_recording_is_read_in_its_unit_whatever_the_rest_pose_and_the_axes() {
+fn the_unit_of_a_recording_is_recognised_for_all_rest_poses_and_axes() {
     for unit in [0.001, 0.01, 0.0254, 0.0254 / 0.45, 1.0] {
         for rest in [Rest::Stands, Rest::Lies, Rest::Unrotated] {
             for (y_up, reference) in [(true, false), (true, true), (false, false), (false, true)] {
@@ -172,7 +172,7 @@ fn a_recording_is_read_in_its_unit_whatever_the_rest_pose_and_the_axes() {
 }
 
 #[test]
-fn a_unit_that_makes_no_human_asks_for_metres_per_unit() {
+fn an_impossible_unit_asks_for_metres_per_unit() {
     for unit in [7.0, 0.1e-3, 0.004] {
         let export = Export { unit, rest: Rest::Lies, y_up: true, reference: false };
         let error = parse_bvh(&bvh(export), "odd.bvh", &ReadOptions::default()).unwrap_err().to_string();
@@ -193,7 +193,7 @@ fn skiagraph(folder: &tempfile::TempDir, arguments: &str) -> (i32, String) {
 }
 
 #[test]
-fn every_command_refuses_a_giant_and_takes_the_unit_that_is_said() {
+fn every_command_refuses_a_giant_unless_the_unit_is_given() {
     let folder = tempfile::tempdir().unwrap();
     let export = Export { unit: 0.004, rest: Rest::Lies, y_up: true, reference: false };
     fs::write(folder.path().join("odd.bvh"), bvh(export)).unwrap();
@@ -223,10 +223,10 @@ fn every_command_refuses_a_giant_and_takes_the_unit_that_is_said() {
         assert_eq!(code, 0, "{arguments}: {said}");
     }
     let (code, said) = skiagraph(&folder, "inspect tracker25 --metres-per-unit 1");
-    assert!(code == 2 && said.contains("is for recordings"), "{said}");
+    assert!(code == 2 && said.contains("is only valid for recordings"), "{said}");
 }
 
-/// A copy with every length multiplied.
+/// A copy with every length scaled.
 fn scaled(text: &str, factor: f64) -> String {
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
     let number = |word: &str| format!("{:.6}", word.parse::<f64>().unwrap() * factor);
@@ -257,7 +257,7 @@ fn scaled(text: &str, factor: f64) -> String {
     format!("{}\nMOTION\n{}\n{}\n", hierarchy.join("\n"), header.join("\n"), rows.join("\n"))
 }
 
-/// By how much the file's numbers were multiplied.
+/// The factor of the file's lengths.
 fn unit_of(clip: &Clip, text: &str, file: &str) -> f64 {
     let plain = ReadOptions { metres_per_unit: Some(1.0), ..ReadOptions::default() };
     let bone = |clip: &Clip| clip.frames[0][2].translation.vector.norm();
@@ -265,7 +265,7 @@ fn unit_of(clip: &Clip, text: &str, file: &str) -> f64 {
 }
 
 #[test]
-fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
+fn shared_recordings_and_scaled_copies_are_read_in_their_unit_or_refused() {
     let Some(folder) = crate::support::test_data("mocap/bvh") else { return };
     let cmu = 0.0254 / 0.45;
     let table = [
@@ -273,7 +273,7 @@ fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
         ("cmu_3dsmax_131_01", cmu),
         ("ad_cmu_jumping_jacks", cmu),
         ("mocapbank_test", 0.01),
-        // nobody says its unit; of the usual ones CMU's alone makes a human of it, one of 2.16 m, and that is said
+        // its unit is undocumented; of the usual units, only CMU's gives a human body, of 2.16 m, with a note
         ("ad_wave_hello", cmu),
     ];
     for (name, unit) in table {
@@ -301,7 +301,7 @@ fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
 }
 
 #[test]
-fn formats_that_know_their_up_axis_do_not_guess_it() {
+fn formats_that_declare_their_up_axis_do_not_guess_it() {
     let said = |notes: &[String]| notes.iter().any(|note| note.contains("up axis guessed"));
     let walk = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/motions/humanoid3d_walk.txt");
     assert!(!said(&skiagraph::mocap::read(walk.as_ref(), &ReadOptions::default()).unwrap().notes));

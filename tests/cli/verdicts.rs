@@ -1,4 +1,4 @@
-//! What is concluded from a run.
+//! Verdicts on runs.
 
 use serde_json::Value;
 
@@ -13,9 +13,9 @@ fn page(room: &Sandbox, run: &str) -> String {
     String::from_utf8(room.read(&format!("{run}/report.html"))).unwrap()
 }
 
-/// The energy at the truth is one number, whether our own tracker with default settings asks or another program.
+/// The energy at the truth is the same for a built-in tracker with default settings and for another program.
 #[test]
-fn poses_of_another_program_have_energies_and_markers_alone_have_no_line_about_them() {
+fn poses_of_another_program_have_energies_and_markers_alone_have_none() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
@@ -56,9 +56,9 @@ fn poses_of_another_program_have_energies_and_markers_alone_have_no_line_about_t
     }
 }
 
-/// An oracle with the actor's own body overlaps the exact silhouettes in full, whatever was done to the observed ones.
+/// An oracle with the actor's body overlaps the exact silhouettes fully, regardless of corruption of the observed ones.
 #[test]
-fn the_truth_is_not_blamed_for_silhouettes_that_are_corrupted() {
+fn the_truth_is_not_penalised_for_corrupted_silhouettes() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let matched = "tracker.oracle={} actor.robot=tracker25 tracker_body.robot=tracker25 tracker_body.mismatch=none";
@@ -82,7 +82,7 @@ fn the_truth_is_not_blamed_for_silhouettes_that_are_corrupted() {
 }
 
 #[test]
-fn the_share_of_frames_with_a_lost_limb_stands_in_table_verdict_and_page() {
+fn table_verdict_and_page_have_the_share_of_frames_with_a_lost_limb() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let table = room.succeed("run tiny.toml tracker.oracle.root_offset_m=[0.2,0,0] --out off").stdout;
@@ -109,11 +109,11 @@ fn among_methods_an_oracle_is_a_reference_and_not_the_best_tracker() {
     let html = String::from_utf8(room.read("methods/comparison.html")).unwrap();
     let said = html.split("class=\"verdict\">").nth(1).unwrap().split("</p>").next().unwrap();
     assert!(said.contains("of the trackers") && !said.contains("truth_refitted"), "{said}");
-    assert!(html.contains("a reference that knows the truth"));
+    assert!(html.contains("a reference that uses the ground truth"));
     room.succeed("report methods --png methods.png");
 }
 
-/// Metrics that a baseline of an earlier version lacks decide nothing.
+/// Metrics missing from a baseline of an earlier version do not affect the gate.
 #[test]
 fn a_baseline_that_lacks_a_metric_still_gates() {
     let room = Sandbox::new();

@@ -1,11 +1,11 @@
-//! `skiagraph verify`: 0 for a sound set, 1 for a faulty one, 2 for what is no set.
+//! `skiagraph verify`: exit code 0 for a sound set, 1 for a faulty one, 2 if the folder is not a set.
 
 use std::fs;
 
 use crate::sandbox::{Sandbox, TINY};
 
 #[test]
-fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
+fn a_rendered_set_with_layers_and_props_is_sound_and_a_damaged_one_is_not() {
     let room = Sandbox::new();
     let prop = "[[prop]]\nname = \"post\"\nshape = { cylinder = { radius_m = 0.1, length_m = 1.6 } }\nplace_m = [0.9, 0.9, 0.8]\n";
     room.write("tiny.toml", TINY.replace("seeds = 2\n", "seeds = 2\nlayers = [\"depth\", \"parts\"]\n") + prop);
@@ -22,7 +22,7 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
     assert_eq!((answer.code, answer.stderr.as_str()), (1, ""), "{}", answer.stdout);
     assert!(answer.stdout.contains("FAULT hashes"), "{}", answer.stdout);
     assert!(answer.stdout.contains("observations/cam01/silhouette/000002.png: was changed"), "{}", answer.stdout);
-    // what was not looked at is not said to be right
+    // skipped checks are not reported as passed
     let checks = |stdout: &str, check: &str| {
         let line = stdout.lines().find(|line| line.split_whitespace().nth(1) == Some(check));
         line.unwrap_or_else(|| panic!("{check}: {stdout}")).trim().to_owned()
@@ -44,7 +44,7 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
 }
 
 #[test]
-fn what_is_no_set_is_refused_with_one_message() {
+fn a_folder_that_is_not_a_set_is_refused_with_one_message() {
     let room = Sandbox::new();
     fs::create_dir(room.path("empty")).unwrap();
     for (place, words) in

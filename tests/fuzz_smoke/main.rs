@@ -1,11 +1,11 @@
-//! Every parser on thousands of spoiled files: a short run in every `cargo test`, a longer one in `.ci/run`.
+//! Every parser on thousands of damaged files: a short run in every `cargo test`, a longer one in `.ci/run`.
 //!
-//! `SKIAGRAPH_FUZZ_SECONDS` is the time for each parser (default 0.3), `SKIAGRAPH_FUZZ_SEED` the first random number
-//! (default 0). An input that a parser panics at is kept in `target/fuzz/`. `fuzz/` holds the same targets for
-//! libFuzzer, which is guided by coverage and finds more; `SKIAGRAPH_FUZZ_CORPUS=DIR` writes what it starts from.
+//! `SKIAGRAPH_FUZZ_SECONDS` is the time for each parser (default 0.3), `SKIAGRAPH_FUZZ_SEED` the random seed (default
+//! 0). An input that makes a parser panic is kept in `target/fuzz/`. `fuzz/` holds the same targets for libFuzzer,
+//! which is guided by coverage and finds more; `SKIAGRAPH_FUZZ_CORPUS=DIR` writes its initial corpus.
 
 #[path = "../support/c3d.rs"]
-#[allow(dead_code, reason = "another test writes more kinds")]
+#[allow(dead_code, reason = "another test writes the other kinds")]
 mod c3d;
 #[path = "../support/glb.rs"]
 mod glb;
@@ -24,14 +24,14 @@ use std::time::{Duration, Instant};
 use mutation::{Draw, mutated};
 use targets::{TARGETS, Target};
 
-/// No input of at most 128 KiB may take longer, not even without optimisation on a busy machine.
-const LONGEST: Duration = Duration::from_secs(20);
+/// The most time for one input of at most 128 KiB, even without optimisation on a busy machine.
+const MAX_TIME_PER_INPUT: Duration = Duration::from_secs(20);
 
 fn number(variable: &str, default: f64) -> f64 {
     std::env::var(variable).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{variable}={text}")))
 }
 
-/// Where inputs that do harm are kept.
+/// Keeps an input that made a parser fail; its path.
 fn keep(target: &str, kind: &str, input: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/fuzz");
     fs::create_dir_all(&folder).unwrap();
@@ -40,7 +40,7 @@ fn keep(target: &str, kind: &str, input: &[u8]) -> PathBuf {
     path
 }
 
-/// Runs a target on its seeds, then on changed ones until the time is over.
+/// Runs a target on its seeds, then on mutations of them until the time is up.
 fn smoke(name: &str) {
     let target: Target = TARGETS.iter().find(|(known, _)| *known == name).unwrap().1;
     let seeds = seeds::seeds_for(name);
@@ -51,16 +51,16 @@ fn smoke(name: &str) {
     while runs < seeds.len() as u64 || begin.elapsed() < seconds {
         let input = seeds.get(runs as usize).cloned().unwrap_or_else(|| mutated(&mut draw, &seeds));
         let before = Instant::now();
-        // an abort or an overflow of the stack leaves nothing but this
+        // after an abort or a stack overflow, this is the only trace
         if seconds > Duration::from_secs(5) && runs.is_multiple_of(16) {
             keep(name, "draw", format!("run {runs}, draw {}", draw.0).as_bytes());
         }
         if catch_unwind(AssertUnwindSafe(|| target(&input))).is_err() {
-            panic!("{name}: run {runs} panicked; its input is {}", keep(name, "crash", &input).display());
+            panic!("{name}: run {runs} panicked; the input is in {}", keep(name, "crash", &input).display());
         }
         slowest = slowest.max(before.elapsed());
-        if before.elapsed() > LONGEST {
-            panic!("{name}: run {runs} took {slowest:?}; its input is {}", keep(name, "slow", &input).display());
+        if before.elapsed() > MAX_TIME_PER_INPUT {
+            panic!("{name}: run {runs} took {slowest:?}; the input is in {}", keep(name, "slow", &input).display());
         }
         runs += 1;
     }
@@ -69,11 +69,11 @@ fn smoke(name: &str) {
 
 macro_rules! smoke_tests {
     ($($name:ident)*) => {
-        mod every_input_is_read_or_refused {
+        mod every_input_is_read_or_rejected {
             $(#[test] fn $name() { super::smoke(stringify!($name)); })*
         }
         #[test]
-        fn every_target_is_run_here_and_has_its_file_in_fuzz() {
+        fn every_target_is_run_here_and_has_a_file_in_fuzz() {
             let named = [$(stringify!($name)),*];
             assert_eq!(TARGETS.map(|(name, _)| name), named);
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/fuzz_targets");
@@ -91,7 +91,7 @@ macro_rules! smoke_tests {
 smoke_tests!(bvh asf amc deepmimic c3d trc urdf obj stl collada gltf scenario manifest cameras body npz poses model);
 
 #[test]
-fn seeds_are_accepted_and_written_where_they_are_asked_for() {
+fn seeds_are_accepted_and_written_to_the_requested_folder() {
     let corpus = std::env::var_os("SKIAGRAPH_FUZZ_CORPUS").map(PathBuf::from);
     for (name, target) in TARGETS {
         for (index, seed) in seeds::seeds_for(name).iter().enumerate() {

@@ -1,7 +1,7 @@
-//! Changes of an input, all drawn from one number.
+//! Random changes of an input, reproducible from one seed.
 
-/// Words that upset readers.
-const WORDS: [&str; 34] = [
+/// Texts that parsers often mishandle.
+const AWKWARD_TEXTS: [&str; 34] = [
     "nan",
     "-inf",
     "1e300",
@@ -38,10 +38,10 @@ const WORDS: [&str; 34] = [
     "= ",
 ];
 
-/// No input grows beyond this.
-const LONGEST: usize = 1 << 17;
+/// The most bytes of an input.
+const MAX_LENGTH: usize = 1 << 17;
 
-/// A stream of numbers (Steele, Lea and Flood 2014, SplitMix64).
+/// A stream of random numbers (Steele, Lea and Flood 2014, SplitMix64).
 pub(crate) struct Draw(pub(crate) u64);
 
 impl Draw {
@@ -53,7 +53,7 @@ impl Draw {
         z ^ (z >> 31)
     }
 
-    /// A number below `end`; 0 where there is none.
+    /// A random number below `end`; 0 if `end` is 0.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
@@ -64,26 +64,26 @@ pub(crate) fn mutated(draw: &mut Draw, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = seeds[draw.below(seeds.len())].clone();
     for _ in 0..=draw.below(8) {
         change(draw, &mut bytes, seeds);
-        bytes.truncate(LONGEST);
+        bytes.truncate(MAX_LENGTH);
     }
     bytes
 }
 
 fn change(draw: &mut Draw, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     let at = draw.below(bytes.len() + 1);
-    let greatest = 1 << draw.below(10);
-    let length = 1 + draw.below(greatest);
+    let max_length = 1 << draw.below(10);
+    let length = 1 + draw.below(max_length);
     let end = (at + length).min(bytes.len());
     match draw.below(12) {
         0 | 1 if at < bytes.len() => bytes[at] ^= 1 << draw.below(8),
         2 if at < bytes.len() => bytes[at] = draw.next() as u8,
         3 => drop(bytes.drain(at..end)),
-        4 => drop(bytes.splice(at..at, WORDS[draw.below(WORDS.len())].bytes())),
+        4 => drop(bytes.splice(at..at, AWKWARD_TEXTS[draw.below(AWKWARD_TEXTS.len())].bytes())),
         5 | 6 => replace_number(draw, bytes, at),
         7 => {
-            let most = 1 << draw.below(9);
-            let piece = bytes[at..end].repeat(1 + draw.below(most));
-            drop(bytes.splice(at..at, piece.into_iter().take(LONGEST)));
+            let max_repeats = 1 << draw.below(9);
+            let piece = bytes[at..end].repeat(1 + draw.below(max_repeats));
+            drop(bytes.splice(at..at, piece.into_iter().take(MAX_LENGTH)));
         }
         8 => {
             let other = &seeds[draw.below(seeds.len())];
@@ -101,12 +101,12 @@ fn change(draw: &mut Draw, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     }
 }
 
-/// Puts another number in the place of the first one at or behind `at`.
+/// Replaces the first number at or after `at` by another one.
 fn replace_number(draw: &mut Draw, bytes: &mut Vec<u8>, at: usize) {
     let is_number = |byte: &u8| byte.is_ascii_digit() || b".-+e".contains(byte);
     let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|found| at + found) else { return };
     let end = bytes[start..].iter().position(|byte| !is_number(byte)).map_or(bytes.len(), |found| start + found);
-    drop(bytes.splice(start..end, WORDS[draw.below(12)].bytes()));
+    drop(bytes.splice(start..end, AWKWARD_TEXTS[draw.below(12)].bytes()));
 }
 
 fn swap_lines(draw: &mut Draw, bytes: &mut Vec<u8>) {

@@ -1,5 +1,5 @@
-//! What the mutator starts from: files that ship, files of the shared recordings and robots where they are, and a set
-//! and a model made on the spot. Recordings are cut to a few frames.
+//! What the mutator starts from: files of this repository, files of the shared recordings and robots if there are any,
+//! and a set and a model that are made here. Recordings are cut to a few frames.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,9 +7,11 @@ use std::sync::OnceLock;
 
 use skiagraph::artefacts::Destination;
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{LearnedFrom, LearnedModel, ModelFacts, NoProgress, render, track_set};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::{LearnedFrom, LearnedModel, ModelFacts};
 
 use super::support::test_data;
 use super::targets::DIVIDER;
@@ -29,16 +31,17 @@ const COLLADA: &str = "<COLLADA><asset><unit meter=\"0.01\"/></asset><library_ge
     </library_geometries><library_visual_scenes><visual_scene id=\"o\"><node><rotate>0 0 1 90</rotate><scale>2 1 1</scale>\
     <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>";
 
-/// The seeds of a target: at least one, none longer than 64 KiB but models.
+/// The seeds of a target: at least one; except for models, at most 64 KiB each.
 pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
-    let shared = |folder: &str, endings: &[&str]| match test_data(folder) {
-        Some(folder) => files_below(&folder, endings),
+    let shared = |folder: &str, extensions: &[&str]| match test_data(folder) {
+        Some(folder) => files_below(&folder, extensions),
         None => Vec::new(),
     };
-    let ours =
-        |folder: &str, endings: &[&str]| files_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), endings);
+    let repository = |folder: &str, extensions: &[&str]| {
+        files_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), extensions)
+    };
     let seeds: Vec<Vec<u8>> = match target {
-        "bvh" => [ours("scenarios/motions", &["bvh"]), shared("mocap/bvh", &["bvh"])]
+        "bvh" => [repository("scenarios/motions", &["bvh"]), shared("mocap/bvh", &["bvh"])]
             .concat()
             .iter()
             .map(|bytes| short_bvh(bytes))
@@ -49,20 +52,20 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
             let motions = shared("mocap/cmu_asf_amc", &["amc"]);
             let motions =
                 [vec![MOTION.into()], motions.iter().map(|motion| first_lines(motion, 100)).collect()].concat();
-            // every skeleton of the CMU has the same bones
+            // every skeleton of the CMU database has the same bones
             motions
                 .iter()
                 .enumerate()
                 .map(|(i, m)| [&skeletons[usize::from(i > 0)], &[DIVIDER][..], m].concat())
                 .collect()
         }
-        "deepmimic" => ours("scenarios/motions", &["txt"]).iter().map(|bytes| short_deepmimic(bytes)).collect(),
-        "urdf" => [ours("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
+        "deepmimic" => repository("scenarios/motions", &["txt"]).iter().map(|bytes| short_deepmimic(bytes)).collect(),
+        "urdf" => [repository("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
         "obj" => vec![OBJ.into()],
         "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
         "collada" => [vec![COLLADA.into()], shared("robots", &["dae"])].concat(),
         "c3d" => {
-            let (labels, frames) = standing();
+            let (labels, frames) = standing_actor();
             vec![
                 c3d::bytes(&labels, &frames, 60.0, Some("+Z"), c3d::Numbers::IntelFloats),
                 c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::IntelWhole),
@@ -70,7 +73,7 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
             ]
         }
         "trc" => {
-            let (labels, frames) = standing();
+            let (labels, frames) = standing_actor();
             let names = labels.join("\t\t\t");
             let mut text = format!("PathFileType\t4\nDataRate\tUnits\n60\tmm\nFrame#\tTime\t{names}\n\t\tX1\tY1\tZ1\n");
             for frame in &frames {
@@ -86,29 +89,31 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
         }
         "scenario" => {
             let overrides = b"\xffseed=3\nrig.ring.count=2\ntracker.frozen={}\nparticles=7\nkernel.min={factor=1.0}\n";
-            ours("scenarios", &["toml"]).into_iter().map(|text| [text.as_slice(), overrides].concat()).collect()
+            repository("scenarios", &["toml"]).into_iter().map(|text| [text.as_slice(), overrides].concat()).collect()
         }
-        "manifest" => made(&["set/set.toml"]),
-        "cameras" => made(&["set/cameras.json", "set/truth/props.json"]),
-        "body" => made(&["set/start/body.json", "set/truth/actor.json"]),
-        "npz" => made(&["set/start/spread.npz", "set/truth/truth.npz", "set/truth/recording.npz", "run/search.npz"]),
-        "poses" => made(&["run/poses.npz"]),
-        "model" => made(&["a.model"]),
+        "manifest" => generated(&["set/set.toml"]),
+        "cameras" => generated(&["set/cameras.json", "set/truth/props.json"]),
+        "body" => generated(&["set/start/body.json", "set/truth/actor.json"]),
+        "npz" => {
+            generated(&["set/start/spread.npz", "set/truth/truth.npz", "set/truth/recording.npz", "run/search.npz"])
+        }
+        "poses" => generated(&["run/poses.npz"]),
+        "model" => generated(&["a.model"]),
         other => panic!("no seeds for {other}"),
     };
     assert!(!seeds.is_empty(), "{target}");
     seeds
 }
 
-/// The bytes of all files below a folder with one of these endings, as far as 64 KiB, in order of their paths.
-fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
+/// The first 64 KiB of all files below a folder with one of these extensions, in order of their paths.
+fn files_below(folder: &Path, extensions: &[&str]) -> Vec<Vec<u8>> {
     let mut waiting = vec![folder.to_owned()];
     let mut found: Vec<PathBuf> = Vec::new();
     while let Some(folder) = waiting.pop() {
         for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
             match path.extension().and_then(|e| e.to_str()) {
                 _ if path.is_dir() => waiting.push(path),
-                Some(ending) if endings.contains(&ending.to_ascii_lowercase().as_str()) => found.push(path),
+                Some(extension) if extensions.contains(&extension.to_ascii_lowercase().as_str()) => found.push(path),
                 _ => {}
             }
         }
@@ -121,7 +126,7 @@ fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
 type Frame = Vec<Option<[f64; 3]>>;
 
 /// Three frames of the standing actor's landmarks, millimetres.
-fn standing() -> (Vec<String>, Vec<Frame>) {
+fn standing_actor() -> (Vec<String>, Vec<Frame>) {
     let body = skiagraph::body::shipped("actor").unwrap();
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
     let labels = skiagraph::body::LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
@@ -133,7 +138,7 @@ fn first_lines(text: &[u8], count: usize) -> Vec<u8> {
     text.split_inclusive(|byte| *byte == b'\n').take(count).flatten().copied().collect()
 }
 
-/// The skeleton and three frames of a BVH file, its header told so.
+/// The skeleton and three frames of a BVH file, with the header changed to match.
 fn short_bvh(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();
@@ -149,27 +154,27 @@ fn short_deepmimic(bytes: &[u8]) -> Vec<u8> {
     format!("{}\n]}}", rows.join("\n").trim_end_matches(',')).into_bytes()
 }
 
-/// Files of a set, a run and a model that are made once.
-fn made(files: &[&str]) -> Vec<Vec<u8>> {
-    static PLACE: OnceLock<tempfile::TempDir> = OnceLock::new();
-    let place = PLACE.get_or_init(|| {
-        let place = tempfile::tempdir().unwrap();
+/// Files of a set, a run and a model, which are made once.
+fn generated(files: &[&str]) -> Vec<Vec<u8>> {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
         let text = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 3\n[[prop]]\n\
                     name = \"p\"\nshape = { sphere = { radius_m = 0.1 } }\nplace_m = [2, 2, 0.1]\n[rig.ring]\ncount = 2\nsize_px = [80, 60]\n";
         let scenario = ScenarioFile::parse(text, "a.toml", PathBuf::new(), &[]).unwrap();
-        let to = |name: &str| place.path().join(name);
+        let to = |name: &str| folder.path().join(name);
         let (set, run) = (to("set"), to("run"));
         render(&scenario, None, Destination { path: &set, force: false }, &NoProgress).unwrap();
         let tracker =
             TrackerSettings::default().overridden(&["particles=4".to_owned(), "layers=2".to_owned()]).unwrap();
         track_set(&set, &tracker, &[0, 1], Destination { path: &run, force: false }, &NoProgress).unwrap();
         fs::write(to("a.model"), small_model()).unwrap();
-        place
+        folder
     });
-    files.iter().map(|file| fs::read(place.path().join(file)).unwrap()).collect()
+    files.iter().map(|file| fs::read(folder.path().join(file)).unwrap()).collect()
 }
 
-/// Two short motions of a robot, learned in haste.
+/// A model of two short motions, trained for a single round.
 fn small_model() -> Vec<u8> {
     let body = Humanoid::tracker25().unwrap();
     let pose = |t: usize, phase: f64| {

@@ -1,5 +1,5 @@
-//! One function for every parser: whatever the bytes, it returns a value that keeps its promises or an error that is
-//! fit to be shown. `fuzz/` runs them under libFuzzer, `main.rs` beside this file under a mutator of its own.
+//! One function for every parser. Whatever the bytes, the parser must return a valid value or a printable error.
+//! `fuzz/` runs these functions under libFuzzer, `main.rs` next to this file with its own mutator.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -7,17 +7,17 @@ use std::sync::LazyLock;
 
 use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
 use skiagraph::body::{Humanoid, mesh_from_bytes, shipped, skin_from_gltf};
-use skiagraph::experiment::LearnedModel;
 use skiagraph::mocap::{
     Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers,
 };
 use skiagraph::npz::Npz;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::LearnedModel;
 
-/// What a target is handed.
+/// A parser's target, which is given the bytes of a file.
 pub type Target = fn(&[u8]);
 
-/// Every target by its name, which is that of its file in `fuzz/fuzz_targets/`.
+/// Every target by its name, which is also that of its file in `fuzz/fuzz_targets/`.
 pub const TARGETS: [(&str, Target); 18] = [
     ("bvh", bvh),
     ("asf", asf),
@@ -39,20 +39,20 @@ pub const TARGETS: [(&str, Target); 18] = [
     ("model", model),
 ];
 
-/// Parts of an input that hands over two texts: this byte, which no UTF-8 has, stands between them.
+/// Divides an input into two texts; this byte does not occur in UTF-8.
 pub const DIVIDER: u8 = 0xff;
 
-/// Errors name the file `f`, are no longer than a screen and steer no terminal.
-fn assert_tame(error: &dyn Display) {
-    let said = error.to_string();
-    assert!(said.chars().count() < 3000, "{} characters", said.len());
-    assert!(!said.contains(|c: char| c.is_control() && c != '\n'), "{said:?}");
+/// The message fits on a screen and has no control characters, which a terminal would obey.
+fn assert_printable(error: &dyn Display) {
+    let message = error.to_string();
+    assert!(message.chars().count() < 3000, "{} characters", message.len());
+    assert!(!message.contains(|c: char| c.is_control() && c != '\n'), "{message:?}");
 }
 
 fn assert_clip(read: Result<Clip, MocapError>) {
     let clip = match read {
         Ok(clip) => clip,
-        Err(error) => return assert_tame(&error),
+        Err(error) => return assert_printable(&error),
     };
     assert!(clip.frames.len() >= 2 && clip.frames_per_second > 0.0);
     for transform in clip.frames.iter().flatten() {
@@ -61,7 +61,7 @@ fn assert_clip(read: Result<Clip, MocapError>) {
     }
     let frames = clip.frames.len();
     for changed in [clip.resampled(60.0), clip.looped(2.0), clip.crop(0..frames.min(2))] {
-        changed.map_or_else(|error| assert_tame(&error), drop);
+        changed.map_or_else(|error| assert_printable(&error), drop);
     }
 }
 
@@ -69,7 +69,7 @@ fn text(data: &[u8]) -> String {
     String::from_utf8_lossy(data).into_owned()
 }
 
-fn in_two(data: &[u8]) -> (String, String) {
+fn split_at_divider(data: &[u8]) -> (String, String) {
     let mut parts = data.splitn(2, |byte| *byte == DIVIDER).map(text);
     (parts.next().unwrap_or_default(), parts.next().unwrap_or_default())
 }
@@ -81,12 +81,12 @@ pub fn bvh(data: &[u8]) {
 
 /// An Acclaim skeleton.
 pub fn asf(data: &[u8]) {
-    parse_asf(&text(data), "f").map_or_else(|error| assert_tame(&error), drop);
+    parse_asf(&text(data), "f").map_or_else(|error| assert_printable(&error), drop);
 }
 
-/// An Acclaim skeleton and, behind the divider, its motion.
+/// An Acclaim skeleton and, after the divider, its motion.
 pub fn amc(data: &[u8]) {
-    let (skeleton, motion) = in_two(data);
+    let (skeleton, motion) = split_at_divider(data);
     if let Ok(skeleton) = parse_asf(&skeleton, "f") {
         assert_clip(parse_amc(&motion, "f", &skeleton, &ReadOptions::default()));
     }
@@ -110,16 +110,19 @@ pub fn trc(data: &[u8]) {
 fn assert_body(body: &Humanoid) {
     assert_eq!(body.links.len(), body.joints.len() + 1);
     let frames = body.link_frames(&body.zero_pose());
-    assert!(frames.0.iter().all(|frame| frame.translation.vector.iter().all(|x| x.is_finite())), "a link nowhere");
+    assert!(
+        frames.0.iter().all(|frame| frame.translation.vector.iter().all(|x| x.is_finite())),
+        "a link's place is not finite"
+    );
     assert!(body.total_mass().is_finite());
 }
 
-/// A URDF; its meshes are one triangle.
+/// A URDF, each of whose meshes is one triangle.
 pub fn urdf(data: &[u8]) {
     let mesh = |_: &str| Ok(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec());
     match Humanoid::from_urdf(&text(data), "f", &mesh) {
         Ok(body) => assert_body(&body),
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
@@ -129,7 +132,7 @@ fn mesh(name: &str, data: &[u8]) {
             assert!(triangles.as_flattened().iter().all(|v| (*v as usize) < vertices.len()));
             assert!(vertices.iter().all(|v| v.iter().all(|x| x.is_finite())));
         }
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
@@ -148,7 +151,7 @@ pub fn collada(data: &[u8]) {
     mesh("f.dae", data);
 }
 
-/// A skin of a glTF file that holds its own buffers.
+/// A skin from a glTF file with embedded buffers.
 pub fn gltf(data: &[u8]) {
     match skin_from_gltf("f", data) {
         Ok(skin) => {
@@ -160,59 +163,62 @@ pub fn gltf(data: &[u8]) {
             weights.for_each(|(vertex, weight)| sums[*vertex as usize] += weight);
             assert!(sums.iter().all(|sum| (sum - 1.0_f64).abs() < 1e-9));
         }
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
-/// A scenario and, behind the divider, one override a line.
+/// A scenario and, after the divider, one override per line.
 pub fn scenario(data: &[u8]) {
-    let (text, overrides) = in_two(data);
+    let (text, overrides) = split_at_divider(data);
     let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
     match ScenarioFile::parse(&text, "f", PathBuf::new(), &overrides) {
         Ok(file) => assert!(file.scenario.seeds > 0 && !file.scenario.name.is_empty()),
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
-    TrackerSettings::default().overridden(&overrides).map_or_else(|error| assert_tame(&error), drop);
+    TrackerSettings::default().overridden(&overrides).map_or_else(|error| assert_printable(&error), drop);
 }
 
 /// A set's `set.toml`.
 pub fn manifest(data: &[u8]) {
-    fuzzing::manifest(data).map_or_else(|error| assert_tame(&error), drop);
+    fuzzing::manifest(data).map_or_else(|error| assert_printable(&error), drop);
 }
 
 /// A set's `cameras.json`, or `truth/props.json`.
 pub fn cameras(data: &[u8]) {
     match fuzzing::cameras(data) {
         Ok(rig) => assert!(rig.cameras.iter().all(|camera| camera.validate().is_ok())),
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
-    fuzzing::props(data).map_or_else(|error| assert_tame(&error), drop);
+    fuzzing::props(data).map_or_else(|error| assert_printable(&error), drop);
 }
 
 /// A body of a set.
 pub fn body(data: &[u8]) {
     match body_from_json("f", data) {
         Ok(body) => assert_body(&body),
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
-/// An archive of arrays, as it is and with the checksums that its bytes have.
+/// An archive of arrays, as it is and with corrected checksums.
 pub fn npz(data: &[u8]) {
-    for bytes in [data.to_vec(), with_right_checksums(data)] {
+    for bytes in [data.to_vec(), with_correct_checksums(data)] {
         match Npz::from_bytes("f", &bytes) {
             Ok(npz) => {
                 let written =
                     npz.to_bytes("f").unwrap_or_else(|error| panic!("what was read cannot be written: {error}"));
                 let again = Npz::from_bytes("f", &written).and_then(|npz| npz.to_bytes("f"));
-                assert!(again.is_ok_and(|again| again == written), "it is not read back as it was written");
+                assert!(
+                    again.is_ok_and(|again| again == written),
+                    "it is read back differently from how it was written"
+                );
             }
-            Err(error) => assert_tame(&error),
+            Err(error) => assert_printable(&error),
         }
-        fuzzing::training(&bytes, 19).map_or_else(|error| assert_tame(&error), drop);
-        recordings_from_npz("f", &bytes).map_or_else(|error| assert_tame(&error), drop);
+        fuzzing::training(&bytes, 19).map_or_else(|error| assert_printable(&error), drop);
+        recordings_from_npz("f", &bytes).map_or_else(|error| assert_printable(&error), drop);
         if let Some(body) = smaller_body() {
-            fuzzing::spread(&bytes, body).map_or_else(|error| assert_tame(&error), drop);
+            fuzzing::spread(&bytes, body).map_or_else(|error| assert_printable(&error), drop);
         }
     }
 }
@@ -222,28 +228,28 @@ fn smaller_body() -> Option<&'static Humanoid> {
     BODY.as_ref()
 }
 
-/// A run's estimates, of the smaller body that ships.
+/// A run's estimates of the smaller shipped body.
 pub fn poses(data: &[u8]) {
     let Some(body) = smaller_body() else { return };
-    match Estimates::from_bytes("f", &with_right_checksums(data), body) {
+    match Estimates::from_bytes("f", &with_correct_checksums(data), body) {
         Ok(run) => assert_eq!(run.seeds.len(), run.sequences.len()),
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
 /// A learned model.
 pub fn model(data: &[u8]) {
-    match LearnedModel::from_bytes(Path::new("f"), &with_right_checksums(data)) {
+    match LearnedModel::from_bytes(Path::new("f"), &with_correct_checksums(data)) {
         Ok(model) => {
             assert_body(&model.body);
             assert!(model.to_bytes().is_ok());
         }
-        Err(error) => assert_tame(&error),
+        Err(error) => assert_printable(&error),
     }
 }
 
-/// The archive with every entry's checksum set to that of its bytes: else no changed byte gets past the first check.
-fn with_right_checksums(data: &[u8]) -> Vec<u8> {
+/// The archive with every entry's checksum corrected: otherwise the checksums would reject every changed byte.
+fn with_correct_checksums(data: &[u8]) -> Vec<u8> {
     let mut bytes = data.to_vec();
     let half = |bytes: &[u8], at: usize| Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
     let word = |bytes: &[u8], at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);

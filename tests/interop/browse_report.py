@@ -1,7 +1,7 @@
-"""Opens pages in headless Chromium as a reader does: no console error, no request, no sideways scrolling, controls that work.
+"""Checks pages in headless Chromium: no console error, no network request, no sideways scrolling, working controls.
 
-python browse_report.py CHROMIUM PAGE...   prints a JSON object a page; exit code 1 where something is wrong, 3 without Playwright.
-With SKIAGRAPH_SCREENSHOTS=DIR it leaves pictures of every page, for people.
+python browse_report.py CHROMIUM PAGE...   prints one JSON object per page; exit code 1 if something is wrong, 3 without Playwright.
+With SKIAGRAPH_SCREENSHOTS=DIR it saves screenshots of every page.
 """
 import json
 import os
@@ -18,13 +18,13 @@ WIDTHS = {"broad": (1280, 900), "phone": (390, 844)}
 
 
 def too_wide(page):
-    """What is wider than the window, and does not scroll within itself."""
+    """The elements that reach beyond the window, if the page scrolls sideways."""
     return page.evaluate(
         """() => {
-        const room = document.documentElement.clientWidth;
-        if (document.documentElement.scrollWidth <= room) return [];
-        const wide = [...document.querySelectorAll("body *")].filter((e) => e.getBoundingClientRect().right > room + 1);
-        return [`page of ${document.documentElement.scrollWidth} px`, ...wide.slice(0, 5).map((e) => e.tagName + "." + e.className)];
+        const width = document.documentElement.clientWidth;
+        if (document.documentElement.scrollWidth <= width) return [];
+        const wide = [...document.querySelectorAll("body *")].filter((e) => e.getBoundingClientRect().right > width + 1);
+        return [`the page is ${document.documentElement.scrollWidth} px wide`, ...wide.slice(0, 5).map((e) => e.tagName + "." + e.className)];
     }"""
     )
 
@@ -38,24 +38,24 @@ def pictures(page):
 
 
 def check_playback(page, wrong):
-    """The slider, keys, buttons, a drag on a picture and a click on a plot move pictures, labels and plots."""
+    """The slider, keys, buttons, dragging a picture and clicking a plot all move the pictures, the readout and the plots' cursors."""
     slider = page.locator('[data-is="slider"]')
     if slider.count() == 0:
         return {}
     last = int(slider.get_attribute("max"))
     frame = lambda: int(slider.input_value())
-    say = lambda: page.locator('[data-is="readout"]').text_content()
+    readout = lambda: page.locator('[data-is="readout"]').text_content()
 
     def moved(what, act, expected):
-        before = (frame(), pictures(page), cursors(page), say())
+        before = (frame(), pictures(page), cursors(page), readout())
         act()
         page.wait_for_timeout(120)
-        after = (frame(), pictures(page), cursors(page), say())
+        after = (frame(), pictures(page), cursors(page), readout())
         if not expected(after[0]):
-            wrong.append(f"{what}: frame {before[0]} to {after[0]}")
+            wrong.append(f"{what}: moves from frame {before[0]} to {after[0]}")
         plots = bool(before[2]) and after[2] == before[2]
         if after[0] != before[0] and (plots or after[3] == before[3] or after[1] == before[1]):
-            wrong.append(f"{what}: pictures, plots and words did not move together")
+            wrong.append(f"{what}: pictures, plots and readout do not change together")
 
     slider.focus()
     moved("Home", lambda: page.keyboard.press("Home"), lambda f: f == 0)
@@ -82,13 +82,13 @@ def check_playback(page, wrong):
     slider.fill("0")
     page.wait_for_timeout(120)
     moved("drag on a picture", drag, lambda f: f > 0)
-    # playing ends by itself at the last frame
+    # playing stops at the last frame
     slider.fill(str(max(0, last - 2)))
     page.wait_for_timeout(120)
     page.click('[data-is="play"]')
     page.wait_for_timeout(900)
     if frame() != last:
-        wrong.append(f"play: stands at {frame()} of {last}")
+        wrong.append(f"play: stopped at frame {frame()} of {last}")
     shown = pictures(page)
     if page.locator('[data-is="skeletons"]').is_enabled():
         page.uncheck('[data-is="skeletons"]')
@@ -99,12 +99,12 @@ def check_playback(page, wrong):
     labels = page.eval_on_selector_all(".views canvas", "all => all.map(canvas => canvas.getAttribute('aria-label'))")
     scored = page.evaluate("JSON.parse(document.getElementById('playback-data').textContent).scored")
     if scored and not all("overlap" in label and "error" in label for label in labels):
-        wrong.append(f"labels without findings: {labels[:1]}")
+        wrong.append(f"labels without scores: {labels[:1]}")
     return {"frames": last + 1, "views": len(labels), "plots": len(cursors(page)), "layers": layers}
 
 
 def check_layers(page, wrong):
-    """Every layer of a set changes the pictures; their number."""
+    """Every layer of a set changes the pictures; returns the number of layers."""
     select = page.locator('[data-is="layer"]')
     if select.count() == 0:
         return 0
@@ -118,11 +118,11 @@ def check_layers(page, wrong):
         page.wait_for_timeout(250)
         seen.append(pictures(page))
         if seen[-1] in seen[:-1]:
-            wrong.append(f"layer {value} shows nothing of its own")
+            wrong.append(f"layer {value} shows the same pictures as another one")
     select.select_option("")
     page.wait_for_timeout(120)
     if pictures(page) != seen[0]:
-        wrong.append("a layer cannot be put away")
+        wrong.append("a layer cannot be switched off")
     return len(names)
 
 
@@ -137,14 +137,14 @@ def check_enlarging(page, wrong):
 
 
 def check_contents_and_sorting(page, wrong):
-    """The contents lead to their headings; a click on the head of a column sorts up, down, and as it was."""
+    """The contents lead to their headings; clicks on a column's header sort ascending, descending and as before."""
     links = page.locator("nav.contents a")
     if page.locator("main h2:visible").count() >= 3 and links.count() < 3:
-        wrong.append("no contents")
+        wrong.append("no table of contents")
     for link in links.all():
         target = link.get_attribute("href")[1:]
         if page.evaluate("id => !document.getElementById(id)", target):
-            wrong.append(f"contents: no {target}")
+            wrong.append(f"contents: there is no element {target}")
     table = page.locator("main table:has(th .sort):visible").first
     if table.count() == 0:
         return

@@ -1,7 +1,7 @@
-"""Reads an exported set with the reader of its format: python3 read_exports.py FORMAT EXPORT SET
+"""Reads an exported set with the usual reader of its format: python3 read_exports.py FORMAT EXPORT SET
 
-Compares what the reader finds with the set's own files (NumPy and the standard library). Ends with code 77 and the package's
-name where the reader is not installed.
+Compares what the reader finds with the set's own files (NumPy and the standard library). If the reader is not installed, it
+prints the package's name and exits with code 77.
 """
 
 import csv
@@ -29,7 +29,7 @@ def need(module):
 
 
 def png(path):
-    """Grey pixels of an 8-bit PNG without interlacing, by the standard library."""
+    """Grey pixels of an 8-bit PNG without interlacing, using the standard library only."""
     import zlib
 
     data, at, packed = path.read_bytes(), 8, b""
@@ -62,7 +62,7 @@ def mask(camera, frame):
 
 
 def project(camera, points):
-    """OpenCV's formula with the set's own numbers."""
+    """OpenCV's camera model with the set's own parameters."""
     K, R, t = (np.array(camera[key]) for key in ("K", "R", "t"))
     k1, k2, p1, p2, k3 = camera["distortion"]
     p = points @ R.T + t
@@ -129,8 +129,8 @@ def npz():
         assert np.allclose(found["joints_2d"][:, index], project(camera, truth["joints"]), atol=1e-9, equal_nan=True)
         assert np.allclose(found["markers_2d"][:, index], project(camera, markers), atol=1e-9, equal_nan=True)
     assert np.array_equal(found["image_size"], [[c["width"], c["height"]] for c in cameras])
-    said = subprocess.run([sys.executable, out / "read_truth.py", out], check=True, capture_output=True, text=True).stdout
-    assert f"{T} frames" in said, said
+    answer = subprocess.run([sys.executable, out / "read_truth.py", out], check=True, capture_output=True, text=True).stdout
+    assert f"{T} frames" in answer, answer
 
 
 def bvh():
@@ -207,15 +207,15 @@ def webdataset():
         camera, frame = index % C, index // C
         assert sample["__key__"] == f"{frame:06}_cam{camera:02}"
         own = (root / f"observations/cam{camera:02}/silhouette/{frame:06}.png").read_bytes()
-        said = json.loads(sample["json"])
-        assert sample["mask.png"] == own and said["K"] == cameras[camera]["K"]
+        facts = json.loads(sample["json"])
+        assert sample["mask.png"] == own and facts["K"] == cameras[camera]["K"]
         # shards of a set have its truth images
         for name, layer in (("layers.exr", f"{frame:06}.exr"), ("depth.png", f"{frame:06}-depth.png")):
             layer = root / f"truth/layers/cam{camera:02}" / layer
             assert (name in sample) == (layer.exists() and out.name == "shards")
             assert name not in sample or sample[name] == layer.read_bytes()
-        assert np.allclose(said["joints"], truth["joints"][frame])
-        for marker, pixel in enumerate(said["markers_2d"]):
+        assert np.allclose(facts["joints"], truth["joints"][frame])
+        for marker, pixel in enumerate(facts["markers_2d"]):
             assert (pixel is not None) == truth["in_view"][frame, camera, marker]
             assert pixel is None or np.allclose(pixel, project(cameras[camera], markers[frame, marker]))
 

@@ -1,8 +1,8 @@
 """Reads a benchmark set with numpy and the standard library alone: python3 read_set.py SET OUT
 
-Checks that arrays load without pickles, have the shapes that the truth's documentation says, fit together, and that
-OpenCV's formula with cameras.json sees the markers that `in_view` says. Writes OUT/poses.npz, as another program's tracker
-would, for the Rust side to read.
+Checks that arrays load without pickles, have the documented shapes and fit together, and that OpenCV's camera model with
+cameras.json sees the markers listed in `in_view`. Writes OUT/poses.npz, as another program's tracker would, for the Rust
+test to read.
 """
 
 import hashlib
@@ -62,7 +62,7 @@ assert frames.shape == (T, L, 4, 4) and np.allclose(frames[..., :3, :3] @ frames
 assert np.allclose(np.linalg.det(frames[..., :3, :3]), 1) and np.array_equal(frames[:, 1:, :3, 3], truth["joints"])
 assert read["time"][-1] == (T - 1) / truth["fps"]
 assert truth["parents"][0] == -1 and (truth["parents"][1:] < np.arange(1, L)).all() and (truth["parents"][1:] >= 0).all()
-# a link's place in its parent does not change with the frame, for joints only turn
+# a link's place in its parent is the same in every frame, because joints only turn
 parent = truth["parents"][1:]
 offset = np.linalg.inv(frames[:, parent]) @ frames[:, 1:, :, 3:]
 assert np.allclose(offset, offset[:1], atol=1e-9)

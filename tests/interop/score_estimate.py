@@ -1,8 +1,8 @@
-"""Scores an estimate by hand and compares with the program: python3 score_estimate.py SET OUT PROGRAM
+"""Scores an estimate independently and compares with the program: python3 score_estimate.py SET OUT PROGRAM
 
-Needs NumPy alone. Writes OUT/theirs.npz as another program's tracker might: markers only, their columns in another order and one of
-them left out, single precision, Fortran order, compressed, a rate in whole numbers, frames and markers without an estimate as NaN.
-Lets PROGRAM evaluate it against SET, and works out the same errors from SET/truth/truth.npz.
+Needs only NumPy. Writes OUT/estimate.npz as another program's tracker might: markers only, their columns in another order and one of
+them missing, single precision, Fortran order, compressed, an integer frame rate, NaN for frames and markers without an estimate.
+Runs PROGRAM to evaluate it against SET, and computes the same errors from SET/truth/truth.npz.
 """
 
 import json
@@ -23,7 +23,7 @@ estimate = markers[None] + random.normal([0.02, -0.01, 0.0], 0.03, (3, T, M, 3))
 estimate[0, 7] = np.nan  # a frame without an estimate
 estimate[0, 20:23] = np.nan
 estimate[0, 30, names.index("left_wrist")] = np.nan  # one marker of a frame
-estimate[1, 12:40] = np.nan  # lost for good while
+estimate[1, 12:40] = np.nan  # a long run of lost frames
 estimate[1, 42:, names.index("pelvis")] += [0.4, 0.0, 0.0]
 estimate[2] = np.nan  # a seed that found nothing
 
@@ -31,26 +31,26 @@ order = [m for m in random.permutation(M) if names[m] != "head_top"]
 estimate[:, :, names.index("head_top")] = np.nan
 estimate = estimate.astype(np.float32)
 np.savez_compressed(
-    out / "theirs.npz",
+    out / "estimate.npz",
     fps=np.int32(fps),
     seeds=np.array([3, 1, 8], dtype=np.int32),
     estimate_markers=np.asfortranarray(estimate[:, :, order]),
     marker_names=np.array([names[m] for m in order]),
     something_else=np.arange(3),
 )
-written = (out / "theirs.npz").read_bytes()
-answer = subprocess.run([program, "evaluate", root, out / "theirs.npz", "--json", "--quiet"], capture_output=True, text=True)
+written = (out / "estimate.npz").read_bytes()
+answer = subprocess.run([program, "evaluate", root, out / "estimate.npz", "--json", "--quiet"], capture_output=True, text=True)
 assert answer.returncode == 0, answer.stderr
 run = json.loads(answer.stdout)
-assert (out / "theirs.npz").read_bytes() == written, "the estimate was changed"
-assert json.loads((out / "theirs.npz-evaluation/run.json").read_text()) == run
+assert (out / "estimate.npz").read_bytes() == written, "the estimate was changed"
+assert json.loads((out / "estimate.npz-evaluation/run.json").read_text()) == run
 
-# by hand: everything in mm over frames 1 to T - 1, the start pose left out
+# the same metrics in mm over frames 1 to T - 1, without the start pose
 x, y = 1000.0 * markers[1:], 1000.0 * estimate[:, 1:].astype(np.float64)
 
 
 def mean(values, axis=None):
-    """The mean of what is no NaN; NaN where there is nothing."""
+    """The mean of all values but NaN; NaN if there are none."""
     count = np.sum(~np.isnan(values), axis=axis)
     return np.where(count > 0, np.nansum(values, axis=axis) / np.maximum(count, 1), np.nan)
 
@@ -60,7 +60,7 @@ def of_runs(per_frame):
 
 
 def longest_runs(bad):
-    """Frames inside a run of at least 15 bad ones."""
+    """The share of frames within a run of at least 15 bad frames."""
     inside, start = np.zeros(len(bad)), 0
     for end in range(len(bad) + 1):
         if end == len(bad) or not bad[end]:

@@ -1,4 +1,4 @@
-//! Tracking from pictures alone: a synthetic walk of one second seen by four small cameras.
+//! Tracking from silhouettes alone: a synthetic walk of 1.5 seconds, seen by four small cameras.
 
 use nalgebra::Point3;
 use skiagraph::body::{Humanoid, Motion, Pose, draw_silhouette};
@@ -47,10 +47,10 @@ fn ring() -> CameraRig {
         image_size: [160, 120],
         near: 0.05,
     };
-    CameraRig::ring(&ring).expect("a sound ring")
+    CameraRig::ring(&ring).expect("a valid ring")
 }
 
-fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
+fn observed(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
     let silhouettes = rig.cameras.iter().map(|camera| {
         let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
         draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
@@ -72,7 +72,7 @@ fn error_mm(tracker: &mut dyn Tracker, body: &Humanoid) -> f64 {
     tracker.start(&truth.poses[0]);
     let mut sum = 0.0;
     for (frame, pose) in truth.poses.iter().enumerate() {
-        let estimate = tracker.track(&seen(body, pose, &rig, frame)).expect("every frame has particles");
+        let estimate = tracker.track(&observed(body, pose, &rig, frame)).expect("every frame has particles");
         assert_eq!(estimate.frame, frame);
         sum += distance_mm(body, &estimate.pose, pose);
     }
@@ -81,14 +81,14 @@ fn error_mm(tracker: &mut dyn Tracker, body: &Humanoid) -> f64 {
 
 fn filter(body: &Humanoid, rig: &CameraRig) -> AnnealedParticleFilter<Diffusion, SilhouetteLikelihood> {
     let scales = ProposalScales::from_motions(body, &[walk(body)], Prediction::None).expect("a walk of many frames");
-    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
+    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("valid scales");
     let likelihood =
-        SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).expect("sound settings");
-    AnnealedParticleFilter::new(FilterSettings::default(), model, likelihood, 5).expect("sound settings")
+        SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).expect("valid settings");
+    AnnealedParticleFilter::new(FilterSettings::default(), model, likelihood, 5).expect("valid settings")
 }
 
 #[test]
-fn a_walk_is_followed_far_better_than_by_standing_still() {
+fn a_walk_is_tracked_far_better_than_by_a_frozen_pose() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let tracked = error_mm(&mut filter(&body, &ring()), &body);
     let frozen = error_mm(&mut Frozen::default(), &body);
@@ -97,17 +97,18 @@ fn a_walk_is_followed_far_better_than_by_standing_still() {
 }
 
 #[test]
-fn a_person_out_of_every_picture_is_no_reason_to_fall() {
+fn a_person_outside_every_image_is_no_reason_to_fail() {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let rig = ring();
     let mut filter = filter(&body, &rig);
-    let mut away = body.zero_pose();
-    away.world_from_root.translation.vector = nalgebra::Vector3::new(0.0, 0.0, 60.0);
-    filter.start(&away);
+    let mut outside = body.zero_pose();
+    outside.world_from_root.translation.vector = nalgebra::Vector3::new(0.0, 0.0, 60.0);
+    filter.start(&outside);
     for frame in 0..3 {
-        let estimate = filter.track(&seen(&body, &away, &rig, frame)).expect("unseen poses are valid");
+        let estimate =
+            filter.track(&observed(&body, &outside, &rig, frame)).expect("poses outside every image are valid");
         assert_eq!(estimate.energy, Some(0.0));
         assert!(estimate.layers.iter().all(|layer| layer.degenerate));
-        assert!(distance_mm(&body, &estimate.pose, &away) < 1000.0);
+        assert!(distance_mm(&body, &estimate.pose, &outside) < 1000.0);
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use syn::Item;
 use syn::visit::{self, Visit};
 
-/// Folders with text of this project.
+/// Folders with this project's text.
 const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
 
 #[test]
@@ -31,7 +31,7 @@ fn no_comment_is_wider_than_code_may_be() {
 }
 
 #[test]
-fn every_type_of_the_library_has_a_name_of_its_own() {
+fn every_type_of_the_library_has_a_unique_name() {
     #[derive(Default)]
     struct Names(Vec<String>);
     impl<'ast> Visit<'ast> for Names {
@@ -55,7 +55,7 @@ fn every_type_of_the_library_has_a_name_of_its_own() {
         names.visit_file(&syn::parse_file(&text).unwrap());
         names.0.into_iter().for_each(|name| found.entry(name).or_default().push(path.clone()));
     }
-    // every subcommand has its own
+    // every subcommand has one
     found.remove("Arguments");
     found.retain(|_, files| files.len() > 1);
     assert_eq!(found, BTreeMap::new(), "types that share a name");
@@ -85,7 +85,7 @@ fn every_citation_resolves_and_every_reference_is_cited() {
     assert_eq!(known.difference(&cited).collect::<Vec<_>>(), [] as [&&str; 0], "in REFERENCES.md, cited nowhere");
 }
 
-/// What stands in brackets, if it is short.
+/// Short texts in brackets.
 fn keys(text: &str) -> impl Iterator<Item = String> {
     let inside = text.split('[').skip(1).filter_map(|rest| rest.split_once(']'));
     inside.map(|(key, _)| key.to_owned()).filter(|key| key.chars().count() < 40).collect::<Vec<_>>().into_iter()
@@ -108,8 +108,8 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files with these endings, by their paths in the checkout, and what they hold.
-fn texts(endings: &[&str]) -> Vec<(PathBuf, String)> {
+/// Files with these extensions: their paths in the checkout, and their contents.
+fn texts(extensions: &[&str]) -> Vec<(PathBuf, String)> {
     let mut folders: Vec<PathBuf> = FOLDERS.iter().map(|folder| root().join(folder)).collect();
     let mut files: Vec<PathBuf> = Vec::new();
     let in_root = fs::read_dir(root()).unwrap().map(|entry| entry.unwrap().path());
@@ -121,7 +121,9 @@ fn texts(endings: &[&str]) -> Vec<(PathBuf, String)> {
             if path.is_dir() { folders.push(path) } else { files.push(path) }
         }
     }
-    files.retain(|path| path.extension().and_then(|e| e.to_str()).is_some_and(|ending| endings.contains(&ending)));
+    files.retain(|path| {
+        path.extension().and_then(|e| e.to_str()).is_some_and(|extension| extensions.contains(&extension))
+    });
     files.sort();
     let read = |path: PathBuf| (path.strip_prefix(root()).unwrap().to_owned(), fs::read_to_string(&path).unwrap());
     files.into_iter().map(read).collect()

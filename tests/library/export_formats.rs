@@ -1,4 +1,4 @@
-//! Every export is read back by the reader of its own format (`tests/interop/read_exports.py`) and compared with the
+//! Every export is read back by the usual reader of its format (`tests/interop/read_exports.py`) and compared with the
 //! set.
 
 use std::fs;
@@ -11,7 +11,8 @@ use skiagraph::artefacts::Destination;
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::{LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
-use skiagraph::experiment::{NoProgress, RenderOptions, render_with};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::scenario::ScenarioFile;
 
@@ -47,7 +48,7 @@ fn exported(format: ExportFormat) -> tempfile::TempDir {
     out
 }
 
-/// Exports, and reads with the format's own reader; skipped and counted where that is not installed.
+/// Exports, and reads with the format's usual reader; skipped and counted if that is not installed.
 fn read_back(format: ExportFormat) {
     let out = exported(format);
     read_back_from(format, out.path(), SET.1.path());
@@ -57,11 +58,15 @@ fn read_back_from(format: ExportFormat, out: &Path, set: &Path) {
     let Some(python) = crate::support::python_with_numpy() else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_exports.py");
     let answer = Command::new(python).arg(script).arg(format.name()).args([out, set]).output().unwrap();
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     if answer.status.code() == Some(77) {
-        return crate::support::skip(&format!("no reader of {}: {}", format.name(), said(&answer.stdout).trim()));
+        return crate::support::skip(&format!(
+            "no reader of {} is installed: {}",
+            format.name(),
+            text(&answer.stdout).trim()
+        ));
     }
-    assert!(answer.status.success(), "{}{}", said(&answer.stdout), said(&answer.stderr));
+    assert!(answer.status.success(), "{}{}", text(&answer.stdout), text(&answer.stderr));
 }
 
 macro_rules! read_back_by {
@@ -92,9 +97,9 @@ read_back_by! {
 }
 
 #[test]
-fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
-    let room = tempfile::tempdir().unwrap();
-    let [set, plain] = ["set", "plain"].map(|name| room.path().join(name));
+fn webdataset_reads_the_shards_of_a_rendered_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let [set, plain] = ["set", "plain"].map(|name| folder.path().join(name));
     let small =
         ["motion.loop_to_s=0.1", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
     let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
@@ -106,7 +111,7 @@ fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
 }
 
 #[test]
-fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
+fn the_bvh_reader_of_this_library_finds_every_link_at_its_place() {
     let out = exported(ExportFormat::Bvh);
     // centimetres, Y up, faces +Z at rest
     let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
@@ -121,12 +126,12 @@ fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
         for (joint, local) in clip.skeleton.joints.iter().zip(frame) {
             placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
         }
-        // distances do not depend on how the reader turns the world upright
+        // distances do not depend on how the reader turns the up axis
         let root = known.link_frames[0].translation.vector;
         let check = |index: usize, name: &str, place: Vector3<f64>| {
-            let own = (placed[index].translation.vector - placed[0].translation.vector).norm();
+            let found = (placed[index].translation.vector - placed[0].translation.vector).norm();
             let expected = (place - root).norm();
-            assert!((own - expected).abs() < 2e-5, "{name}: {own} m from the root, expected {expected}");
+            assert!((found - expected).abs() < 2e-5, "{name}: {found} m from the root, expected {expected}");
         };
         for (index, joint) in &links {
             let link = truth.actor.find_link(&joint.name).unwrap();
@@ -140,7 +145,7 @@ fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
 }
 
 #[test]
-fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
+fn exported_cameras_are_imported_unchanged() {
     let set = &SET.0;
     for (format, file_format, name) in [
         (ExportFormat::OpenCv, CameraFileFormat::OpenCv, "NAME.yml"),
@@ -162,13 +167,13 @@ fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused_and_a_stop_is_heeded() {
+fn an_existing_file_is_not_overwritten_and_an_export_can_be_stopped() {
     let out = tempfile::tempdir().unwrap();
     let stopped = export(&SET.0, ExportFormat::Coco, out.path(), ExportWatch { tick: &|| (), stop: &|| true });
     assert!(stopped.unwrap_err().to_string().contains("stopped"));
     fs::write(out.path().join("root.txt"), "mine").unwrap();
     fs::remove_file(out.path().join("README.txt")).unwrap();
-    let there = export(&SET.0, ExportFormat::Tum, out.path(), WATCH).unwrap_err().to_string();
-    assert!(there.contains("root.txt: cannot write"), "{there}");
+    let refused = export(&SET.0, ExportFormat::Tum, out.path(), WATCH).unwrap_err().to_string();
+    assert!(refused.contains("root.txt: cannot write"), "{refused}");
     assert_eq!(fs::read(out.path().join("root.txt")).unwrap(), b"mine");
 }

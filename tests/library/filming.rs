@@ -1,4 +1,4 @@
-//! Cameras that move, and cameras that take their images at times of their own: every image by two roads.
+//! Cameras that move, and cameras with their own exposure times: every image is computed in two independent ways.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
@@ -31,7 +31,7 @@ fn rig() -> CameraRig {
     CameraRig { cameras: cameras() }
 }
 
-/// The body walks on, turns and swings every joint.
+/// The body moves forward, turns and swings every joint.
 fn motion(frames: usize) -> Motion {
     let root = |frame: usize| {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
@@ -41,7 +41,7 @@ fn motion(frames: usize) -> Motion {
     crate::made_up_set::motion(&actor(), frames, RATE, root, angle)
 }
 
-fn still(frames: usize) -> GroundTruth {
+fn truth_of_static_rig(frames: usize) -> GroundTruth {
     GroundTruth::from_motion(actor(), &motion(frames), &rig()).unwrap()
 }
 
@@ -49,7 +49,7 @@ fn keyframe(time_s: f64, position: [f64; 3]) -> CameraKeyframe {
     CameraKeyframe { time_s, position, look_at: [0.1, 0.0, 1.0], roll: 0.0 }
 }
 
-fn moving() -> CameraPath {
+fn moving_path() -> CameraPath {
     let way = [keyframe(0.0, [3.0, 0.8, 1.3]), keyframe(0.06, [2.8, 0.2, 1.6]), keyframe(0.15, [2.5, -1.0, 1.1])];
     CameraPath::new("front", way.to_vec()).unwrap()
 }
@@ -63,11 +63,11 @@ fn differing(a: &Mask, b: &Mask) -> u64 {
 }
 
 #[test]
-fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
-    let standing = CameraPath::new("front", vec![keyframe(0.0, [3.0, 0.8, 1.3])]).unwrap();
-    let filming = TimedRig::new(rig(), vec![Some(standing)], Vec::new()).unwrap();
+fn a_camera_with_one_keyframe_equals_a_static_camera_bit_for_bit() {
+    let path = CameraPath::new("front", vec![keyframe(0.0, [3.0, 0.8, 1.3])]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(path)], Vec::new()).unwrap();
     assert_eq!(filming.rig(), &rig());
-    let truth = still(6);
+    let truth = truth_of_static_rig(6);
     let filmed = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
     assert_eq!(filmed, truth);
     let observer = Observer::new(&filmed, &filming);
@@ -77,7 +77,7 @@ fn a_camera_with_one_keyframe_is_the_camera_that_stands_there_to_the_bit() {
 }
 
 #[test]
-fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
+fn a_camera_that_moves_with_the_body_sees_the_same_mask_in_every_frame() {
     let step = Vector3::new(0.0625, -0.03125, 0.0);
     let place = |frame: usize| Translation3::from(Vector3::new(0.0, 0.1, 0.97) + step * frame as f64);
     let walk = crate::made_up_set::motion(
@@ -87,13 +87,13 @@ fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
         |frame| Isometry3::from_parts(place(frame), UnitQuaternion::identity()),
         |_, i| 0.1 * (i as f64).sin(),
     );
-    let along = |frame: f64| CameraKeyframe {
+    let moving_along = |frame: f64| CameraKeyframe {
         time_s: frame / RATE,
         position: (Point3::new(3.0, 0.8, 1.3) + step * frame).into(),
         look_at: (Point3::new(0.1, 0.0, 1.0) + step * frame).into(),
         roll: 0.0,
     };
-    let path = CameraPath::new("front", vec![along(0.0), along(4.0)]).unwrap();
+    let path = CameraPath::new("front", vec![moving_along(0.0), moving_along(4.0)]).unwrap();
     let filming = TimedRig::new(rig(), vec![Some(path)], Vec::new()).unwrap();
     let truth = GroundTruth::from_motion(actor(), &walk, &filming).unwrap();
     let observer = Observer::new(&truth, &filming);
@@ -101,31 +101,37 @@ fn a_camera_that_goes_along_with_the_body_sees_the_same_mask_in_every_frame() {
     assert!(first.silhouettes[0].count() > 500);
     for frame in 1..5 {
         let seen = observer.observe(frame);
-        assert!(differing(&seen.silhouettes[0], &first.silhouettes[0]) <= 2, "up to rounding on the outline");
-        assert!(differing(&seen.silhouettes[1], &first.silhouettes[1]) > 50, "the other camera stands still");
+        assert!(
+            differing(&seen.silhouettes[0], &first.silhouettes[0]) <= 2,
+            "the masks differ only by rounding on the outline"
+        );
+        assert!(
+            differing(&seen.silhouettes[1], &first.silhouettes[1]) > 50,
+            "the other camera is static, so its masks differ"
+        );
         assert_eq!(truth.frames[frame].visible[0], truth.frames[0].visible[0]);
     }
 }
 
 #[test]
-fn a_camera_that_is_late_sees_the_motion_that_comes() {
+fn a_camera_that_is_late_sees_a_later_moment_of_the_motion() {
     let twice = motion(8).made_continuous(&actor()).resampled(&actor(), 2.0 * RATE).unwrap();
     let finer = GroundTruth::from_motion(actor(), &twice, &rig()).unwrap();
-    let truth = still(8);
-    // half a frame late is every other frame of the motion at twice the rate; early as well
+    let truth = truth_of_static_rig(8);
+    // an offset of half a frame gives every other frame of the motion at twice the rate
     for (offset_s, shift) in [(0.5 / RATE, 1), (-0.5 / RATE, -1), (2.0 / RATE, 4)] {
         let filming = timed(CameraTiming { offset_s, ..CameraTiming::default() });
         let filmed = GroundTruth::from_motion(actor(), &motion(8), &filming).unwrap();
         let observer = Observer::new(&truth, &filming);
         for frame in 1..6 {
             let seen = observer.observe(frame);
-            let there = (2 * frame as i64 + shift) as usize;
-            let expected = Observer::new(&finer, &rig()).observe(there);
+            let finer_frame = (2 * frame as i64 + shift) as usize;
+            let expected = Observer::new(&finer, &rig()).observe(finer_frame);
             for (found, expected) in seen.silhouettes.iter().zip(&expected.silhouettes) {
                 assert!(differing(found, expected) <= 1, "{} at {offset_s}", differing(found, expected));
             }
-            assert_eq!(filmed.frames[frame].in_view, finer.frames[there].in_view);
-            assert_eq!(filmed.frames[frame].visible, finer.frames[there].visible);
+            assert_eq!(filmed.frames[frame].in_view, finer.frames[finer_frame].in_view);
+            assert_eq!(filmed.frames[frame].visible, finer.frames[finer_frame].visible);
             let moment = seen.moment.unwrap();
             assert!((moment.exposed_s[0].unwrap() - (frame as f64 / RATE + offset_s)).abs() < 1e-12);
         }
@@ -133,10 +139,10 @@ fn a_camera_that_is_late_sees_the_motion_that_comes() {
 }
 
 #[test]
-fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_taken_at_once() {
+fn a_rolling_shutter_of_a_moving_camera_takes_each_row_from_a_global_shutter_image_at_the_rows_time() {
     let delay = 0.8 / RATE / f64::from(SIZE[1]);
     let rolling = CameraTiming { line_delay_s: delay, offset_s: 0.002, every: 1 };
-    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![rolling; 2]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving_path())], vec![rolling; 2]).unwrap();
     let solid = Solid::Box { link_from_box: Isometry3::translation(1.2, 0.2, 0.4), half_extents: [0.05, 0.2, 0.4] };
     let props = vec![Prop { name: "box".into(), solid }];
     let truth = GroundTruth::among(actor(), &motion(6), &filming, props, Vec::new()).unwrap();
@@ -147,39 +153,39 @@ fn a_rolling_shutter_of_a_moving_camera_is_made_of_the_rows_of_images_that_are_t
         let (mut pixels, mut depths, mut rows_that_differ) = (0, 0, 0);
         for row in (0..SIZE[1]).step_by(7) {
             let at_once = CameraTiming { offset_s: 0.002 + delay * f64::from(row), ..CameraTiming::default() };
-            let path = (camera == 0).then(moving);
+            let path = (camera == 0).then(moving_path);
             let paths = if camera == 0 { vec![path] } else { Vec::new() };
             let global = TimedRig::new(rig(), paths, vec![at_once; 2]).unwrap();
             let image = &Observer::new(&truth, &global).observe(2).silhouettes[camera];
             let differ = |x: &u32| image.get(*x, row) != seen.silhouettes[camera].get(*x, row);
             pixels += (0..SIZE[0]).filter(differ).count();
-            let own = LayerObserver::new(&truth, &global, camera, wanted).look(2).unwrap();
+            let expected = LayerObserver::new(&truth, &global, camera, wanted).look(2).unwrap();
             let at = |x: u32| (row * SIZE[0] + x) as usize;
             let other = |x: &u32| {
                 let (a, b) = (at(*x), at(*x));
-                layers.depth.part[a] != own.depth.part[b]
-                    || (layers.depth.depth[a] - own.depth.depth[b]).abs() > 1e-4
-                    || (0..3).any(|c| (layers.normals[a][c] - own.normals[b][c]).abs() > 1e-3)
+                layers.depth.part[a] != expected.depth.part[b]
+                    || (layers.depth.depth[a] - expected.depth.depth[b]).abs() > 1e-4
+                    || (0..3).any(|c| (layers.normals[a][c] - expected.normals[b][c]).abs() > 1e-3)
             };
             depths += (0..SIZE[0]).filter(other).count();
             rows_that_differ += 1;
         }
         assert!(rows_that_differ > 10 && pixels <= 2 && depths <= 2, "camera {camera}: {pixels} and {depths} pixels");
     }
-    let global = TimedRig::new(rig(), vec![Some(moving())], Vec::new()).unwrap();
+    let global = TimedRig::new(rig(), vec![Some(moving_path())], Vec::new()).unwrap();
     let at_once = Observer::new(&truth, &global).observe(2);
-    assert!(differing(&at_once.silhouettes[0], &seen.silhouettes[0]) > 20, "and that can be seen");
+    assert!(differing(&at_once.silhouettes[0], &seen.silhouettes[0]) > 20, "a global shutter gives a different image");
 }
 
 #[test]
-fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
-    let truth = still(6);
+fn corruption_of_times_is_added_to_the_cameras_own_times() {
+    let truth = truth_of_static_rig(6);
     let own = timed(CameraTiming { line_delay_s: 2e-5, ..CameraTiming::default() });
     let corruption = Corruption { line_delay_us: 30.0, ..Corruption::default() };
     let both = CorruptedObserver::new(&truth, &own, corruption, 3).observe(2);
     let sum = timed(CameraTiming { line_delay_s: 2e-5 + 1e-6 * 30.0, ..CameraTiming::default() });
     assert_eq!(both.silhouettes, Observer::new(&truth, &sum).observe(2).silhouettes);
-    // a tracker is told of the camera's own times alone
+    // a tracker knows only the camera's own times
     assert_eq!(both.moment, own.moment(2, truth.frames[2].time_s));
     let slow = timed(CameraTiming { every: 2, ..CameraTiming::default() });
     let lossy = Corruption { dropped_frames: 0.5, ..Corruption::default() };
@@ -192,13 +198,13 @@ fn the_axes_of_time_come_on_top_of_the_cameras_own_times() {
 }
 
 #[test]
-fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
+fn flow_leads_to_the_next_image_of_a_moving_camera() {
     let timing = CameraTiming { every: 2, offset_s: 0.004, line_delay_s: 0.0 };
-    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![timing]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving_path())], vec![timing]).unwrap();
     let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
     let wanted = WantedLayers { flow: true, ..WantedLayers::default() };
     let observer = LayerObserver::new(&truth, &filming, 0, wanted);
-    assert!(observer.look(1).is_none(), "there is no image");
+    assert!(observer.look(1).is_none(), "frame 1 has no image");
     let layers = observer.look(2).unwrap();
     let smooth = motion(6).made_continuous(&actor());
     let links = |time_s: f64| actor().link_frames(&smooth.at_frame(&actor(), time_s * RATE).unwrap());
@@ -217,20 +223,20 @@ fn flow_goes_to_the_next_image_of_a_camera_wherever_it_is_then() {
         seen += 1;
     }
     assert!(seen > 100);
-    assert!(observer.look(4).unwrap().flow.iter().all(|flow| flow[0].is_nan()), "the last image");
+    assert!(observer.look(4).unwrap().flow.iter().all(|flow| flow[0].is_nan()), "the last image has no flow");
 }
 
 #[test]
-fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_without_an_image() {
+fn a_likelihood_uses_the_cameras_of_the_frame_that_have_an_image() {
     let slow = CameraTiming { every: 2, ..CameraTiming::default() };
     let timings = vec![CameraTiming::default(), slow];
-    let filming = TimedRig::new(rig(), vec![Some(moving())], timings).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving_path())], timings).unwrap();
     let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
     let observer = Observer::new(&truth, &filming);
     let likelihood = |rig: &CameraRig| {
         SilhouetteLikelihood::new(actor(), rig, SilhouetteSettings::default()).unwrap().with_descent()
     };
-    let judged = |likelihood: &mut SilhouetteLikelihood, seen: &Observation, pose: &Pose| {
+    let energy_and_cost = |likelihood: &mut SilhouetteLikelihood, seen: &Observation, pose: &Pose| {
         likelihood.prepare(seen).unwrap();
         let mut scratch = likelihood.scratch();
         let energy = likelihood.energy(pose, &mut scratch);
@@ -240,15 +246,18 @@ fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_w
     for frame in [4, 3, 2, 5] {
         let seen = observer.observe(frame);
         let (own, other) = (&truth.frames[frame].pose, &truth.frames[frame - 2].pose);
-        // cameras that stand where these are, and of them those that have an image
-        let mut there = seen.rig(filming.rig()).into_owned();
-        there.cameras.truncate(if frame % 2 == 0 { 2 } else { 1 });
-        let silhouettes = seen.silhouettes[..there.cameras.len()].to_vec();
-        let at_rest = Observation { silhouettes, moment: None, ..seen.clone() };
+        // static cameras at the same places: only those that have an image
+        let mut static_rig = seen.rig(filming.rig()).into_owned();
+        static_rig.cameras.truncate(if frame % 2 == 0 { 2 } else { 1 });
+        let silhouettes = seen.silhouettes[..static_rig.cameras.len()].to_vec();
+        let static_view = Observation { silhouettes, moment: None, ..seen.clone() };
         for pose in [own, other] {
-            assert_eq!(judged(&mut of_all, &seen, pose), judged(&mut likelihood(&there), &at_rest, pose));
+            assert_eq!(
+                energy_and_cost(&mut of_all, &seen, pose),
+                energy_and_cost(&mut likelihood(&static_rig), &static_view, pose)
+            );
         }
-        assert!(judged(&mut of_all, &seen, own).0 < 0.5 * judged(&mut of_all, &seen, other).0);
+        assert!(energy_and_cost(&mut of_all, &seen, own).0 < 0.5 * energy_and_cost(&mut of_all, &seen, other).0);
     }
     let moment = observer.observe(2).moment.map(|moment| RigMoment { exposed_s: vec![None], ..moment });
     let wrong = of_all.prepare(&Observation { moment, ..observer.observe(2) }).unwrap_err();
@@ -257,12 +266,12 @@ fn a_likelihood_compares_through_the_cameras_of_the_frame_and_leaves_out_those_w
 
 fn filmed_set() -> BenchmarkSet {
     let slow = CameraTiming { every: 3, offset_s: 0.004, line_delay_s: 5e-5 };
-    let filming = TimedRig::new(rig(), vec![Some(moving())], vec![CameraTiming::default(), slow]).unwrap();
+    let filming = TimedRig::new(rig(), vec![Some(moving_path())], vec![CameraTiming::default(), slow]).unwrap();
     crate::made_up_set::assemble_filmed("filmed", &filming, &motion(8), &ObservationSettings::default())
 }
 
 #[test]
-fn a_set_says_where_its_cameras_are_and_which_took_an_image_and_is_read_back() {
+fn a_set_stores_where_its_cameras_are_and_which_took_an_image() {
     let (set, folder) = (filmed_set(), tempfile::tempdir().unwrap());
     set.write_with_layers(folder.path(), &[Layer::Depth]).unwrap();
     let read = BenchmarkSet::read(folder.path()).unwrap();
@@ -275,18 +284,18 @@ fn a_set_says_where_its_cameras_are_and_which_took_an_image_and_is_read_back() {
         assert_eq!((observation.has_image(0), observation.has_image(1)), (true, frame % 3 == 0));
         let time_s = frame as f64 / RATE;
         let near = |a: &Camera, b: &Camera| (a.centre() - b.centre()).norm() < 1e-9;
-        let (told, known) = (blind.rig_at(frame), filming.rig_at(time_s));
-        assert!(told.cameras.iter().zip(&known.cameras).all(|(a, b)| near(a, b)));
-        assert!(told.cameras.iter().zip(&observation.rig(&blind.rig).cameras).all(|(a, b)| a == b));
+        let (stored, known) = (blind.rig_at(frame), filming.rig_at(time_s));
+        assert!(stored.cameras.iter().zip(&known.cameras).all(|(a, b)| near(a, b)));
+        assert!(stored.cameras.iter().zip(&observation.rig(&blind.rig).cameras).all(|(a, b)| a == b));
     }
-    let words = blind.moments.as_ref().unwrap().in_words(1, RATE).unwrap();
+    let words = blind.moments.as_ref().unwrap().describe(1, RATE).unwrap();
     assert!(words.contains("images of 3 of 8 frames") && words.contains("4.000 ms late"), "{words}");
     assert!(words.contains("50.000 us from row to row") && !words.contains("moves"), "{words}");
-    assert!(blind.moments.as_ref().unwrap().in_words(0, RATE).unwrap().starts_with("moves"));
+    assert!(blind.moments.as_ref().unwrap().describe(0, RATE).unwrap().starts_with("moves"));
 }
 
 #[test]
-fn a_set_of_cameras_that_stand_still_is_what_it_always_was() {
+fn a_set_of_static_cameras_has_format_1_and_no_files_of_moving_cameras() {
     let (set, folder) = (crate::made_up_set::assemble("still", cameras(), &motion(3)), tempfile::tempdir().unwrap());
     set.write(folder.path()).unwrap();
     let text = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
@@ -297,7 +306,7 @@ fn a_set_of_cameras_that_stand_still_is_what_it_always_was() {
 }
 
 #[test]
-fn cameras_that_film_write_the_same_bytes_on_any_number_of_threads() {
+fn a_set_of_moving_cameras_has_the_same_bytes_on_any_number_of_threads() {
     let listing = |threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -308,7 +317,7 @@ fn cameras_that_film_write_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_file_of_cameras_that_makes_no_sense_is_refused_by_its_name() {
+fn an_invalid_file_of_cameras_is_an_error_that_names_it() {
     let (set, folder) = (filmed_set(), tempfile::tempdir().unwrap());
     set.write(folder.path()).unwrap();
     let path = folder.path().join("truth/filming.json");
@@ -317,7 +326,7 @@ fn a_file_of_cameras_that_makes_no_sense_is_refused_by_its_name() {
     let before = std::fs::read_to_string(&listing).unwrap();
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     for (from, to, words) in [
-        ("\"every\": 3", "\"every\": 0", "every of 1 to"),
+        ("\"every\": 3", "\"every\": 0", "`every` from 1 to"),
         ("\"line_delay_s\": 0.00005", "\"line_delay_s\": -1.0", "line_delay_s"),
         ("\"lens\"", "\"length\"", "the cameras of cameras.json"),
         ("skiagraph.filming/1", "skiagraph.filming/7", "skiagraph.filming/7"),

@@ -1,5 +1,5 @@
-//! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after
-//! it nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
+//! After `plant_feet` no link is below the ground, in any motion. (It once left links other than feet below it, and
+//! bodies without ankles below it and jerking.) Depths are measured with parry, independently of the library.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
@@ -11,11 +11,11 @@ use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::plant_feet;
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// What the documentation of `plant_feet` promises, metres; parry's single precision is a hundred times finer.
+/// The tolerance in the documentation of `plant_feet`, metres; parry's single precision is a hundred times finer.
 const TOLERANCE: f64 = 1e-4;
 
-/// Depth of the deepest point of a body in any frame, metres, by the bounding boxes of parry.
-fn deepest(body: &Humanoid, motion: &Motion) -> f64 {
+/// Depth of the deepest point of a body in any frame, metres, from parry's bounding boxes.
+fn greatest_depth(body: &Humanoid, motion: &Motion) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for pose in &motion.poses {
         let frames = body.link_frames(pose);
@@ -69,7 +69,7 @@ fn greatest_acceleration(body: &Humanoid, motion: &Motion) -> f64 {
     all.map(|(frame, link)| of(frame, link).norm()).fold(0.0, f64::max) * motion.frames_per_second.powi(2)
 }
 
-/// Walks that are half a dance and a person who gets down to the floor and up again; both robots that ship.
+/// A walk that is half a dance, and a person who lies down and gets up again; on both shipped robots.
 #[test]
 fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
     for file in ["cmu_3dsmax_131_01.bvh", "mocapbank_test.bvh"] {
@@ -77,32 +77,36 @@ fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
         let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
         let clip = clip.resampled(30.0).unwrap();
         for robot in ["actor", "tracker25"] {
-            let performed = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
-            let (body, motion) = (performed.humanoid, performed.motion);
-            assert!(deepest(&body, &motion) > 0.05, "{file}, {robot}: it sinks as it is");
+            let retargeted = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
+            let (body, motion) = (retargeted.humanoid, retargeted.motion);
+            assert!(
+                greatest_depth(&body, &motion) > 0.05,
+                "{file}, {robot}: nothing is below the ground before planting"
+            );
             let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
-            let depth = deepest(&body, &fixed.motion);
+            let depth = greatest_depth(&body, &fixed.motion);
             assert!(depth < TOLERANCE, "{file}, {robot}: {} mm under the ground; {}", 1000.0 * depth, fixed.report);
             assert!((fixed.report.after.penetration_mm / 1000.0 - depth.max(0.0)).abs() < TOLERANCE);
         }
     }
 }
 
-/// A leg without an ankle cannot choose how its foot is turned: held by place and orientation it tore the whole body
-/// about, by up to 540 m/s^2 and 181 mm.
+/// A leg without an ankle cannot turn its foot freely: when both place and orientation were fixed, the whole body
+/// jerked, by up to 540 m/s^2 and 181 mm.
 #[test]
-fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
+fn a_body_without_ankles_does_not_jerk_when_its_feet_are_planted() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
     let clip = read(&folder.join("14_27_f0001-0900.amc"), &ReadOptions::default()).unwrap();
     let clip = clip.crop(0..400).unwrap().resampled(60.0).unwrap();
-    let sits = retarget(&clip, &shipped("tracker25").unwrap(), &RetargetOptions::default()).unwrap();
-    let fixed = plant_feet(&sits.humanoid, &sits.motion, &ContactRule::default()).unwrap();
-    let [before, after] = [&sits.motion, &fixed.motion].map(|motion| greatest_acceleration(&sits.humanoid, motion));
+    let sitting = retarget(&clip, &shipped("tracker25").unwrap(), &RetargetOptions::default()).unwrap();
+    let fixed = plant_feet(&sitting.humanoid, &sitting.motion, &ContactRule::default()).unwrap();
+    let [before, after] =
+        [&sitting.motion, &fixed.motion].map(|motion| greatest_acceleration(&sitting.humanoid, motion));
     assert!(after < 2.0 * before, "{before} -> {after} m/s^2");
     assert!(fixed.report.moved_mm < 30.0, "{}", fixed.report);
 }
 
-/// A body that turns, falls and waves about at random, smoothly, above and below the ground.
+/// A smooth random motion in which a body turns, falls and swings its limbs, above and below the ground.
 fn tumbling(body: &Humanoid, numbers: &[f64]) -> Motion {
     let number = |index: usize| numbers[index % numbers.len()];
     let pose = |frame: usize| {
@@ -132,7 +136,7 @@ proptest! {
     fn nothing_sinks_in_any_motion(numbers in prop::collection::vec(0.0..1.0_f64, 61), has_ankles in any::<bool>()) {
         let body = shipped(if has_ankles { "actor" } else { "tracker25" }).unwrap();
         let fixed = plant_feet(&body, &tumbling(&body, &numbers), &ContactRule::default()).unwrap();
-        let depth = deepest(&body, &fixed.motion);
+        let depth = greatest_depth(&body, &fixed.motion);
         prop_assert!(depth < TOLERANCE, "{} mm; {}", 1000.0 * depth, fixed.report);
         prop_assert!(fixed.report.after.penetration_mm < 1000.0 * TOLERANCE);
     }

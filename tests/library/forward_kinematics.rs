@@ -1,5 +1,5 @@
-//! Forward kinematics against pinocchio: `forward_kinematics.csv` holds what pinocchio 4.1.0 made of random
-//! configurations of the shipped robots and of foreign ones (a ball joint given to it as three hinges).
+//! Forward kinematics against pinocchio: `forward_kinematics.csv` holds the link frames that pinocchio 4.1.0 computed
+//! for random configurations of the shipped robots and of others (ball joints as three hinges).
 
 use std::collections::BTreeMap;
 

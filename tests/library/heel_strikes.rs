@@ -1,22 +1,21 @@
-//! Beginnings of contact against heel strikes that were read from the recordings themselves.
+//! Compares beginnings of contact with heel strikes that were labelled in the recordings themselves.
 //!
-//! The rule by which the labels were made, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot under
-//! a threshold), looks at nothing but the recorded ankle joint (`lfoot`, `rfoot` of the skeleton's file): a heel strike
-//! is the first frame after a swing in which the ankle's speed, a central difference over one frame either way at 120
-//! Hz, is below 0.5 m/s. The heel stops when it strikes, and the ankle then turns about it at 0.2 to 0.5 m/s while the
-//! sole comes down. Every frame was looked at beside the heights of ankle and ball: at all of them the ball is past its
-//! highest and the ankle within 20 mm of its lowest. Neither the ground, nor the body's solids, nor its retargeting
-//! come into it.
+//! The labelling rule, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot below a threshold), uses
+//! only the recorded ankle joint (`lfoot`, `rfoot` in the skeleton's file): a heel strike is the first frame after a
+//! swing in which the ankle's speed, a central difference over one frame either way at 120 Hz, is below 0.5 m/s. The
+//! heel stops when it strikes, and the ankle then turns about it at 0.2 to 0.5 m/s while the sole comes down. Every
+//! label was checked against the heights of ankle and ball: at each, the ball is past its highest point and the ankle
+//! within 20 mm of its lowest. The rule depends on neither the ground, nor the body's solids, nor the retargeting.
 
 use skiagraph::body::shipped;
 use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, those of the first 50 ms left out.
+/// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, without those of the first 50 ms.
 const LABELS: [(&str, [&[usize]; 2]); 2] =
     [("49_01", [&[99, 264, 428, 594], &[8, 182, 346, 509]]), ("16_15", [&[136, 278, 417], &[64, 203, 344]])];
-/// Beginnings of contact further than this from a heel strike are others, frames at 120 Hz: 50 ms.
+/// A beginning of contact further than this from a heel strike does not match it, frames at 120 Hz: 50 ms.
 const TOLERANCE: usize = 6;
 
 #[test]
@@ -46,7 +45,6 @@ fn contact_begins_where_the_heel_strikes() {
     assert!(f1 >= 0.95, "{f1}");
 }
 
-/// The labels are what the rule says.
 #[test]
 fn the_labels_follow_their_rule() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };

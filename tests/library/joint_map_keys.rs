@@ -1,10 +1,10 @@
-//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording
-//! without it, so that no recording with joints of unknown names could be used.
+//! A recording whose joints have unknown names is usable with `joint_map` of `[motion]`. (The check against learning
+//! from the test once ignored the map.)
 
 use std::fs;
 use std::path::Path;
 
-use skiagraph::experiment::PreparedScene;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
 
 /// Landmarks and the joints of `scenarios/motions/01_01.bvh`, counted from its root.
@@ -26,7 +26,7 @@ const MAP: [(&str, &str); 15] = [
     ("right_ankle", "j09"),
 ];
 
-/// The recording with joints whose names say nothing.
+/// The recording with meaningless joint names.
 fn renamed() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions/01_01.bvh");
     let text = fs::read_to_string(path).unwrap();
@@ -44,7 +44,7 @@ fn renamed() -> String {
     text.lines().map(line).collect()
 }
 
-fn staged(folder: &Path, map: &str) -> Result<PreparedScene, String> {
+fn prepared(folder: &Path, map: &str) -> Result<PreparedScene, String> {
     let overrides = [
         "motion.clip=odd.bvh".to_owned(),
         "motion.first_frame=400".to_owned(),
@@ -59,12 +59,12 @@ fn staged(folder: &Path, map: &str) -> Result<PreparedScene, String> {
 }
 
 #[test]
-fn a_recording_whose_joints_have_unknown_names_is_used_by_its_map() {
+fn a_recording_whose_joints_have_unknown_names_is_usable_with_a_joint_map() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("odd.bvh"), renamed()).unwrap();
     let map: Vec<String> = MAP.iter().map(|(landmark, joint)| format!("{landmark} = \"{joint}\"")).collect();
-    let found = staged(folder.path(), &map.join(", ")).unwrap();
+    let found = prepared(folder.path(), &map.join(", ")).unwrap();
     assert_eq!(found.frames(), 61);
-    let message = staged(folder.path(), "").err().unwrap();
+    let message = prepared(folder.path(), "").err().unwrap();
     assert!(message.contains("joint_map") && message.contains("left_hip"), "{message}");
 }

@@ -30,7 +30,7 @@ fn rapier_positions(body: &Humanoid, pose: &Pose) -> Vec<[f64; 3]> {
                     .build();
                 (data, Some(pose.joint_angles[drive.degree_of_freedom]))
             }
-            other => panic!("no {other:?} in the shipped robots"),
+            other => panic!("unexpected {other:?} in a shipped robot"),
         };
         let handle = world.multibody_joints.insert(links[joint.parent], child, data, true).unwrap();
         driven.extend(angle.map(|angle| (handle, angle)));
@@ -64,7 +64,7 @@ fn isometry(from: &nalgebra::Isometry3<f64>) -> rapier3d::math::Pose {
 }
 
 #[test]
-fn every_link_of_the_shipped_robots_is_where_rapier_puts_it() {
+fn every_link_of_the_shipped_robots_is_where_rapier_places_it() {
     for body in [Humanoid::tracker25().unwrap(), Humanoid::actor().unwrap()] {
         for draw in 0..20 {
             let mut rng = stream(draw, Purpose::Initialisation, 0, 0, 0);
@@ -76,9 +76,9 @@ fn every_link_of_the_shipped_robots_is_where_rapier_puts_it() {
             for (angle, dof) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
                 *angle = rng.random_range(dof.lower.max(-3.0)..=dof.upper.min(3.0));
             }
-            let ours = body.link_frames(&pose);
-            for (link, theirs) in rapier_positions(&body, &pose).iter().enumerate() {
-                let apart = (ours[link].translation.vector - nalgebra::Vector3::from(*theirs)).norm();
+            let frames = body.link_frames(&pose);
+            for (link, expected) in rapier_positions(&body, &pose).iter().enumerate() {
+                let apart = (frames[link].translation.vector - nalgebra::Vector3::from(*expected)).norm();
                 assert!(apart < 5e-6, "{} {}: {apart} m apart", body.name, body.links[link].name);
             }
         }

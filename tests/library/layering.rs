@@ -1,10 +1,10 @@
-//! Who may use whom, as far as the compiler cannot say it: which crate depends on which is compared with the manifests;
-//! which room of a crate may use which other, and who may name certain things of other crates, is checked on the
-//! syntax tree of every source file (ARCHITECTURE.md has both tables).
+//! Rules about dependencies that the compiler cannot check: which crate depends on which is compared with the
+//! manifests; which room of a crate may use which other room, and where certain external crates may be used, is checked
+//! on the syntax tree of every source file (ARCHITECTURE.md has both tables).
 //!
-//! A room is a top-level module of a crate; the crates of [`WHOLE`] are one room each. The check sees imports in every
-//! form (grouped, renamed, `self`, `super::`, `crate::` in the midst of code or inside a macro), re-exports, and public
-//! aliases of another room's types.
+//! A room is a top-level module of a crate; the crates that [`WHOLE`] gives a name are one room each. The check sees
+//! imports in every form (grouped, renamed, `self`, `super::`, `crate::` within code or inside a macro), re-exports,
+//! and public aliases of another room's types.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Item, UseTree, Visibility};
 
-/// Each package, and the packages of this workspace that it depends on, in tests too.
+/// Each package, and the packages of this workspace that it or its tests depend on.
 const DEPENDS_ON: &[(&str, &[&str])] = &[
     ("robots", &[]),
     ("crates/core", &["robots"]),
@@ -26,7 +26,7 @@ const DEPENDS_ON: &[(&str, &[&str])] = &[
     (".", &["core", "eval", "physics", "set", "track", "truth"]),
 ];
 
-/// Folders with sources, and the room that all of one is.
+/// Folders with sources, and the room's name if the whole folder is one room.
 const WHOLE: &[(&str, Option<&str>)] = &[
     ("crates/core/src", None),
     ("crates/track/src", None),
@@ -37,7 +37,7 @@ const WHOLE: &[(&str, Option<&str>)] = &[
     ("src", None),
 ];
 
-/// Each room, and the rooms of its own crate that it may use. Rooms of other crates are the manifests' business.
+/// Each room, and the rooms of its own crate that it may use. The manifests govern which other crates it may use.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("rng", &[]),
     ("parallel", &[]),
@@ -63,12 +63,18 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("artefacts", &[]),
     ("scenario", &[]),
     ("report", &[]),
+    ("common", &["artefacts", "scenario", "report"]),
+    ("prepare", &["common", "artefacts", "scenario"]),
+    ("external", &["common", "artefacts"]),
+    ("measure", &["common", "prepare", "external", "scenario", "report"]),
+    ("train", &["common", "prepare", "artefacts", "scenario"]),
+    ("inspect", &["common", "prepare", "measure", "train", "artefacts", "scenario", "report"]),
 ];
 
 /// Rooms of the application that know every other.
 const FREE: &[&str] = &["experiment", "sweep", "interface", "cli"];
 
-/// Things of other crates that only some places may name: the path's beginning, and where.
+/// External crates and modules that only some files may use: the beginning of the path, and those files.
 const SEAMS: &[(&str, &[&str])] = &[
     ("rapier3d", &["physics"]),
     ("parry3d", &["contact"]),
@@ -84,10 +90,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
     ("signal_hook", &["cli/interrupt.rs"]),
-    (
-        "rustix",
-        &["benchmark_set/set_writer.rs", "artefacts/place.rs", "experiment/external/program.rs", "sweep/cell.rs"],
-    ),
+    ("rustix", &["benchmark_set/set_writer.rs", "artefacts/place.rs", "external/program.rs", "sweep/cell.rs"]),
     (
         "std::fs",
         &[
@@ -97,6 +100,8 @@ const SEAMS: &[(&str, &[&str])] = &[
             "benchmark_set",
             "artefacts",
             "report",
+            "prepare",
+            "external",
             "experiment",
             "sweep",
             "scenario/similar_file.rs",
@@ -107,11 +112,11 @@ const SEAMS: &[(&str, &[&str])] = &[
             "cli",
         ],
     ),
-    ("std::time", &["experiment", "sweep", "cli"]),
+    ("std::time", &["external", "train", "experiment", "sweep", "cli"]),
 ];
 
 #[test]
-fn packages_depend_on_each_other_as_the_table_says() {
+fn packages_have_the_dependencies_of_the_table() {
     for (folder, expected) in DEPENDS_ON {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml");
         let manifest: toml::Table = std::fs::read_to_string(manifest).unwrap().parse().unwrap();
@@ -122,7 +127,7 @@ fn packages_depend_on_each_other_as_the_table_says() {
                 match value.as_table() {
                     Some(names) if key.ends_with("dependencies") => {
                         found.extend(names.keys().map(String::as_str));
-                        // whatever it is called here
+                        // the package's name, in case the dependency is renamed
                         found.extend(names.values().filter_map(|value| value.get("package")?.as_str()));
                     }
                     Some(inner) => tables.push(inner),
@@ -145,7 +150,7 @@ fn no_room_uses_a_room_that_the_table_forbids() {
 }
 
 #[test]
-fn no_permission_and_no_seam_is_left_that_nothing_uses() {
+fn every_permission_and_every_seam_is_used() {
     let mut used = BTreeSet::new();
     let mut crossed = BTreeSet::new();
     for (file, code) in sources() {
@@ -171,7 +176,7 @@ fn no_permission_and_no_seam_is_left_that_nothing_uses() {
 }
 
 #[test]
-fn no_files_import_from_each_other_in_a_circle() {
+fn no_files_import_each_other_in_a_cycle() {
     let production = |code: &str| {
         let mut tree = syn::parse_file(code).unwrap();
         tree.items.retain(|item| !is_for_tests(item));
@@ -180,7 +185,7 @@ fn no_files_import_from_each_other_in_a_circle() {
     let found: Vec<(String, Imports)> =
         sources().into_iter().map(|(file, code)| (file.clone(), imports_in(&file, &production(&code)))).collect();
     let modules: BTreeMap<Vec<String>, &Imports> = found.iter().map(|(file, i)| (module_of(file), i)).collect();
-    // what only re-exports what its files define is no link of a circle
+    // a module that only re-exports what its files define is not part of a cycle
     let is_link = |file: &str| !["mod.rs", "lib.rs", "main.rs"].iter().any(|name| file.ends_with(name));
     let links: BTreeSet<Vec<String>> =
         found.iter().filter(|(file, _)| is_link(file)).map(|(f, _)| module_of(f)).collect();
@@ -190,11 +195,11 @@ fn no_files_import_from_each_other_in_a_circle() {
         graph.insert(module.clone(), targets.filter(|target| target != module && links.contains(target)).collect());
     }
     let spelled = |modules: &[Vec<String>]| modules.iter().map(|m| m.join("/")).collect::<Vec<_>>().join(" -> ");
-    let circles: Vec<String> = links.iter().filter_map(|m| path_back(m, &graph)).map(|c| spelled(&c)).collect();
-    assert_eq!(circles, [] as [String; 0], "imports in a circle");
+    let cycles: Vec<String> = links.iter().filter_map(|m| path_back(m, &graph)).map(|c| spelled(&c)).collect();
+    assert_eq!(cycles, [] as [String; 0], "imports in a cycle");
 }
 
-/// Whether an item is compiled for tests alone.
+/// Whether an item is compiled only for tests.
 fn is_for_tests(item: &Item) -> bool {
     let attributes = match item {
         Item::Mod(item) => &item.attrs,
@@ -205,13 +210,13 @@ fn is_for_tests(item: &Item) -> bool {
     attributes.iter().any(|a| a.path().is_ident("cfg") && a.parse_args::<syn::Ident>().is_ok_and(|i| i == "test"))
 }
 
-/// The module that defines what a path `crate::...` names, re-exports followed.
+/// The module that defines the item of a path `crate::...`, through re-exports.
 fn defining_module(path: &[String], modules: &BTreeMap<Vec<String>, &Imports>, followed: usize) -> Option<Vec<String>> {
     let path = path.strip_prefix(&["crate".to_owned()])?;
     let length = (1..=path.len()).rev().find(|&length| modules.contains_key(&path[..length]))?;
     let (module, rest) = path.split_at(length);
     let re_exported = rest.first().filter(|_| followed < 5).and_then(|name| {
-        // in a mod.rs a name of its own files begins without `self::`
+        // in a mod.rs, a path into its own files may begin without `self::`
         let inside = |found: &Vec<String>| match modules.contains_key(&[module, &found[..1]].concat()) {
             true => [&["crate".to_owned()], module, &found[..]].concat(),
             false => found.clone(),
@@ -222,27 +227,27 @@ fn defining_module(path: &[String], modules: &BTreeMap<Vec<String>, &Imports>, f
     Some(re_exported.unwrap_or_else(|| module.to_vec()))
 }
 
-/// A way from a module to itself, the shortest.
+/// The shortest path from a module to itself.
 fn path_back(from: &[String], graph: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<Vec<String>>> {
-    let mut ways = std::collections::VecDeque::from([vec![from.to_vec()]]);
+    let mut paths = std::collections::VecDeque::from([vec![from.to_vec()]]);
     let mut seen = BTreeSet::new();
-    while let Some(way) = ways.pop_front() {
-        for next in way.last().and_then(|last| graph.get(last)).into_iter().flatten() {
-            let longer = [way.clone(), vec![next.clone()]].concat();
+    while let Some(path) = paths.pop_front() {
+        for next in path.last().and_then(|last| graph.get(last)).into_iter().flatten() {
+            let longer = [path.clone(), vec![next.clone()]].concat();
             if next == from {
                 return Some(longer);
             }
             if seen.insert(next.clone()) {
-                ways.push_back(longer);
+                paths.push_back(longer);
             }
         }
     }
     None
 }
 
-/// What `crates/track` can name is what it depends on, and what that depends on.
+/// `crates/track` can use only its dependencies and their dependencies.
 #[test]
-fn trackers_cannot_name_the_truth() {
+fn trackers_cannot_use_the_truth() {
     let of = |package: &str| {
         let found = DEPENDS_ON.iter().find(|(folder, _)| folder.ends_with(package)).unwrap();
         found.1.iter().copied()
@@ -252,8 +257,8 @@ fn trackers_cannot_name_the_truth() {
     reached.extend(further);
     assert_eq!(reached, BTreeSet::from(["core", "robots"]));
     let rooms: BTreeSet<String> = rooms_below("crates/core/src").into_iter().collect();
-    for truth in ["scene", "mocap", "observing", "benchmark_set", "experiment", "evaluation", "retarget"] {
-        assert!(!rooms.contains(truth), "crates/core, which trackers see, holds {truth}");
+    for truth in ["scene", "mocap", "observing", "benchmark_set", "prepare", "evaluation", "retarget"] {
+        assert!(!rooms.contains(truth), "crates/core, which trackers can use, contains {truth}");
     }
 }
 
@@ -311,7 +316,7 @@ fn every_form_of_a_forbidden_import_is_seen() {
 }
 
 #[test]
-fn allowed_imports_are_left_alone() {
+fn allowed_imports_are_accepted() {
     for (file, code) in [
         ("tracker/mod.rs", "use crate::body::{Humanoid, Pose}; use crate::motion_model::MotionModel;"),
         (
@@ -328,7 +333,7 @@ fn allowed_imports_are_left_alone() {
 }
 
 #[test]
-fn foreign_crates_stay_behind_their_seams() {
+fn external_crates_are_used_only_at_their_seams() {
     assert!(!complaints_about("scene/mod.rs", "use rapier3d::prelude::*;").is_empty());
     assert!(!complaints_about("tracker/mod.rs", "fn f() { let _ = std::time::Instant::now(); }").is_empty());
     assert!(!complaints_about("evaluation/mod.rs", "use std::{fs::File, io};").is_empty());
@@ -351,7 +356,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Every source file: its path by rooms, which is the path below `src/` of its crate, and its text.
+/// Every source file: its path, beginning with its room (mostly the path below `src/` of its crate), and its text.
 fn sources() -> Vec<(String, String)> {
     let mut found = Vec::new();
     for (folder, whole) in WHOLE {
@@ -361,7 +366,7 @@ fn sources() -> Vec<(String, String)> {
             let relative = match whole {
                 Some(room) if below == "lib.rs" => format!("{room}/mod.rs"),
                 Some(room) => format!("{room}/{below}"),
-                // what crates are made of is said there, and their documentation
+                // lib.rs holds only the crate's documentation and its list of modules
                 None if below == "lib.rs" => continue,
                 None => below,
             };
@@ -391,7 +396,7 @@ fn imports_of(relative: &str, code: &str) -> Imports {
 fn imports_in(relative: &str, tree: &syn::File) -> Imports {
     let mut imports = Imports { module: module_of(relative), paths: Vec::new(), complaints: Vec::new() };
     imports.visit_file(tree);
-    // a crate that is a room has its files at the crate's root, beside the rooms of others that it takes
+    // a crate that is one room has its files at the crate's root, next to the rooms that it imports from other crates
     if let Some(room) = imports.module.first().filter(|room| is_whole(room)).cloned() {
         let is_known = |name: &str| name == room || crate_of(name).is_some() || name.starts_with("test_");
         for path in imports.paths.iter_mut().filter(|path| path[0] == "crate") {
@@ -399,7 +404,7 @@ fn imports_in(relative: &str, tree: &syn::File) -> Imports {
                 Some(first) if is_known(first) => {}
                 _ => path.insert(1, room.clone()),
             }
-            // imported at the root, named from a file below it
+            // imported at the root and used in a file below it
             if path.len() > 2 && path[1] == room && crate_of(&path[2]).is_some() {
                 path.remove(1);
             }
@@ -412,13 +417,13 @@ fn is_whole(room: &str) -> bool {
     WHOLE.iter().any(|(_, whole)| *whole == Some(room))
 }
 
-/// What the layering rules have against `code`, were it the file `relative` below `src/`.
+/// The violations of the layering rules by `code`, as if it were the file `relative` below `src/`.
 fn complaints_about(relative: &str, code: &str) -> Vec<String> {
     let visitor = imports_of(relative, code);
     let room = visitor.module_root();
     let mut complaints: BTreeSet<String> = visitor.complaints.iter().map(|c| format!("{relative}: {c}")).collect();
     for path in &visitor.paths {
-        if let Some(complaint) = judge(relative, &room, path) {
+        if let Some(complaint) = violation(relative, &room, path) {
             complaints.insert(format!("{relative}: {complaint}"));
         }
     }
@@ -434,15 +439,15 @@ fn module_of(relative: &str) -> Vec<String> {
     parts
 }
 
-fn judge(relative: &str, room: &str, path: &[String]) -> Option<String> {
+fn violation(relative: &str, room: &str, path: &[String]) -> Option<String> {
     let spelled = path.join("::");
     if path[0] == "crate" {
-        let Some(target) = path.get(1) else { return Some(format!("`{spelled}` names the whole crate")) };
+        let Some(target) = path.get(1) else { return Some(format!("`{spelled}` refers to the whole crate")) };
         if room.is_empty() || target == room || FREE.contains(&room) || target.starts_with("test_") {
             return None;
         }
         let Some(of) = crate_of(target) else {
-            return Some(format!("`{spelled}` is not a room: name rooms, not the crate's root"));
+            return Some(format!("`{spelled}` is not a room: import from rooms, not from the crate's root"));
         };
         if Some(of) != crate_of(room) {
             return None;
@@ -454,16 +459,16 @@ fn judge(relative: &str, room: &str, path: &[String]) -> Option<String> {
     SEAMS
         .iter()
         .find(|(foreign, places)| begins_with(path, foreign) && !places.iter().any(|p| relative.starts_with(p)))
-        .map(|(foreign, places)| format!("{foreign} belongs to {places:?} only (`{spelled}`)"))
+        .map(|(foreign, places)| format!("{foreign} may only be used in {places:?} (`{spelled}`)"))
 }
 
-/// Whether a path is that thing of another crate, or something in it.
+/// Whether a path is this external crate or module, or something in it.
 fn begins_with(path: &[String], foreign: &str) -> bool {
     let begins: Vec<&str> = foreign.split("::").collect();
     path.len() >= begins.len() && path.iter().zip(&begins).all(|(a, b)| a == b)
 }
 
-/// Collects every path of a file, resolved to `crate::...` where it is relative.
+/// Collects every path of a file; relative ones are resolved to `crate::...`.
 struct Imports {
     module: Vec<String>,
     paths: Vec<Vec<String>>,
@@ -475,7 +480,7 @@ impl Imports {
         self.module.first().cloned().unwrap_or_default()
     }
 
-    /// Notes a path; `None` segments never occur, `super` and `self` at its beginning are resolved.
+    /// Notes a path, with `super` and `self` at its beginning resolved.
     fn note(&mut self, segments: &[String]) {
         let Some(first) = segments.first() else { return };
         let resolved = match first.as_str() {
@@ -516,11 +521,11 @@ impl Imports {
 
     fn note_import(&mut self, segments: Vec<String>, public: bool) {
         self.note(&segments);
-        self.refuse_re_export(public, "re-exports");
+        self.reject_re_export(public, "re-exports");
     }
 
-    /// A room hands out nothing of another room under its own name.
-    fn refuse_re_export(&mut self, public: bool, verb: &str) {
+    /// A room must not re-export or alias another room's items.
+    fn reject_re_export(&mut self, public: bool, verb: &str) {
         let room = self.module_root();
         let Some(path) = self.paths.last() else { return };
         if public && !room.is_empty() && path[0] == "crate" && path.get(1).is_some_and(|target| *target != room) {
@@ -584,7 +589,7 @@ impl<'ast> Visit<'ast> for Imports {
         {
             let segments: Vec<String> = path.path.segments.iter().map(|s| s.ident.to_string()).collect();
             self.note(&segments);
-            self.refuse_re_export(true, "aliases");
+            self.reject_re_export(true, "aliases");
         }
     }
 

@@ -1,9 +1,9 @@
-//! Every layer of 100 random views agrees with rays cast one by one, a second road that shares no code with the
-//! drawing: kinematics by matrices, skins blended vertex by vertex, solids as signed distances that a ray approaches
-//! step by step, skins as triangle meshes of parry, lenses inverted by Newton's method on OpenCV's formula.
+//! Every layer of 100 random views agrees with rays cast one by one, by code that shares nothing with the renderer:
+//! kinematics with matrices, skins blended vertex by vertex, solids as signed distances that a ray approaches step by
+//! step, skins as triangle meshes of parry, lenses inverted by Newton's method on OpenCV's formula.
 //!
-//! Robots and skins that ship take random poses, among props in some views; cameras stand far, near, or look past the
-//! body, half of them through a lens that distorts.
+//! The shipped robots and skins take random poses, in some views among props; cameras are far, near, or look past the
+//! body, half of them with lens distortion.
 
 use crate::ray_scene::{Hit, PlainCamera, RayScene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -19,10 +19,10 @@ use skiagraph::scene::{GroundTruth, Occluders, Sight};
 
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 48;
-/// Every so many pixels one is compared.
+/// One of this many pixels is compared.
 const STEP: usize = 3;
 
-/// Rays this far from a pixel's centre, pixels, decide whether it lies on an edge.
+/// A pixel lies on an edge if rays this far from its centre, pixels, meet another surface.
 const EDGE_PX: f64 = 0.05;
 
 fn bodies() -> Vec<Humanoid> {
@@ -31,15 +31,15 @@ fn bodies() -> Vec<Humanoid> {
     plain.into_iter().chain([dressed("actor", "person"), dressed("actor", "person_coarse")]).collect()
 }
 
-/// Two poses, the second a frame later; angles within limits, or within a radian where there are none.
+/// Two poses, the second one frame later; angles are within the limits, or within a radian if there are none.
 fn poses(body: &Humanoid, random: &mut ChaCha8Rng) -> Motion {
     let mut pose = body.zero_pose();
     for (angle, freedom) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
         let (low, high) = (freedom.lower.max(-1.0), freedom.upper.min(1.2).max(freedom.lower.max(-1.0)));
         *angle = 0.8 * (low + (high - low) * random.random::<f64>());
     }
-    let turned = |random: &mut ChaCha8Rng, most: f64| {
-        UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| random.random_range(-most..most)))
+    let turned = |random: &mut ChaCha8Rng, limit: f64| {
+        UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| random.random_range(-limit..limit)))
     };
     let place = Translation3::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0), 1.0);
     pose.world_from_root = Isometry3::from_parts(place, turned(random, 1.0));
@@ -50,7 +50,7 @@ fn poses(body: &Humanoid, random: &mut ChaCha8Rng) -> Motion {
     Motion { frames_per_second: 30.0, poses: vec![pose, next] }
 }
 
-/// A third stands far, a third near, a third looks past the body.
+/// A third of the cameras are far, a third near, and a third look past the body.
 fn camera(index: u64, body: &Point3<f64>, random: &mut ChaCha8Rng) -> Camera {
     let azimuth = random.random_range(0.0..std::f64::consts::TAU);
     let distance = if index % 3 == 1 { random.random_range(0.9..1.4) } else { random.random_range(2.0..6.0) };
@@ -62,14 +62,19 @@ fn camera(index: u64, body: &Point3<f64>, random: &mut ChaCha8Rng) -> Camera {
     camera.pinhole.focal[1] *= 1.03;
     camera.pinhole.principal_point = [0.52 * f64::from(WIDTH), 0.49 * f64::from(HEIGHT)];
     if index % 2 == 1 {
-        let mut even = |most: f64| random.random_range(-most..most);
-        camera.distortion =
-            Distortion::from_coefficients([even(0.2), even(0.05), even(0.004), even(0.004), even(0.01)]);
+        let mut symmetric = |limit: f64| random.random_range(-limit..limit);
+        camera.distortion = Distortion::from_coefficients([
+            symmetric(0.2),
+            symmetric(0.05),
+            symmetric(0.004),
+            symmetric(0.004),
+            symmetric(0.01),
+        ]);
     }
     camera
 }
 
-/// A solid between body and camera, in every fourth view.
+/// In every fourth view, a solid between body and camera.
 fn props(index: u64, body: &Point3<f64>, camera: &Camera, random: &mut ChaCha8Rng) -> Vec<Prop> {
     if !index.is_multiple_of(4) {
         return Vec::new();
@@ -85,15 +90,15 @@ fn props(index: u64, body: &Point3<f64>, camera: &Camera, random: &mut ChaCha8Rn
             Solid::TaperedCapsule(TaperedCapsule { a: ends[0], b: ends[1], radius_a: 0.1, radius_b: 0.15 })
         }
     };
-    vec![Prop { name: "in the way".into(), solid }]
+    vec![Prop { name: "occluder".into(), solid }]
 }
 
-/// What was compared, and what differed.
+/// Counts of comparisons and differences.
 #[derive(Debug, Default)]
 struct Tally {
     pixels: usize,
     shown: usize,
-    /// Pixels where one road sees the body or a part and the other does not, and no edge is near.
+    /// Pixels away from edges at which renderer and ray see different parts.
     other_part: usize,
     on_edges: usize,
     worst_depth_m: f64,
@@ -146,12 +151,12 @@ impl Tally {
         self.worst_depth_m = self.worst_depth_m.max(off);
         let found = Vector3::from(layers.normals[index]).cast::<f64>();
         assert!((found.norm() - 1.0).abs() < 1e-6);
-        // by the sine, which is exact for small angles
+        // from sine and cosine, because a cosine alone is inexact for small angles
         let angle = found.cross(&hit.normal).norm().atan2(found.dot(&hit.normal)).to_degrees();
         self.worst_normal_deg = self.worst_normal_deg.max(angle);
     }
 
-    /// The share of sixteen rays of a few pixels.
+    /// Compares the coverage of some pixels with the share of sixteen rays.
     fn coverage(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         let partly = |index: &usize| layers.coverage[*index] > 0.0 && layers.coverage[*index] < 1.0;
         for index in (0..layers.coverage.len()).filter(partly).step_by(23) {
@@ -186,7 +191,7 @@ impl Tally {
     }
 }
 
-/// Whether two rays meet one surface without an edge between them.
+/// Whether two rays meet the same surface without an edge between them.
 fn is_of_one_surface(a: Option<&Hit>, b: Option<&Hit>) -> bool {
     match (a, b) {
         (None, None) => true,
@@ -218,8 +223,8 @@ fn every_layer_of_a_hundred_random_views_agrees_with_rays() {
     }
     println!("{tally:#?}");
     assert!(tally.shown > 10_000 && tally.flows > 5_000 && tally.coverages > 500 && tally.flags > 4_000);
-    assert!(tally.on_edges * 4 < tally.shown, "most pixels are compared");
-    assert!(tally.by_sight.iter().all(|count| *count > 50), "every kind of sight is there");
+    assert!(tally.on_edges * 4 < tally.shown, "too many pixels lie on edges");
+    assert!(tally.by_sight.iter().all(|count| *count > 50), "some kind of sight hardly occurs");
     assert!(tally.other_part * 2000 <= tally.shown);
     assert!(tally.other_coverage * 100 <= tally.coverages);
     assert!(tally.worst_depth_m < 1e-3);

@@ -1,4 +1,4 @@
-//! The library from outside: against independent code, real files, and its own promises.
+//! Tests of the library's public interface: against independent code, recorded files, and its own documentation.
 
 mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]
@@ -21,7 +21,7 @@ mod layers_agree_with_rays;
 #[path = "../support/made_up_set.rs"]
 mod made_up_set;
 mod markers;
-mod mocap_hostile_files;
+mod mocap_damaged_files;
 mod mocap_real_files;
 mod opencv_projection;
 #[path = "../support/ray_scene.rs"]
@@ -39,5 +39,5 @@ mod support;
 mod verdicts_of_runs;
 mod verify_planted_faults;
 #[path = "../support/walks.rs"]
-#[allow(dead_code, reason = "a study uses the rest")]
+#[allow(dead_code, reason = "a study uses the other functions")]
 mod walks;

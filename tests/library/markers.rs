@@ -1,4 +1,4 @@
-//! Recordings of markers: a known motion is written as C3D and TRC, read, retargeted and compared with what it was.
+//! Recordings of markers: a known motion is written as C3D and TRC, read, retargeted and compared with the original.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ const WALK: &str = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
 fn walk() -> (Humanoid, Motion) {
     let clip = parse_deepmimic(WALK, "walk.txt", &ReadOptions::default()).unwrap().looped(2.4).unwrap();
     let actor = with_skin(&shipped("actor").unwrap(), &shipped_skin("person").unwrap()).unwrap();
-    let performed = retarget(&clip, &actor, &RetargetOptions::default()).unwrap();
-    (performed.humanoid, performed.motion)
+    let retargeted = retarget(&clip, &actor, &RetargetOptions::default()).unwrap();
+    (retargeted.humanoid, retargeted.motion)
 }
 
 fn landmarks(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
@@ -35,20 +35,20 @@ fn centres(truth: &[Markers]) -> (Vec<String>, Frames) {
     (labels, frames.collect())
 }
 
-/// A marker on the skin: a vertex, the link that carries most of it, and outwards in the link's frame.
-struct Worn {
+/// A marker on the skin: a vertex, the link that moves it most, and the outward direction in the link's frame.
+struct SkinMarker {
     label: String,
     vertex: usize,
     link: usize,
     outwards: Vector3<f64>,
 }
 
-/// From the skin to the centre of a marker, metres.
-const MARKER: f64 = 0.007;
+/// Distance from the skin to the centre of a marker, metres.
+const MARKER_RADIUS: f64 = 0.007;
 
-/// The markers of Plug-in Gait, by where they are on the standing body: the vertex where one leaves the body in a
-/// direction from a joint's centre. None of the reader's breadths and offsets is used.
-fn worn(body: &Humanoid) -> Vec<Worn> {
+/// The markers of Plug-in Gait on the standing body: for each, the vertex that lies in some direction from a joint's
+/// centre. None of the reader's breadths and offsets is used.
+fn skin_markers(body: &Humanoid) -> Vec<SkinMarker> {
     let frames = body.link_frames(&body.zero_pose());
     let own = body.markers(&frames);
     let skin = body.skin.as_ref().unwrap();
@@ -65,15 +65,15 @@ fn worn(body: &Humanoid) -> Vec<Worn> {
         let is_of = |index: &usize| links.iter().any(|word| body.links[carrier(*index)].name.contains(word));
         let on_the_way = |index: &usize| (0.005..0.25).contains(&far(index)) && is_of(index);
         let vertex = (0..vertices.len()).filter(on_the_way).min_by(|a, b| aside(a).total_cmp(&aside(b)));
-        let vertex = vertex.unwrap_or_else(|| panic!("nothing for {label}"));
+        let vertex = vertex.unwrap_or_else(|| panic!("no vertex for {label}"));
         let link = carrier(vertex);
         let outwards = frames[link].rotation.inverse() * direction;
-        Worn { label: format!("Subject:{label}"), vertex, link, outwards }
+        SkinMarker { label: format!("Subject:{label}"), vertex, link, outwards }
     };
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let (pelvis, thorax, top) = (at(Landmark::Pelvis), at(Landmark::Thorax), at(Landmark::HeadTop));
     let (trunk, chest) = (["pelvis", "abdomen", "thorax", "thigh"], ["thorax", "neck", "clavicle"]);
-    let mut worn = vec![
+    let mut markers = vec![
         beside("C7", thorax, -x, &chest),
         beside("CLAV", thorax - z * 0.06, x, &chest),
         beside("T10", thorax - z * 0.24, -x, &trunk),
@@ -88,7 +88,7 @@ fn worn(body: &Humanoid) -> Vec<Worn> {
         let band = top - z * 0.10;
         let (arm, leg) = (["upper_arm", "forearm"], ["thigh", "shank"]);
         let name = |marker: &str| format!("{letter}{marker}");
-        worn.extend([
+        markers.extend([
             beside(&name("FHD"), band + aside * 0.04, x, &["head"]),
             beside(&name("BHD"), band + aside * 0.04, -x, &["head"]),
             beside(&name("SHO"), shoulder, z, &["clavicle", "upper_arm", "thorax"]),
@@ -105,26 +105,26 @@ fn worn(body: &Humanoid) -> Vec<Worn> {
             beside(&name("TOE"), ankle + x * 0.12 - z * 0.04, z, &["foot", "toes"]),
         ]);
     }
-    worn
+    markers
 }
 
-fn worn_in(body: &Humanoid, motion: &Motion) -> (Vec<String>, Frames) {
-    let worn = worn(body);
+fn markers_during(body: &Humanoid, motion: &Motion) -> (Vec<String>, Frames) {
+    let markers = skin_markers(body);
     let mut skin = Vec::new();
     let frames = motion.poses.iter().map(|pose| {
         let frames = body.link_frames(pose);
         body.skin.as_ref().unwrap().deform_into(&frames, &mut skin);
-        let place = |own: &Worn| skin[own.vertex] + frames[own.link].rotation * own.outwards * MARKER;
-        worn.iter().map(|own| millimetres(&place(own))).collect()
+        let place =
+            |marker: &SkinMarker| skin[marker.vertex] + frames[marker.link].rotation * marker.outwards * MARKER_RADIUS;
+        markers.iter().map(|marker| millimetres(&place(marker))).collect()
     });
-    (worn.iter().map(|own| own.label.clone()).collect(), frames.collect())
+    (markers.iter().map(|marker| marker.label.clone()).collect(), frames.collect())
 }
 
 /// Mean distance of each landmark of a retargeted clip from the truth, millimetres, and of all.
 fn errors(found: &Retargeted, truth: &[Markers]) -> (Vec<f64>, f64) {
     let own = landmarks(&found.humanoid, &found.motion);
     assert_eq!(own.len(), truth.len());
-    // ground contact may raise a motion: as a whole
     let mean = |landmark: usize| {
         let distances = own.iter().zip(truth).map(|(a, b)| (a[landmark].unwrap() - b[landmark].unwrap()).norm());
         1000.0 * distances.sum::<f64>() / truth.len() as f64
@@ -141,7 +141,7 @@ fn on_actor(bytes: &[u8], file: &str, options: &ReadOptions) -> Retargeted {
 }
 
 #[test]
-fn joint_centres_in_a_c3d_give_the_motion_back_to_a_few_millimetres_however_numbers_are_written() {
+fn joint_centres_in_a_c3d_restore_the_motion_to_a_few_millimetres_in_every_number_format() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (labels, frames) = centres(&truth);
@@ -164,10 +164,10 @@ fn joint_centres_in_a_c3d_give_the_motion_back_to_a_few_millimetres_however_numb
 }
 
 #[test]
-fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimetres() {
+fn plug_in_gait_markers_on_a_skin_restore_the_joints_to_a_few_centimetres() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
-    let (labels, frames) = worn_in(&body, &motion);
+    let (labels, frames) = markers_during(&body, &motion);
     let bytes = crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
     let clip = parse_markers(&bytes, "walk.c3d", &ReadOptions::default()).unwrap();
     for joint in ["left_hip", "left_knee", "left_ankle", "left_shoulder", "left_elbow", "left_wrist", "neck"] {
@@ -184,7 +184,8 @@ fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimet
     let (each, all) = errors(&found, &truth);
     let named: BTreeMap<&str, f64> = LANDMARKS.iter().map(|l| l.name()).zip(each.iter().copied()).collect();
     eprintln!("Plug-in Gait: {all:.1} mm on average, {named:.0?}");
-    // hips by regression from markers on the skin are the worst; a marker taken for another would make it 100 mm
+    // the hips, estimated by regression from markers on the skin, are the worst; confusing two markers would cause 100
+    // mm
     assert!(all < 40.0, "{all} mm: {named:?}");
     assert!(found.report.notes.iter().any(|note| note.contains("up axis guessed: Z")));
 }
@@ -192,7 +193,7 @@ fn markers_of_plug_in_gait_worn_on_a_skin_give_the_joints_back_to_a_few_centimet
 #[test]
 fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
     let (body, motion) = walk();
-    let (labels, frames) = worn_in(&body, &motion);
+    let (labels, frames) = markers_during(&body, &motion);
     let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let c3d = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
     let names: Vec<String> = labels.iter().map(|label| format!("{label}\t\t")).collect();
@@ -207,7 +208,7 @@ fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
         trc.push_str(&format!("{}\t{}\t{}\n", index + 1, index as f64 / 60.0, places.collect::<Vec<_>>().join("\t")));
     }
     let trc = parse_markers(trc.as_bytes(), "a.trc", &ReadOptions::default()).unwrap();
-    // the axes of the file were X left, Y up, Z ahead: turned upright they are the same but for the heading
+    // the file's axes were X left, Y up, Z forward: turned to Z up, only the heading differs
     for frame in [0, 35, 70] {
         let (a, b) = (c3d.joint_positions(frame), trc.joint_positions(frame));
         for (a, b) in a.iter().zip(&b) {
@@ -217,9 +218,9 @@ fn a_trc_with_y_up_in_metres_is_the_same_motion_as_the_c3d() {
 }
 
 #[test]
-fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
+fn gaps_are_filled_and_noted_and_markers_without_data_are_dropped() {
     let (body, motion) = walk();
-    let (labels, mut frames) = worn_in(&body, &motion);
+    let (labels, mut frames) = markers_during(&body, &motion);
     let whole = parse_markers(
         &crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats),
         "a.c3d",
@@ -235,7 +236,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
     let notes = clip.notes.join("\n");
     assert!(notes.contains("interpolated: LKNE 3 (at most 3 in a row)"), "{notes}");
     assert!(notes.contains("guess: RANK 26 (at most 26 in a row)"), "{notes}");
-    assert!(notes.contains(&format!("LTHI is not seen in {0} of {0} frames: left out", frames.len())), "{notes}");
+    assert!(notes.contains(&format!("LTHI is not seen in {0} of {0} frames: dropped", frames.len())), "{notes}");
     let whole = whole.unwrap();
     let knee = clip.skeleton.find("left_knee").unwrap();
     let moved = (clip.joint_positions(41)[knee] - whole.joint_positions(41)[knee]).norm();
@@ -243,7 +244,7 @@ fn gaps_are_filled_and_told_and_what_is_never_seen_is_left_out() {
 }
 
 #[test]
-fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
+fn unknown_labels_are_listed_and_a_marker_map_resolves_them() {
     let (body, motion) = walk();
     let truth = landmarks(&body, &motion);
     let (mut labels, frames) = centres(&truth);
@@ -251,15 +252,18 @@ fn unknown_labels_are_listed_with_the_map_and_the_map_helps() {
     labels[knee] = "Point 7".to_owned();
     let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let message = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("do not tell left_knee") && message.contains("not known: Point 7"), "{message}");
-    assert!(message.contains("`marker_map` of `[motion]`, as left_knee = \"LABEL\""), "{message}");
+    assert!(
+        message.contains("cannot locate left_knee") && message.contains("unrecognised points: Point 7"),
+        "{message}"
+    );
+    assert!(message.contains("`marker_map` of `[motion]`, for example left_knee = \"LABEL\""), "{message}");
     let markers = BTreeMap::from([("left_knee".to_owned(), "Point 7".to_owned())]);
     let options = ReadOptions { markers, ..ReadOptions::default() };
     assert!(parse_markers(&bytes, "a.c3d", &options).is_ok());
 }
 
 #[test]
-fn damaged_files_are_refused_with_what_was_expected() {
+fn errors_of_damaged_files_say_what_was_expected() {
     let (body, motion) = walk();
     let (labels, frames) = centres(&landmarks(&body, &motion));
     let good = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
@@ -267,7 +271,7 @@ fn damaged_files_are_refused_with_what_was_expected() {
     assert!(message(b"").contains("second byte is 0x50"));
     assert!(message(&good[..600]).contains("a.c3d: "));
     let cut = message(&good[..good.len() / 2]);
-    assert!(cut.contains("it is cut off"), "{cut}");
+    assert!(cut.contains("the file is truncated"), "{cut}");
     let mut other = good.clone();
     other[512 + 3] = 7;
     assert!(message(&other).contains("processor type 84, 85 or 86, found 7"));

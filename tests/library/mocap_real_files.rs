@@ -1,4 +1,4 @@
-//! Real recordings: counts, rates, heights and speeds as the test data's manifest has them, and its traps.
+//! Real recordings: counts, rates, heights and speeds as in the test data's manifest, and the oddities of the files.
 
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ const CMU: [Row; 20] = [
 ];
 
 #[test]
-fn every_cmu_recording_has_the_manifests_frames_speeds_and_heights() {
+fn every_cmu_recording_has_the_frames_speeds_and_heights_of_the_manifest() {
     let Some(folder) = recordings() else { return };
     for (name, frames, speeds, heights) in CMU {
         let clip = load(&folder.join(format!("cmu_asf_amc/{name}.amc")));
@@ -81,7 +81,7 @@ fn every_cmu_recording_has_the_manifests_frames_speeds_and_heights() {
         let measured =
             [ground_speed(&clip, 0, last), ground_speed(&clip, 0, sixth), ground_speed(&clip, last - sixth, last)];
         for (measured, expected) in measured.iter().zip(speeds) {
-            // the manifest does not say how it smooths; 16_17 turns and is shaky at its end, which lengthens its path
+            // the manifest does not say how it smooths; 16_17 turns and is noisy at its end, which lengthens its path
             // by 2.4 %
             assert!((measured - expected).abs() < 0.03, "{name}: {measured:.3} m/s against {expected}");
         }
@@ -94,12 +94,12 @@ fn every_cmu_recording_has_the_manifests_frames_speeds_and_heights() {
 }
 
 #[test]
-fn every_bvh_has_the_manifests_frames_joints_rate_and_the_height_of_a_human() {
+fn every_bvh_has_the_frames_joints_and_rate_of_the_manifest_and_the_height_of_a_human() {
     let Some(folder) = recordings() else { return };
     let table = [
         ("cmu_mb_01_01", 2751, 31, 120.0, 0.0254 / 0.45, "Head"),
         ("cmu_3dsmax_131_01", 994, 31, 120.0, 0.0254 / 0.45, "Head"),
-        // of nobody's size: 2.16 m in CMU's unit, the only usual one that makes a human of it
+        // not life-size: 2.16 m tall in CMU's unit, the only common unit that gives a human height
         ("ad_wave_hello", 839, 27, 1.0 / 0.008342, 0.0254 / 0.45, "Head"),
         ("ad_cmu_jumping_jacks", 125, 31, 30.0, 0.0254 / 0.45, "Head"),
         ("mocapbank_test", 455, 19, 30.0, 0.01, "Head"),
@@ -112,16 +112,16 @@ fn every_bvh_has_the_manifests_frames_joints_rate_and_the_height_of_a_human() {
         let in_file_units = read(&path, &ReadOptions { metres_per_unit: Some(1.0), ..ReadOptions::default() }).unwrap();
         let guessed = clip.frames[0][0].translation.z / in_file_units.frames[0][0].translation.z;
         assert!((guessed - unit).abs() < 1e-6, "{name}: {guessed}");
-        assert!(clip.notes.iter().any(|note| note.contains("unit")), "{name}: the guess is said");
+        assert!(clip.notes.iter().any(|note| note.contains("unit")), "{name}: the guess is noted");
         let (hips, head) = (clip.frames[0][0].translation.z, clip.joint_positions(0)[joint(&clip, head)].z);
-        let tall = if name == "ad_wave_hello" { 1.27 } else { 1.0 };
-        let (least, most) = (hips / tall, head / tall);
-        assert!((0.8..1.15).contains(&least) && (1.2..1.8).contains(&most), "{name}: {hips} {head}");
+        let oversize = if name == "ad_wave_hello" { 1.27 } else { 1.0 };
+        let (hips_m, head_m) = (hips / oversize, head / oversize);
+        assert!((0.8..1.15).contains(&hips_m) && (1.2..1.8).contains(&head_m), "{name}: {hips} {head}");
     }
 }
 
 #[test]
-fn a_z_up_file_with_two_orders_stands_upright_and_its_feet_on_one_level() {
+fn a_z_up_file_with_two_rotation_orders_stands_upright_with_its_feet_level() {
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/ad_wave_hello.bvh"));
     let (left, right, head) = (joint(&clip, "LeftFoot"), joint(&clip, "RightFoot"), joint(&clip, "Head"));
@@ -132,8 +132,8 @@ fn a_z_up_file_with_two_orders_stands_upright_and_its_feet_on_one_level() {
 }
 
 #[test]
-fn mixed_orders_do_not_tear_a_walk_apart() {
-    // Read in one order, the arms of these files swing through each other.
+fn mixed_rotation_orders_keep_each_arm_on_its_side() {
+    // If all joints were read in one order, the arms of these files would pass through each other.
     let Some(folder) = recordings() else { return };
     let clip = load(&folder.join("bvh/cmu_3dsmax_131_01.bvh"));
     let (left, right) = (joint(&clip, "LeftWrist"), joint(&clip, "RightWrist"));
@@ -141,12 +141,12 @@ fn mixed_orders_do_not_tear_a_walk_apart() {
     for frame in (0..clip.frames.len()).step_by(20) {
         let p = clip.joint_positions(frame);
         let to_left = (p[hip_left] - p[hip_right]).normalize();
-        assert!((p[left] - p[right]).dot(&to_left) > 0.1, "frame {frame}: the left hand is on the left");
+        assert!((p[left] - p[right]).dot(&to_left) > 0.1, "frame {frame}: the left hand is not on the left");
     }
 }
 
 #[test]
-fn deepmimic_clips_have_the_manifests_frames_rates_and_speeds_and_stand_on_the_ground() {
+fn deepmimic_clips_have_the_frames_rates_and_speeds_of_the_manifest_and_stand_on_the_ground() {
     for (name, frames, rate, speed) in [("walk", 39, 30.0, 0.98), ("run", 25, 30.0, 3.56), ("jump", 107, 60.0, 0.73)] {
         let clip = load(&shipped().join(format!("humanoid3d_{name}.txt")));
         assert_eq!((clip.frames.len(), clip.frames_per_second, clip.cyclic), (frames, rate, true), "{name}");
@@ -156,14 +156,14 @@ fn deepmimic_clips_have_the_manifests_frames_rates_and_speeds_and_stand_on_the_g
         let lowest = (0..frames)
             .flat_map(|frame| ankles.map(|ankle| clip.joint_positions(frame)[ankle].z))
             .fold(f64::INFINITY, f64::min);
-        assert!((-0.01..0.07).contains(&lowest), "{name}: the lower ankle comes down to {lowest} m");
+        assert!((-0.01..0.07).contains(&lowest), "{name}: the lower ankle reaches a height of {lowest} m");
     }
 }
 
-/// The offsets that the reader has built in, against the humanoid in the package that carries the clips (four times as
+/// The offsets built into the reader agree with the humanoid of the package with the clips (which is four times as
 /// large).
 #[test]
-fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
+fn deepmimic_offsets_and_hinges_equal_those_of_its_humanoid() {
     let Some(path) = crate::support::test_data("robots/pybullet_humanoid/humanoid.urdf") else { return };
     let robot = urdf_rs::read_file(path).unwrap();
     let clip = load(&shipped().join("humanoid3d_walk.txt"));
@@ -188,7 +188,7 @@ fn deepmimic_offsets_and_hinges_are_those_of_its_humanoid() {
 }
 
 #[test]
-fn knees_bend_backward_and_elbows_forward_whatever_the_format() {
+fn knees_bend_backward_in_every_format() {
     let Some(folder) = recordings() else { return };
     let cases = [
         (shipped().join("humanoid3d_run.txt"), ["right_hip", "right_knee", "right_ankle"]),
@@ -209,7 +209,7 @@ fn knees_bend_backward_and_elbows_forward_whatever_the_format() {
 }
 
 #[test]
-fn an_inserted_t_pose_is_left_out_and_may_be_kept() {
+fn an_inserted_t_pose_is_removed_unless_it_is_to_be_kept() {
     let path = shipped().join("01_01.bvh");
     let kept = read(&path, &ReadOptions { keep_rest_pose: true, ..ReadOptions::default() }).unwrap();
     assert!(kept.frames.len() == 2752 && kept.has_inserted_rest_pose());
@@ -222,7 +222,7 @@ fn an_inserted_t_pose_is_left_out_and_may_be_kept() {
     }
 }
 
-/// The same recording in two formats, through two parsers and two conventions of rotation.
+/// The same recording in two formats, read by two parsers with two rotation conventions.
 #[test]
 fn legs_of_the_bvh_and_the_amc_of_cmu_01_01_agree_to_a_fifth_of_a_millimetre() {
     let Some(folder) = recordings() else { return };
@@ -250,12 +250,12 @@ fn legs_of_the_bvh_and_the_amc_of_cmu_01_01_agree_to_a_fifth_of_a_millimetre() {
             assert!(distance < 2e-4, "frame {frame}: {} is off by {distance} m", amc.skeleton.joints[j].name);
         }
         let gap = (a[neck] - b[lower_neck]).norm();
-        assert!((gap - 0.1166).abs() < 2e-4, "frame {frame}: the conversion drops the thorax, {gap} m");
+        assert!((gap - 0.1166).abs() < 2e-4, "frame {frame}: the conversion lacks the thorax, but the gap is {gap} m");
     }
 }
 
 #[test]
-fn quaternions_never_change_sign_from_frame_to_frame() {
+fn quaternions_never_change_sign_between_frames() {
     let Some(folder) = recordings() else { return };
     for file in ["cmu_asf_amc/14_24.amc", "cmu_asf_amc/16_17.amc", "bvh/cmu_mb_01_01.bvh", "bvh/ad_wave_hello.bvh"] {
         let clip = load(&folder.join(file));
@@ -270,33 +270,36 @@ fn quaternions_never_change_sign_from_frame_to_frame() {
 }
 
 #[test]
-fn a_header_that_disagrees_with_the_rows_by_more_than_two_is_refused() {
+fn a_header_that_differs_from_the_rows_by_more_than_two_is_rejected() {
     let text = std::fs::read_to_string(shipped().join("01_01.bvh")).unwrap();
     let parse = |text: &str| parse_bvh(text, "01_01.bvh", &ReadOptions::default());
     let with_header = |frames: usize| parse(&text.replace("Frames: 2752", &format!("Frames: {frames}")));
     for frames in [2750, 2751, 2753, 2754] {
         let clip = with_header(frames).unwrap();
         assert_eq!(clip.frames.len(), 2752);
-        let note = format!("the header announces {frames} frames, the file has 2752 rows: all rows are used");
+        let note = format!("the header declares {frames} frames, the file has 2752 rows: all rows are used");
         assert!(clip.notes.contains(&note), "{:?}", clip.notes);
     }
     assert_eq!(
         with_header(2755).unwrap_err().to_string(),
-        "01_01.bvh:2939: expected 2755 rows as the header announces (`Frames: 2755`), found the end of the file after 2752 rows"
+        "01_01.bvh:2939: expected 2755 rows, as declared by `Frames: 2755`, found the end of the file after 2752 rows"
     );
     assert!(with_header(2749).is_err());
     let half = &text[..text.len() / 2];
-    assert!(matches!(parse(half), Err(MocapError::Line { .. })), "a download that broke off");
+    assert!(matches!(parse(half), Err(MocapError::Line { .. })), "a truncated download is accepted");
     let with_dropout: Vec<&str> = text.lines().collect();
     let zeros = ["0"; 96].join(" ");
     let lost = [&with_dropout[..1000], &[zeros.as_str(); 3], &with_dropout[1003..]].concat().join("\n");
-    let (whole, mended) = (parse(&text).unwrap(), parse(&lost).unwrap());
-    assert!(mended.notes.iter().any(|note| note.contains("frames 814-816 of the file")), "{:?}", mended.notes);
+    let (whole, repaired) = (parse(&text).unwrap(), parse(&lost).unwrap());
+    assert!(repaired.notes.iter().any(|note| note.contains("frames 814-816 of the file")), "{:?}", repaired.notes);
     let distance = |frame: usize| {
-        let pairs = whole.joint_positions(frame).into_iter().zip(mended.joint_positions(frame));
+        let pairs = whole.joint_positions(frame).into_iter().zip(repaired.joint_positions(frame));
         pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
     };
-    assert!((0..whole.frames.len()).all(|frame| distance(frame) < 0.01), "three frames are bridged to 1 cm");
+    assert!(
+        (0..whole.frames.len()).all(|frame| distance(frame) < 0.01),
+        "three missing frames are not restored to 1 cm"
+    );
 }
 
 #[test]
@@ -306,7 +309,8 @@ fn a_walk_repeats_without_a_seam() {
         let period = clip.frames.len() - 1;
         let looped = clip.looped(8.0).unwrap();
         assert!(looped.duration() >= 8.0 && looped.duration() < 8.0 + 1.0 / clip.frames_per_second);
-        // Greatest change of velocity of any joint, metres a frame: at the seams no more than within the recording.
+        // Greatest change of velocity of any joint, metres per frame: not greater at the seams than within the
+        // recording.
         let change_of_velocity = |clip: &Clip, frame: usize| {
             let [a, b, c] = [frame - 1, frame, frame + 1].map(|f| clip.joint_positions(f));
             (0..a.len()).map(|j| ((c[j] - b[j]) - (b[j] - a[j])).norm()).fold(0.0, f64::max)
@@ -315,14 +319,14 @@ fn a_walk_repeats_without_a_seam() {
         let seams = (1..looped.frames.len() / period).flat_map(|k| k * period - 8..k * period + 2);
         let at_seams = seams.map(|frame| change_of_velocity(&looped, frame)).fold(0.0, f64::max);
         assert!(at_seams < within, "{name}: {at_seams} m at a seam, {within} m within");
-        let way = looped.frames[4 * period][0].translation.vector - looped.frames[0][0].translation.vector;
+        let travelled = looped.frames[4 * period][0].translation.vector - looped.frames[0][0].translation.vector;
         let step = clip.frames[period][0].translation.vector - clip.frames[0][0].translation.vector;
-        assert!((way.xy() - 4.0 * step.xy()).norm() < 1e-9 && way.z.abs() < 1e-9, "{name}: {way:?}");
+        assert!((travelled.xy() - 4.0 * step.xy()).norm() < 1e-9 && travelled.z.abs() < 1e-9, "{name}: {travelled:?}");
     }
 }
 
 #[test]
-fn what_ships_is_what_its_readme_says() {
+fn shipped_recordings_have_the_hashes_of_their_readme() {
     let readme = std::fs::read_to_string(shipped().join("README.md")).unwrap();
     for name in ["humanoid3d_walk.txt", "humanoid3d_run.txt", "humanoid3d_jump.txt", "01_01.bvh"] {
         let bytes = std::fs::read(shipped().join(name)).unwrap();

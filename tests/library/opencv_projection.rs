@@ -1,4 +1,4 @@
-//! Projection agrees with OpenCV's `projectPoints` to a millionth of a pixel, half a pixel of convention apart.
+//! Projection agrees with OpenCV's `projectPoints` to a millionth of a pixel (the conventions differ by half a pixel).
 //!
 //! The numbers were made once with opencv-python-headless 5.0.0: for each case K, R (`cv2.Rodrigues` of a rotation
 //! vector), t and `k1 k2 p1 p2 k3`, eight points were drawn in the camera's view (x/z within 0.6, y/z within 0.5, z
@@ -79,7 +79,7 @@ fn projection_equals_opencv_on_ideal_mild_barrel_pincushion_and_tangential_lense
 }
 
 #[test]
-fn rays_through_the_pixels_that_opencv_gives_meet_the_points() {
+fn rays_through_opencvs_pixels_meet_the_points() {
     let mut met = 0;
     for case in &CASES {
         let camera = Camera::from_opencv("c", case.k, case.r, case.t, case.distortion, 1280, 1024).unwrap();
@@ -91,5 +91,5 @@ fn rays_through_the_pixels_that_opencv_gives_meet_the_points() {
             met += 1;
         }
     }
-    assert!(met >= 36, "only {met} of 40 points lie where the lenses are one to one");
+    assert!(met >= 36, "only {met} of 40 points lie where the lens distortion can be inverted");
 }

@@ -1,5 +1,5 @@
-//! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything
-//! leaps. Clips are thinned so that the table is quick also unoptimised.
+//! Real recordings retargeted to the shipped bodies: how close the landmarks are, whether feet are on the ground, and
+//! whether links jump. Clips are thinned so that the tests are fast even without optimisation.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 const THINNING: usize = 6;
 
-/// Every sixth frame where there are more than 100 a second.
+/// A recording, with only every sixth frame if it has more than 100 per second.
 fn thinned(relative: &str) -> Option<Clip> {
     let path = crate::support::test_data("mocap")?.join(relative);
     let mut clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -33,7 +33,7 @@ fn greatest_turn(result: &Retargeted) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Greatest turn of any recorded joint in the world from one frame to the next, radians; thumbs and fingers left out.
+/// Greatest turn of any recorded joint in the world from one frame to the next, radians, without thumbs and fingers.
 fn greatest_recorded_turn(clip: &Clip) -> f64 {
     let frames: Vec<_> = (0..clip.frames.len()).map(|frame| clip.joint_frames(frame)).collect();
     let is_finger = |name: &str| ["thumb", "finger"].iter().any(|part| name.to_lowercase().contains(part));
@@ -64,12 +64,12 @@ fn walks_come_within_5_mm_on_the_actor_and_17_mm_on_the_tracker() {
         assert!(worst.mean_mm < 15.0, "{name}: {worst:?}");
         assert!(tracker.report.mean_residual_mm < 17.0, "{name}");
         assert!(feet.min_mm > -30.0 && feet.mean_mm < 60.0, "{name}: {feet:?}");
-        assert!(greatest_turn(&actor) < greatest_recorded_turn(&clip) + 0.2, "{name}: a link leaps");
+        assert!(greatest_turn(&actor) < greatest_recorded_turn(&clip) + 0.2, "{name}: a link jumps");
     }
 }
 
 #[test]
-fn other_dialects_come_near_and_nobody_leaps() {
+fn other_formats_come_as_close_and_no_link_jumps() {
     for (file, bound_mm) in [
         ("bvh/cmu_3dsmax_131_01.bvh", 5.0),
         ("bvh/ad_cmu_jumping_jacks.bvh", 5.0),
@@ -90,13 +90,13 @@ fn other_dialects_come_near_and_nobody_leaps() {
         let limits = &result.humanoid.degrees_of_freedom;
         for pose in &result.motion.poses {
             let inside = limits.iter().zip(pose.joint_angles.iter()).all(|(l, a)| *a >= l.lower && *a <= l.upper);
-            assert!(inside, "{file}: beyond a limit");
+            assert!(inside, "{file}: an angle is outside its limits");
         }
     }
 }
 
 #[test]
-fn somebody_walks_as_people_walk() {
+fn retargeted_walks_bend_joints_the_human_way_and_face_forward() {
     for file in ["cmu_asf_amc/49_01.amc", "deepmimic/humanoid3d_walk.txt", "cmu_asf_amc/35_02.amc"] {
         let Some(clip) = thinned(file) else { return };
         let walk = retargeted(&clip, "actor");
@@ -109,9 +109,9 @@ fn somebody_walks_as_people_walk() {
         };
         for side in ["left", "right"] {
             let (_, knee) = angle(&format!("{side}_knee_flexion"));
-            assert!((0.7..1.6).contains(&knee), "{file}: the {side} knee bends by {knee} rad in swing");
+            assert!((0.7..1.6).contains(&knee), "{file}: the {side} knee bends by at most {knee} rad");
             let (elbow, _) = angle(&format!("{side}_elbow_flexion"));
-            assert!(elbow > 0.1, "{file}: the {side} elbow bends forward");
+            assert!(elbow > 0.1, "{file}: the {side} elbow does not bend forward");
             for twist in ["hip_rotation", "shoulder_rotation", "elbow_pronation", "clavicle_elevation"] {
                 let (mean, _) = angle(&format!("{side}_{twist}"));
                 assert!(mean.abs() < 0.9, "{file}: {side} {twist} is {mean} rad on average");
@@ -119,17 +119,17 @@ fn somebody_walks_as_people_walk() {
         }
         let first = walk.motion.poses[0].world_from_root;
         let last = walk.motion.poses[walk.motion.poses.len() - 1].world_from_root;
-        let way = last.translation.vector - first.translation.vector;
+        let travelled = last.translation.vector - first.translation.vector;
         for link in ["pelvis", "thorax", "head", "left_toes", "right_toes"] {
             let link = walk.humanoid.find_link(link).unwrap();
             let ahead: f64 = walk
                 .motion
                 .poses
                 .iter()
-                .map(|pose| (walk.humanoid.link_frames(pose)[link].rotation * nalgebra::Vector3::x()).dot(&way))
+                .map(|pose| (walk.humanoid.link_frames(pose)[link].rotation * nalgebra::Vector3::x()).dot(&travelled))
                 .sum();
-            let mean = ahead / way.norm() / walk.motion.poses.len() as f64;
-            assert!(mean > 0.8, "{file}: {} points ahead by {mean}", walk.humanoid.links[link].name);
+            let mean = ahead / travelled.norm() / walk.motion.poses.len() as f64;
+            assert!(mean > 0.8, "{file}: {} points forward by only {mean}", walk.humanoid.links[link].name);
         }
     }
 }
@@ -156,11 +156,11 @@ fn a_recording_and_its_bvh_conversion_give_the_same_legs() {
     };
     use Landmark as L;
     let legs = distances(&[L::LeftHip, L::LeftKnee, L::LeftAnkle, L::RightHip, L::RightKnee, L::RightAnkle]);
-    let arms = distances(&[L::Thorax, L::HeadTop, L::LeftElbow, L::LeftWrist, L::RightElbow, L::RightWrist]);
+    let upper_body = distances(&[L::Thorax, L::HeadTop, L::LeftElbow, L::LeftWrist, L::RightElbow, L::RightWrist]);
     let greatest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-    println!("legs {:.4} m, all above {:.4} m apart at most", greatest(&legs), greatest(&arms));
+    println!("greatest distance: legs {:.4} m, upper body {:.4} m", greatest(&legs), greatest(&upper_body));
     assert!(greatest(&legs) < 0.005, "legs: {} m", greatest(&legs));
-    assert!(greatest(&arms) < 0.03, "above: {} m", greatest(&arms));
+    assert!(greatest(&upper_body) < 0.03, "upper body: {} m", greatest(&upper_body));
 }
 
 #[test]
@@ -172,13 +172,13 @@ fn a_walk_of_the_actor_refits_to_the_trackers_body() {
 }
 
 #[test]
-fn a_walk_on_a_floor_recorded_askew_is_turned_level() {
+fn a_walk_on_a_tilted_floor_is_levelled() {
     let Some(clip) = thinned("cmu_asf_amc/02_01.amc") else { return };
     let place = |clip: &Clip, frame: usize| clip.frames[frame][0].translation.vector;
-    let way = place(&clip, clip.frames.len() - 1) - place(&clip, 0);
-    let across = nalgebra::UnitVector3::new_normalize(way.cross(&nalgebra::Vector3::z()));
-    let mut askew = clip.clone();
-    for frame in &mut askew.frames {
+    let travelled = place(&clip, clip.frames.len() - 1) - place(&clip, 0);
+    let across = nalgebra::UnitVector3::new_normalize(travelled.cross(&nalgebra::Vector3::z()));
+    let mut tilted_clip = clip.clone();
+    for frame in &mut tilted_clip.frames {
         frame[0] = nalgebra::UnitQuaternion::from_axis_angle(&across, 0.03) * frame[0];
     }
     let heights = |clip: &Clip, level_ground: bool| {
@@ -187,16 +187,16 @@ fn a_walk_on_a_floor_recorded_askew_is_turned_level() {
         (report.foot_height.unwrap().mean_mm, report.ground_levelled_deg)
     };
     let (straight, own_tilt) = heights(&clip, true);
-    let (levelled, tilt) = heights(&askew, true);
-    let (tilted, untouched) = heights(&askew, false);
-    assert!((tilt - own_tilt - 0.03_f64.to_degrees()).abs() < 0.2, "{own_tilt} degrees, askew {tilt}");
+    let (levelled, tilt) = heights(&tilted_clip, true);
+    let (tilted, untouched) = heights(&tilted_clip, false);
+    assert!((tilt - own_tilt - 0.03_f64.to_degrees()).abs() < 0.2, "{own_tilt} degrees, tilted {tilt}");
     assert_eq!(untouched, 0.0);
     assert!((straight - levelled).abs() < 3.0, "{straight} mm, levelled {levelled} mm");
-    assert!(tilted > straight + 3.0, "{straight} mm, left askew {tilted} mm");
+    assert!(tilted > straight + 3.0, "{straight} mm, left tilted {tilted} mm");
 }
 
 #[test]
-fn leaps_of_a_recording_are_noted() {
+fn jumps_of_a_recording_are_noted() {
     let Some(path) = crate::support::test_data("mocap/cmu_asf_amc/16_15.amc") else { return };
     let mut clip = read(&path, &ReadOptions::default()).unwrap();
     clip.frames.truncate(12);
@@ -208,7 +208,7 @@ fn leaps_of_a_recording_are_noted() {
 }
 
 #[test]
-fn overrides_and_what_is_missing_are_told_by_name() {
+fn overrides_work_and_errors_name_what_is_missing() {
     let Some(mut clip) = thinned("bvh/mocapbank_test.bvh") else { return };
     clip.frames.truncate(1);
     let body = shipped("actor").unwrap();

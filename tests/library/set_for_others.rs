@@ -1,4 +1,4 @@
-//! A benchmark set as somebody else sees it, who has its files and OpenCV's formulas but not this program.
+//! A benchmark set used with only its files and OpenCV's formulas, without this program.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use skiagraph::npz::{Array, Npz, Values};
 
 const FRAMES: usize = 5;
 
-/// The body turns, walks and swings every joint a little.
+/// The body turns, moves forward and swings every joint a little.
 fn write_set(directory: &Path) -> BenchmarkSet {
     let camera = |name, eye, distortion| crate::made_up_set::camera(name, eye, distortion, [320, 240]);
     let ideal = camera("ideal", [3.5, 0.4, 1.3], [0.0; 5]);
@@ -44,9 +44,9 @@ fn project(camera: &Value, point: &[f64]) -> (f64, f64) {
     let (x, y) = (row(0) / row(2), row(1) / row(2));
     let r2 = x * x + y * y;
     let radial = 1.0 + d[0] * r2 + d[1] * r2.powi(2) + d[4] * r2.powi(3);
-    let bent_x = x * radial + 2.0 * d[2] * x * y + d[3] * (r2 + 2.0 * x * x);
-    let bent_y = y * radial + d[2] * (r2 + 2.0 * y * y) + 2.0 * d[3] * x * y;
-    (k[0] * bent_x + k[2], k[4] * bent_y + k[5])
+    let distorted_x = x * radial + 2.0 * d[2] * x * y + d[3] * (r2 + 2.0 * x * x);
+    let distorted_y = y * radial + d[2] * (r2 + 2.0 * y * y) + 2.0 * d[3] * x * y;
+    (k[0] * distorted_x + k[2], k[4] * distorted_y + k[5])
 }
 
 #[test]

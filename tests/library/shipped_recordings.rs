@@ -1,5 +1,5 @@
-//! The recordings that come with this project, read, retargeted, measured, planted and simulated: what the tests on
-//! other people's recordings check, where those recordings are not at hand.
+//! The shipped recordings are read, retargeted, measured, planted and simulated: the same checks as on the external
+//! recordings, which are not always available.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ fn on(body: &str, clip: &Clip) -> Retargeted {
 }
 
 #[test]
-fn landmarks_come_as_near_as_on_other_recordings() {
+fn landmarks_come_as_close_as_on_other_recordings() {
     for (name, clip, actor_mm, tracker_mm) in [("walk", walk(), 5.0, 30.0), ("jumps", jumps(), 5.0, 17.0)] {
         let [actor, tracker] = ["actor", "tracker25"].map(|body| on(body, &clip).report.mean_residual_mm);
         println!("{name}: actor {actor:.1} mm, tracker25 {tracker:.1} mm");
@@ -38,7 +38,7 @@ fn landmarks_come_as_near_as_on_other_recordings() {
 }
 
 #[test]
-fn a_walk_has_as_many_stances_at_all_rates_within_a_frame_of_the_slowest() {
+fn a_walk_has_the_same_stances_at_all_rates_within_a_frame_of_the_slowest() {
     let stances = [120.0, 60.0, 30.0].map(|rate| {
         let walk = on("actor", &walk().resampled(rate).unwrap());
         let contacts = GroundContacts::from_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();

@@ -1,7 +1,8 @@
-//! Silhouettes drawn by row extents agree with rays cast one by one, for bodies before, around and behind the camera.
+//! Silhouettes drawn by row extents agree with rays cast one by one, for bodies in front of, around and behind the
+//! camera.
 //!
-//! Two other roads to the same mask: parry's ray cast on capsules, and, for tapered capsules, the distance between a
-//! ray and the balls that make up the solid.
+//! The same mask is computed in two other ways: with parry's ray cast on capsules, and, for tapered capsules, from the
+//! distance between a ray and the balls that make up the solid.
 
 use nalgebra::{Point3, Vector3};
 use parry3d::query::{Ray, RayCast};
@@ -25,8 +26,8 @@ fn vector(random: &mut ChaCha8Rng, reach: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.random_range(-reach..reach))
 }
 
-/// A body of sixteen parts in the camera frame, each part growing from the end of another. Of five bodies three stand
-/// before the camera, one around it, one is cut by the near plane or lies behind it.
+/// A body of sixteen parts in the camera frame, each attached to the end of another. Of five bodies three are in front
+/// of the camera, one is around it, one is cut by the near plane or lies behind it.
 fn body(index: u64, tapered: bool) -> Vec<TaperedCapsule> {
     let mut random = stream(index, Purpose::Corruption, 0, 0, 0);
     let root = match index % 5 {
@@ -47,8 +48,8 @@ fn body(index: u64, tapered: bool) -> Vec<TaperedCapsule> {
     parts
 }
 
-/// Whether a ray, from the near plane on, comes within the radius of one of the balls between the ends. The distance of
-/// a centre from the ray less its radius is convex in the centre's place, so bisection on its slope finds the least.
+/// Whether a ray, from the near plane on, meets one of the balls between the ends. The distance of a ball's centre from
+/// the ray minus its radius is convex in the centre's place, so bisection on its slope finds the minimum.
 fn ray_meets(part: &TaperedCapsule, direction: &Vector3<f64>) -> bool {
     let axis = part.b - part.a;
     let start = direction * NEAR;
@@ -79,7 +80,7 @@ fn ray_meets(part: &TaperedCapsule, direction: &Vector3<f64>) -> bool {
     false
 }
 
-/// Pixels that a part can touch: those of its bounding ball, all where that reaches the camera's plane.
+/// Pixels that a part can touch: those of its bounding ball, or all if that reaches the camera's plane.
 fn window(part: &TaperedCapsule, pinhole: &Pinhole) -> [u32; 4] {
     let radius = 0.5 * (part.b - part.a).norm() + part.radius_a.max(part.radius_b);
     let centre = nalgebra::center(&part.a, &part.b);
@@ -90,10 +91,10 @@ fn window(part: &TaperedCapsule, pinhole: &Pinhole) -> [u32; 4] {
     if depth < NEAR {
         return [0, 0, pinhole.width, pinhole.height];
     }
-    let least = |c: f64| if c - radius < 0.0 { (c - radius) / depth } else { (c - radius) / (depth + 2.0 * radius) };
-    let most = |c: f64| -least(-c);
-    let from = pinhole.pixel(least(centre.x), least(centre.y));
-    let to = pinhole.pixel(most(centre.x), most(centre.y));
+    let low = |c: f64| if c - radius < 0.0 { (c - radius) / depth } else { (c - radius) / (depth + 2.0 * radius) };
+    let high = |c: f64| -low(-c);
+    let from = pinhole.pixel(low(centre.x), low(centre.y));
+    let to = pinhole.pixel(high(centre.x), high(centre.y));
     [from.x as u32, from.y as u32, (to.x as u32 + 1).min(pinhole.width), (to.y as u32 + 1).min(pinhole.height)]
 }
 
@@ -122,10 +123,10 @@ fn is_seen(
     parts.iter().any(|part| meets(part, &Vector3::new(u, v, 1.0)))
 }
 
-/// How far the outline by rays may be from the centre of a pixel that differs, pixels.
-const REACH_PX: f64 = 0.01;
+/// The greatest distance of a differing pixel's centre from the outline found by rays, pixels.
+const OUTLINE_PX: f64 = 0.01;
 
-/// Whether the outline by rays passes within [`REACH_PX`] of a pixel's centre: some ray so near has the other answer.
+/// Whether the outline found by rays passes within [`OUTLINE_PX`] of a pixel's centre: a ray that close differs.
 fn outline_passes(
     parts: &[TaperedCapsule],
     pinhole: &Pinhole,
@@ -135,13 +136,13 @@ fn outline_passes(
     let [x, y] = [x, y].map(|c| f64::from(c) + 0.5);
     let at_centre = is_seen(parts, pinhole, [x, y], &meets);
     (0..16).map(|k| std::f64::consts::TAU * f64::from(k) / 16.0).any(|angle| {
-        let near = [x + REACH_PX * angle.cos(), y + REACH_PX * angle.sin()];
+        let near = [x + OUTLINE_PX * angle.cos(), y + OUTLINE_PX * angle.sin()];
         is_seen(parts, pinhole, near, &meets) != at_centre
     })
 }
 
-/// Draws and casts bodies. At most one pixel in 20,000 of those that either mask shows may differ, and the outline
-/// passes through its centre but for rounding. Returns how many bodies were seen at all.
+/// Draws and ray-casts bodies. At most one pixel in 20,000 of those in either mask may differ, and only if the outline
+/// passes through its centre up to rounding. Returns the number of bodies that are visible.
 fn agree(
     width: u32,
     bodies: impl Iterator<Item = Vec<TaperedCapsule>>,

@@ -1,21 +1,21 @@
-//! Recordings that fell over in `simulate` within a second with a fifth of their weight as help, and stay up;
-//! `examples/studies/simulation.rs` measures all.
+//! Recordings that once fell over in `simulate` within a second, despite a root wrench of a fifth of their weight, and
+//! now stay up; `examples/studies/simulation.rs` measures more recordings.
 
 use skiagraph::body::shipped;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{SimulationReport, SimulationSettings, simulate};
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// A clip on a robot at 60 Hz as a scenario has it: first resampled, then retargeted.
+/// Simulates a clip on a robot at 60 Hz, prepared as in a scenario: first resampled, then retargeted.
 fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationReport> {
     let path = crate::support::test_data("mocap/cmu_asf_amc")?.join(format!("{clip}.amc"));
     let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose().resampled(60.0).unwrap();
-    let performed = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
+    let retargeted = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
     let settings = SimulationSettings { root_wrench, ..SimulationSettings::default() };
-    Some(simulate(&performed.humanoid, &performed.motion, &settings).unwrap().report)
+    Some(simulate(&retargeted.humanoid, &retargeted.motion, &settings).unwrap().report)
 }
 
-/// It fell after 0.90 s.
+/// Once fell after 0.90 s.
 #[test]
 fn a_walk_of_another_subject_stays_up_on_a_body_without_ankles() {
     let Some(report) = simulated("02_01", "tracker25", 0.2) else { return };
@@ -23,7 +23,7 @@ fn a_walk_of_another_subject_stays_up_on_a_body_without_ankles() {
     assert!(report.moved_mm < 200.0, "{report}");
 }
 
-/// It fell after 0.85 s.
+/// Once fell after 0.85 s.
 #[test]
 fn a_run_that_stops_stays_up() {
     let Some(report) = simulated("16_57", "actor", 0.2) else { return };
@@ -32,7 +32,7 @@ fn a_run_that_stops_stays_up() {
 }
 
 #[test]
-fn a_fall_is_told_with_its_time_its_frame_and_what_it_means() {
+fn a_fall_is_reported_with_its_time_its_frame_and_its_meaning() {
     let Some(report) = simulated("16_45", "actor", 0.0) else { return };
     let (at, frame) = (report.fell_at_s.unwrap(), report.fell_at_frame.unwrap());
     assert_eq!(frame as f64 / 60.0, at);

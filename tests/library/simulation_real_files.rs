@@ -1,11 +1,11 @@
-//! A recorded walk that is simulated on the ground; `examples/studies/simulation.rs` measures more of them.
+//! A recorded walk simulated on the ground; `examples/studies/simulation.rs` measures more of them.
 
 use skiagraph::body::shipped;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{SimulationSettings, simulate};
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// The left arm of this recording is lost in its first two frames.
+/// The left arm is missing from the first two frames of this recording.
 #[test]
 fn a_recorded_walk_keeps_its_balance_with_a_fifth_of_its_weight_at_most() {
     let Some(folder) = crate::support::test_data("mocap/cmu_asf_amc") else { return };
@@ -17,7 +17,7 @@ fn a_recorded_walk_keeps_its_balance_with_a_fifth_of_its_weight_at_most() {
     assert_eq!(found.motion.poses.len(), motion.poses.len());
     assert_eq!(found.report.fell_at_s, None, "{}", found.report);
     assert!(found.report.root_wrench_most <= 0.2 + 1e-9, "{}", found.report);
-    // what is wanted is a body that follows; a body left to itself lies on the ground a metre off
+    // the body must follow the motion; without help it would lie on the ground a metre away
     assert!(found.report.moved_mm < 50.0, "{}", found.report);
     assert!(found.report.quality.penetration_mm < 10.0, "{}", found.report);
 }

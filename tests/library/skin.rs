@@ -1,5 +1,5 @@
-//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the
-//! ground; glTF files against the skins that they were made of.
+//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, ground contact, and glTF
+//! files against the skins from which they were made.
 
 use std::fs;
 use std::sync::Arc;
@@ -31,22 +31,22 @@ fn frames(rows: &[[f64; 7]]) -> Vec<Isometry3<f64>> {
 }
 
 #[test]
-fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that_names_it() {
-    let room = tempfile::tempdir().unwrap();
-    let folder = room.path().join("skins");
+fn errors_of_a_missing_mesh_or_a_link_out_of_the_folder_name_the_skin() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("skins");
     fs::create_dir(&folder).unwrap();
     let skin = folder.join("s.toml");
     fs::write(&skin, "schema = \"skiagraph.skin/1\"\nmesh = \"m.obj\"").unwrap();
     let message = || read_skin(&skin).unwrap_err().to_string();
     let found = message();
-    assert!(found.contains("s.toml: names the file `m.obj`, which cannot be read: "), "{found}");
+    assert!(found.contains("s.toml: refers to the file `m.obj`, which cannot be read: "), "{found}");
     #[cfg(unix)]
     {
         let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        fs::write(room.path().join("secret.obj"), obj).unwrap();
+        fs::write(parent.path().join("secret.obj"), obj).unwrap();
         std::os::unix::fs::symlink("../secret.obj", folder.join("m.obj")).unwrap();
         let found = message();
-        assert!(found.contains("names the file `m.obj`, which leads out of "), "{found}");
+        assert!(found.contains("refers to the file `m.obj`, which leads out of "), "{found}");
         fs::remove_file(folder.join("m.obj")).unwrap();
         fs::write(folder.join("own.obj"), obj).unwrap();
         std::os::unix::fs::symlink("own.obj", folder.join("m.obj")).unwrap();
@@ -98,7 +98,7 @@ fn camera(width: u32, height: u32) -> Camera {
         .unwrap()
 }
 
-/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore, every triangle, no index.
+/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore's method on every triangle.
 fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera, [u, v]: [f64; 2]) -> Option<f64> {
     let (x, y) = camera.pinhole.normalised(&Point2::new(u, v));
     let ray = Vector3::new(x, y, 1.0);
@@ -116,7 +116,7 @@ fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera
 }
 
 #[test]
-fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_the_outline() {
+fn the_skinned_silhouette_agrees_with_rays_except_within_half_a_pixel_of_the_outline() {
     for (skin, [width, height]) in [("person_coarse", [200, 150]), ("person", [80, 60])] {
         let (body, frames) = posed(skin);
         let camera = camera(width, height);
@@ -146,7 +146,7 @@ fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_
 }
 
 #[test]
-fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() {
+fn depth_agrees_with_rays_and_every_large_part_is_seen_with_and_without_a_lens() {
     let (body, frames) = posed("person_coarse");
     let camera = camera(120, 90);
     let image = SilhouettePainter::new(&camera).depth(&body, &frames);
@@ -174,15 +174,15 @@ fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() 
 }
 
 #[test]
-fn a_body_with_a_skin_survives_its_file_to_the_bit_and_is_another_body_than_without() {
+fn a_body_with_a_skin_survives_its_file_bit_for_bit_and_differs_from_the_body_without() {
     let (body, _) = posed("person_coarse");
     let again = body_from_json("body.json", &body_to_json("body.json", &body).unwrap()).unwrap();
     assert_eq!(again, body);
     assert!(!body.is_same_body(&Humanoid { skin: None, ..body.clone() }));
-    let cured = Skin::clone(body.skin.as_ref().unwrap()).with_blending(Blending::DualQuaternion);
-    let cured = Humanoid { skin: Some(Arc::new(cured)), ..body.clone() };
-    assert!(!body.is_same_body(&cured));
-    assert_eq!(body_from_json("b", &body_to_json("b", &cured).unwrap()).unwrap(), cured);
+    let reblended = Skin::clone(body.skin.as_ref().unwrap()).with_blending(Blending::DualQuaternion);
+    let reblended = Humanoid { skin: Some(Arc::new(reblended)), ..body.clone() };
+    assert!(!body.is_same_body(&reblended));
+    assert_eq!(body_from_json("b", &body_to_json("b", &reblended).unwrap()).unwrap(), reblended);
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
 }
 
 #[test]
-fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
+fn a_skin_written_to_a_glb_and_read_back_has_the_same_surface_and_bends_the_same() {
     let original = shipped_skin("person_coarse").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("figure.glb");
@@ -222,7 +222,7 @@ fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
         assert!((a - b).norm() < 1e-6, "{a} {b}");
     }
     for (name, place) in &read.landmarks {
-        // a file has no joint at the top of a head: there it is the highest vertex above the head's joint
+        // the file has no joint at the top of the head: the landmark is the highest vertex above the head's joint
         let tolerance = if name == "head_top" { 0.15 } else { 1e-6 };
         assert!((place - original.landmarks[name]).norm() < tolerance, "{name}: {place}");
     }
@@ -243,7 +243,7 @@ fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
 }
 
 #[test]
-fn a_cut_glb_is_refused_wherever_it_is_cut() {
+fn a_truncated_glb_is_rejected_wherever_it_is_cut() {
     let whole = crate::glb::bytes(&shipped_skin("person_coarse").unwrap());
     for share in [0.01, 0.1, 0.3, 0.5, 0.9, 0.999] {
         let cut = &whole[..(share * whole.len() as f64) as usize];
@@ -253,7 +253,7 @@ fn a_cut_glb_is_refused_wherever_it_is_cut() {
 }
 
 #[test]
-fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_one_is_left_alone() {
+fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_correct_one_alone() {
     use skiagraph::body::BodyShape;
     use skiagraph::camera::{CameraRig, RingParameters};
     use skiagraph::observation::Observation;
@@ -296,11 +296,11 @@ fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_on
             (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }, pose(frame))
         })
         .collect();
-    let apart_mm = |body: &Humanoid, pose: &Pose| {
+    let distance_mm = |body: &Humanoid, pose: &Pose| {
         let truth = actor.markers(&actor.link_frames(&seen[0].1));
         let found = body.markers(&body.link_frames(pose));
-        let apart: Vec<f64> = truth.iter().zip(&found).map(|(a, b)| (a.unwrap() - b.unwrap()).norm()).collect();
-        1000.0 * apart.iter().sum::<f64>() / apart.len() as f64
+        let distances: Vec<f64> = truth.iter().zip(&found).map(|(a, b)| (a.unwrap() - b.unwrap()).norm()).collect();
+        1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
     };
     let litres = |body: &Humanoid| {
         let frames = body.link_frames(&body.zero_pose());
@@ -309,19 +309,19 @@ fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_on
     for seed in [1, 2] {
         let missized = actor.reshaped(&BodyShape::random_mismatch(&actor, seed, 0.06, 0.15));
         let found = calibrate(&missized, &rig, SilhouetteSettings::default(), &seen).unwrap();
-        assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.in_words());
-        let (before, after) = (apart_mm(&missized, &seen[0].1), apart_mm(&found.body, &found.start));
+        assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
+        let (before, after) = (distance_mm(&missized, &seen[0].1), distance_mm(&found.body, &found.start));
         assert!(after < 0.6 * before, "{before:.1} to {after:.1} mm");
         let off = |body: &Humanoid| (litres(body) - litres(&actor)).abs();
         assert!(off(&found.body) < 0.04 * litres(&actor), "{} to {} litres", off(&missized), off(&found.body));
     }
     let right = calibrate(&actor, &rig, SilhouetteSettings::default(), &seen).unwrap();
-    assert_eq!(right.report.verdict, CalibrationVerdict::NoBetter, "{}", right.report.in_words());
+    assert_eq!(right.report.verdict, CalibrationVerdict::NoBetter, "{}", right.report.describe());
     assert!(right.body.is_same_body(&actor));
 }
 
 #[test]
-fn a_walker_in_a_skin_has_the_centre_of_mass_of_what_the_skin_holds() {
+fn a_body_in_a_skin_has_the_centre_of_mass_of_the_skins_volume() {
     for (robot, skin) in [("actor", "person"), ("tracker25", "person_coarse")] {
         let dressed = with_skin(&shipped(robot).unwrap(), &shipped_skin(skin).unwrap()).unwrap();
         let body = dressed.with_masses_of_skin();
@@ -337,7 +337,7 @@ fn a_walker_in_a_skin_has_the_centre_of_mass_of_what_the_skin_holds() {
                 pose.joint_angles[body.find_degree_of_freedom(name).unwrap()] = share * turn;
             }
             let frames = body.link_frames(&pose);
-            // of the deformed surface, by the divergence theorem; joints that bend lose some volume
+            // the volume's centre from the deformed surface, by the divergence theorem; bent joints lose some volume
             let (_, held) = body.skin.as_ref().unwrap().volume(&frames).unwrap();
             worst = worst.max((body.centre_of_mass(&frames).unwrap() - held).norm());
         }

@@ -1,11 +1,12 @@
-//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its
-//! file's name.
+//! Runs whose reports were once wrong: false verdicts, pictures of another seed, a model called mismatched because of
+//! its file's name.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use skiagraph::artefacts::Destination;
-use skiagraph::experiment::{NoProgress, check, run};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::{check, run};
 use skiagraph::report::Grade;
 use skiagraph::scenario::ScenarioFile;
 
@@ -13,7 +14,7 @@ fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
-/// Runs a scenario that ships; its record and its page.
+/// Runs a shipped scenario; its record, its page and its grade.
 fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Grade) {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
@@ -23,15 +24,15 @@ fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Gra
 }
 
 #[test]
-fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
-    let room = tempfile::tempdir().unwrap();
+fn an_estimate_that_is_off_by_149_mm_in_every_frame_is_not_reported_to_follow() {
+    let folder = tempfile::tempdir().unwrap();
     let offset = "tracker.oracle.root_offset_m=[0.149, 0.0, 0.0]";
-    let (record, page, grade) = ran("scenarios/smoke/oracle.toml", &[offset], &room.path().join("off"));
+    let (record, page, grade) = ran("scenarios/smoke/oracle.toml", &[offset], &folder.path().join("off"));
     assert_eq!(record["metrics"]["track_loss"]["mean"], 0.0, "no frame is beyond 150 mm");
     assert!(grade >= Grade::Poor, "{}", record["verdict"]);
     assert!(!record["verdict"]["line"].as_str().unwrap().contains("follows"));
-    assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are on the page");
-    // its silhouettes overlap less than those of an answer that never moves
+    assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are not on the page");
+    // its silhouettes overlap less than those of a frozen pose
     let worse = record["verdict"]["worse_than_frozen"].as_array().unwrap();
     assert!(
         worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")),
@@ -41,10 +42,10 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 }
 
 #[test]
-fn legs_that_lose_each_other_among_props_are_not_good() {
-    let room = tempfile::tempdir().unwrap();
-    // the algorithm as printed, which loses them; with refinement they are found
-    let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
+fn legs_swapped_among_props_are_not_graded_good() {
+    let folder = tempfile::tempdir().unwrap();
+    // the published algorithm, which swaps the legs; with refinement it does not
+    let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &folder.path().join("props"));
     assert!(grade > Grade::Good, "{}", record["verdict"]);
     assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());
     let cause = record["verdict"]["cause"].as_str().unwrap();
@@ -53,14 +54,14 @@ fn legs_that_lose_each_other_among_props_are_not_good() {
 
 #[test]
 fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
-    let room = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let seeds = ["seeds=2", "motion.last_frame=39", "rig.ring.count=1"];
-    let (record, ..) = ran("scenarios/smoke/oracle.toml", &seeds, &room.path().join("two"));
+    let (record, ..) = ran("scenarios/smoke/oracle.toml", &seeds, &folder.path().join("two"));
     let metrics = &record["metrics"];
     assert!(metrics["time_to_loss_s"].is_null(), "{}", metrics["time_to_loss_s"]);
     for name in ["lag_ms", "contact_f1", "slip_per_stance_mm"] {
         let metric = &metrics[name];
-        assert!(metric["mean"].is_f64(), "{name} is measured");
+        assert!(metric["mean"].is_f64(), "{name} is not measured");
         assert!(["std", "median", "p90", "max"].iter().all(|part| metric[part].is_null()), "{name}: {metric}");
     }
     assert!(metrics["humaneva_mm"]["p90"].is_f64());
@@ -73,9 +74,9 @@ fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
 }
 
 #[test]
-fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
-    let room = tempfile::tempdir().unwrap();
-    let (_, page, _) = ran("scenarios/smoke/matched.toml", &["seeds=2"], &room.path().join("seeds"));
+fn the_worst_frames_of_two_seeds_each_have_their_own_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, page, _) = ran("scenarios/smoke/matched.toml", &["seeds=2"], &folder.path().join("seeds"));
     let table = page.split("class=\"worst-frames\"").nth(1).unwrap().split("</table>").next().unwrap();
     let rows: Vec<&str> = table.split("<tr>").skip(2).collect();
     assert!(rows.len() >= 2, "{table}");
@@ -88,22 +89,22 @@ fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
             "{seed} {frame}"
         );
     }
-    assert!([0, 1].iter().all(|seed| table.contains(&format!("seed {seed}, frame"))), "both seeds");
+    assert!([0, 1].iter().all(|seed| table.contains(&format!("seed {seed}, frame"))), "pictures of a seed are missing");
 }
 
 #[test]
-fn a_copy_of_the_actors_robot_is_matched_and_a_mismatch_of_nothing_is_too() {
-    let room = tempfile::tempdir().unwrap();
-    std::fs::copy(shipped("robots/tracker25.urdf"), room.path().join("copy.urdf")).unwrap();
+fn a_copy_of_the_actors_robot_counts_as_matched() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(shipped("robots/tracker25.urdf"), folder.path().join("copy.urdf")).unwrap();
     let scenario = std::fs::read_to_string(shipped("scenarios/smoke/matched.toml")).unwrap();
-    let path = room.path().join("copy.toml");
+    let path = folder.path().join("copy.toml");
     std::fs::write(&path, scenario).unwrap();
     let is_matched = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
         check(&ScenarioFile::open(&path, &overrides).unwrap(), None).unwrap().matched
     };
     assert!(is_matched(&[]));
-    assert!(is_matched(&["tracker_body.robot=copy.urdf"]), "the same body under another name");
+    assert!(is_matched(&["tracker_body.robot=copy.urdf"]), "the same body under another name is not matched");
     assert!(!is_matched(&["tracker_body.mismatch=standard"]));
     assert!(!is_matched(&["actor.robot=actor"]));
 }

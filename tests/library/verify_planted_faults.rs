@@ -1,7 +1,7 @@
-//! `verify` finds every fault that is planted, names the file, and finds none in a set as it was written.
+//! `verify` finds every planted fault, names the file, and finds no fault in a set as written.
 //!
-//! One set is rendered for all tests. A fault is planted in a copy. Where the fault is in what was written and not in
-//! its copying, the list of hashes is made anew, so that hashes tell nothing and the content has to.
+//! One set is rendered for all tests, and each fault is planted in a copy. For faults in the content, the list of
+//! hashes is recomputed, so that only the content can reveal them.
 
 use std::fs;
 use std::path::Path;
@@ -30,7 +30,7 @@ static SET: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     directory
 });
 
-/// Smaller, with all layers.
+/// A smaller set with all layers.
 static LAYERS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     let set = crate::made_up_set::assemble("with layers", cameras([64, 48]), &motion());
@@ -47,17 +47,17 @@ fn observed(settings: &str) -> tempfile::TempDir {
     directory
 }
 
-/// Silhouettes that are cut out of images.
+/// A set of silhouettes segmented from images.
 static SEGMENTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     observed("silhouette = \"segmented\"\nseed = 4\nimages = { clothing_contrast = 100.0, background_frames = 5 }")
 });
 
-/// Silhouettes that are spoiled.
+/// A set of corrupted silhouettes.
 static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     observed("silhouette = \"corrupted\"\nseed = 5\ncorruption = { boundary_px = 1.5, holes = 0.05 }")
 });
 
-/// The first camera moves; the second takes every other image, late and row after row.
+/// A set whose first camera moves, and whose second takes every other image, late and with a rolling shutter.
 static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     let set = crate::made_up_set::assemble_filmed("filmed", &filming(), &motion(), &ObservationSettings::default());
@@ -90,7 +90,7 @@ fn cameras(size: [u32; 2]) -> Vec<Camera> {
     vec![front, camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01])]
 }
 
-/// The body walks on, turns a little and swings every joint, no two alike.
+/// The body moves forward, turns a little and swings every joint differently.
 fn motion() -> Motion {
     let root = |frame: usize| {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
@@ -100,7 +100,7 @@ fn motion() -> Motion {
     crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle)
 }
 
-/// A copy of the set, to be spoiled.
+/// A copy of the set, in which faults are planted.
 struct Copy(tempfile::TempDir);
 
 impl Copy {
@@ -128,7 +128,7 @@ impl Copy {
         file
     }
 
-    /// Changes the numbers of all channels whose names begin so.
+    /// Changes the values of all channels whose names begin with `prefix`.
     fn floats(&self, camera: usize, frame: usize, prefix: &str, change: impl Fn(f32) -> f32) -> String {
         self.layers(camera, frame, |channels| {
             let chosen: Vec<_> = channels.iter_mut().filter(|c| c.name.to_string().starts_with(prefix)).collect();
@@ -190,7 +190,7 @@ impl Copy {
         self.repaint_sized(camera, frame, [WIDTH, HEIGHT], pixel);
     }
 
-    /// As [`Self::repaint`], of an image of that size.
+    /// As [`Self::repaint`], for an image of this size.
     fn repaint_sized(
         &self,
         camera: usize,
@@ -238,7 +238,7 @@ impl Copy {
         self.write(b, &first);
     }
 
-    /// Lists all files anew, as if the set had been written like this.
+    /// Recomputes the list of hashes, as if the set had been written like this.
     fn sign(&self) {
         let mut lines: Vec<String> = files(self.0.path(), "")
             .into_iter()
@@ -256,7 +256,7 @@ impl Copy {
         verify(self.0.path(), VerifyOptions::default()).unwrap()
     }
 
-    /// The check `name` finds a fault in `file` whose words contain all of `words`.
+    /// Asserts that the check `name` finds a fault in `file` whose description contains all of `words`.
     #[track_caller]
     fn found(&self, name: &str, file: &str, words: &[&str]) {
         let found = self.verified();
@@ -267,7 +267,7 @@ impl Copy {
         assert!(hit && !found.is_sound(), "{name}: {file}: {words:?} is not among {all:#?}");
     }
 
-    /// As [`Self::found`], after the files were listed anew.
+    /// As [`Self::found`], with the list of hashes recomputed.
     #[track_caller]
     fn found_in_spite_of_good_hashes(&self, name: &str, file: &str, words: &[&str]) {
         self.sign();
@@ -309,7 +309,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
-fn a_set_as_it_is_written_is_sound_and_every_check_was_made() {
+fn a_set_as_written_is_sound_and_every_check_was_made() {
     let found = Copy::new().verified();
     assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
     assert_eq!(found.checks.iter().map(|check| (check.name, check.proves)).collect::<Vec<_>>(), CHECKS);
@@ -343,10 +343,31 @@ fn a_missing_silhouette_is_found() {
 }
 
 #[test]
-fn a_file_that_nobody_listed_is_found() {
+fn a_file_that_is_not_listed_is_found() {
     let set = Copy::new();
     set.write("observations/notes.txt", b"nothing");
     set.found("hashes", "observations/notes.txt", &["does not list it"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_a_link_out_of_the_set_is_found() {
+    let (set, elsewhere) = (Copy::new(), tempfile::tempdir().unwrap());
+    let (body, moved) = (set.0.path().join("start/body.json"), elsewhere.path().join("body.json"));
+    fs::rename(&body, &moved).unwrap();
+    std::os::unix::fs::symlink(&moved, &body).unwrap();
+    set.found("hashes", "start/body.json", &["is a symbolic link that leads out of the set"]);
+}
+
+#[test]
+fn a_key_that_set_toml_does_not_have_is_found() {
+    for (from, to, key) in
+        [("name = ", "note = 1\nname = ", "\"note\""), ("frames = 5", "frames = 5\npose = [0.1]", "\"sequence.pose\"")]
+    {
+        let set = Copy::new();
+        set.text("set.toml", |text| text.replacen(from, to, 1));
+        set.found_in_spite_of_good_hashes("formats", "set.toml", &[key, "is not a key of this file"]);
+    }
 }
 
 #[test]
@@ -382,7 +403,7 @@ fn names_in_another_order_are_found() {
 }
 
 #[test]
-fn a_body_that_faces_another_way_than_said_is_found() {
+fn a_body_that_faces_another_direction_than_stated_is_found() {
     let set = Copy::new();
     set.text("set.toml", |text| {
         let line = text.lines().find(|line| line.starts_with("forward")).unwrap().to_owned();
@@ -412,7 +433,7 @@ fn a_left_handed_camera_is_found() {
 }
 
 #[test]
-fn other_axes_than_ours_are_found() {
+fn other_camera_axes_are_found() {
     let set = Copy::new();
     set.text("cameras.json", |text| text.replace("y down, z forward", "y up, z backward"));
     set.found_in_spite_of_good_hashes("cameras", "cameras.json", &["axes"]);
@@ -467,7 +488,7 @@ fn pixel_centres_at_halves_are_found() {
 }
 
 #[test]
-fn a_lens_that_was_left_out_is_found() {
+fn a_missing_lens_is_found() {
     let set = Copy::new();
     set.json("cameras.json", |json| camera(json, 1)["distortion"] = serde_json::json!([0.0, 0.0, 0.0, 0.0, 0.0]));
     set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(1, 4), &["pixels differ"]);
@@ -484,7 +505,7 @@ fn a_transposed_rotation_is_found() {
             }
         }
     });
-    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t are not what camera_from_world says"]);
+    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t do not match camera_from_world"]);
 }
 
 // ---- the truth -------------------------------------------------------------------------------------------------
@@ -531,7 +552,7 @@ fn swapped_legs_are_found() {
 }
 
 #[test]
-fn all_of_the_left_exchanged_with_the_right_is_named() {
+fn the_whole_left_side_swapped_with_the_right_is_found() {
     let set = Copy::new();
     set.truth("markers", |i, v| {
         let (marker, axis, frame) = (i / 3 % 15, i % 3, i / 45);
@@ -576,7 +597,7 @@ fn quaternions_with_w_last_are_found() {
 }
 
 #[test]
-fn a_number_that_is_none_is_found() {
+fn a_nan_is_found() {
     let set = Copy::new();
     set.truth("joints", |i, v| if i == 40 { f64::NAN } else { v[i] });
     set.found_in_spite_of_good_hashes("poses", TRUTH, &["joints"]);
@@ -613,7 +634,7 @@ fn visible_always_true_is_found() {
 }
 
 #[test]
-fn in_view_of_the_other_camera_is_found() {
+fn a_wrong_in_view_flag_is_found() {
     let set = Copy::new();
     set.array(TRUTH, "in_view", |values| {
         let Values::Bool(mut flags) = values else { panic!() };
@@ -633,12 +654,12 @@ fn pixels_from_the_corner_of_the_image_are_found() {
     set.found_in_spite_of_good_hashes("projection", "truth/views.npz", &["joints_2d", "OpenCV's formula"]);
 }
 
-/// Nothing was projected where the observations were not exact.
+/// Projections were once not checked when the observations were not exact.
 #[test]
-fn pixels_are_compared_where_silhouettes_are_spoiled_and_where_trackers_are_told_other_cameras() {
-    let told = observed("seed = 5\ncorruption = { calibration_mm = 20.0, calibration_deg = 1.0 }");
-    assert!(Copy::of(&told).verified().is_sound());
-    for base in [&told, &*CORRUPTED, &*SEGMENTED] {
+fn projections_are_checked_with_corrupted_silhouettes_and_with_errors_of_calibration() {
+    let miscalibrated = observed("seed = 5\ncorruption = { calibration_mm = 20.0, calibration_deg = 1.0 }");
+    assert!(Copy::of(&miscalibrated).verified().is_sound());
+    for base in [&miscalibrated, &*CORRUPTED, &*SEGMENTED] {
         for array in ["joints_2d", "markers_2d"] {
             let set = Copy::of(base);
             set.array("truth/views.npz", array, |values| {
@@ -662,7 +683,7 @@ fn a_contact_that_was_edited_is_found() {
 }
 
 #[test]
-fn contacts_that_are_gone_are_missed_in_sets_that_describe_them() {
+fn missing_contacts_are_found_in_sets_that_describe_them() {
     let set = Copy::new();
     fs::remove_file(set.0.path().join("truth/contact.npz")).unwrap();
     set.found_in_spite_of_good_hashes("contact", "truth/contact.npz", &["is missing"]);
@@ -738,7 +759,7 @@ fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
 }
 
 #[test]
-fn sets_with_all_layers_and_with_segmented_and_spoiled_silhouettes_are_sound_as_they_are_written() {
+fn sets_with_all_layers_and_with_segmented_and_corrupted_silhouettes_are_sound_as_written() {
     for (set, words) in [(&LAYERS, "10 images redrawn"), (&SEGMENTED, "segmented"), (&CORRUPTED, "boundary_px 1.5")] {
         let found = Copy::of(set).verified();
         assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
@@ -770,7 +791,7 @@ fn normals_that_point_inwards_and_normals_in_the_camera_s_axes_are_found() {
 }
 
 #[test]
-fn flow_of_the_opposite_sign_and_with_its_axes_exchanged_is_found() {
+fn flow_of_the_opposite_sign_and_with_swapped_axes_is_found() {
     let set = Copy::of(&LAYERS);
     let opposite = set.floats(0, 1, "forward", |c| -c);
     let upwards = set.floats(1, 3, "forward.v", |c| -c);
@@ -799,7 +820,7 @@ fn coverage_that_is_the_mask_or_of_the_background_is_found() {
 }
 
 #[test]
-fn brightness_with_red_and_blue_exchanged_and_up_to_255_is_found() {
+fn brightness_with_red_and_blue_swapped_and_up_to_255_is_found() {
     let set = Copy::of(&LAYERS);
     let exchanged = set.layers(0, 2, |channels| {
         for channel in channels {
@@ -817,7 +838,7 @@ fn brightness_with_red_and_blue_exchanged_and_up_to_255_is_found() {
             values.iter_mut().for_each(|value| *value = f16::from_f32(value.to_f32() * 255.0));
         }
     });
-    set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are exchanged"]);
+    set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are swapped"]);
     set.found("layers", &wide, &["255"]);
 }
 
@@ -827,26 +848,26 @@ fn a_layer_that_one_image_lacks_is_found() {
     let lacking = set.layers(0, 2, |channels| {
         channels.iter_mut().filter(|c| c.name.to_string() == "A").for_each(|c| c.name = "B2".into());
     });
-    set.found_in_spite_of_good_hashes("layers", &lacking, &["A: has no such channel"]);
+    set.found_in_spite_of_good_hashes("layers", &lacking, &["A: the channel is missing"]);
 }
 
 #[test]
-fn depth_images_with_exchanged_bytes_of_another_frame_and_that_are_missing_are_found() {
+fn depth_images_that_are_missing_of_another_frame_or_with_swapped_bytes_are_found() {
     let depth = |camera: usize, frame: usize| format!("truth/layers/cam{camera:02}/{frame:06}-depth.png");
     let set = Copy::of(&LAYERS);
     set.repaint_wide(&depth(0, 1), u16::swap_bytes);
     set.repaint_wide(&depth(1, 1), |mm| mm / 10);
     fs::remove_file(set.0.path().join(depth(1, 3))).unwrap();
     set.swap(&depth(0, 2), &depth(0, 3));
-    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are exchanged"]);
-    set.found("layers", &depth(1, 1), &["other millimetres"]);
-    set.found("layers", &depth(0, 2), &["other millimetres"]);
+    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are swapped"]);
+    set.found("layers", &depth(1, 1), &["differ from the depth of the body"]);
+    set.found("layers", &depth(0, 2), &["differ from the depth of the body"]);
     set.found("formats", &depth(1, 3), &["is missing"]);
 }
 
 #[test]
 fn sights_that_were_edited_are_found() {
-    for (array, name) in [("joint_sight", "it says"), ("marker_sight", "the ray says")] {
+    for array in ["joint_sight", "marker_sight"] {
         let set = Copy::of(&LAYERS);
         set.array("truth/views.npz", array, |values| {
             let Values::I64(mut sights) = values else { panic!() };
@@ -854,12 +875,16 @@ fn sights_that_were_edited_are_found() {
             sights[seen] = 1;
             Values::I64(sights)
         });
-        set.found_in_spite_of_good_hashes("visibility", "truth/views.npz", &[array, "self_occluded", name]);
+        set.found_in_spite_of_good_hashes(
+            "visibility",
+            "truth/views.npz",
+            &[array, "sights are wrong", "self_occluded"],
+        );
     }
 }
 
 #[test]
-fn segmented_and_spoiled_silhouettes_of_another_frame_or_mirrored_are_found() {
+fn segmented_and_corrupted_silhouettes_of_another_frame_or_mirrored_are_found() {
     for base in [&SEGMENTED, &CORRUPTED] {
         let set = Copy::of(base);
         set.write(&Copy::mask(0, 1), &set.read(&Copy::mask(0, 4)));
@@ -870,13 +895,14 @@ fn segmented_and_spoiled_silhouettes_of_another_frame_or_mirrored_are_found() {
 }
 
 #[test]
-fn another_strength_than_silhouettes_were_spoiled_with_is_found() {
+fn a_wrong_corruption_strength_is_found() {
     let set = Copy::of(&CORRUPTED);
     set.text("set.toml", |text| text.replace("holes = 0.05", "holes = 0.3"));
     set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 1), &["pixels differ"]);
 }
 
-// ---- the blindfold ---------------------------------------------------------------------------------------------
+// ---- what trackers may see
+// ---------------------------------------------------------------------------------------------
 
 #[test]
 fn a_leaked_pose_is_found() {
@@ -898,7 +924,7 @@ fn a_start_pose_of_a_later_frame_is_found() {
 }
 
 #[test]
-fn words_hidden_in_an_image_are_found() {
+fn data_hidden_in_an_image_is_found() {
     let set = Copy::new();
     let mut bytes = set.read(&Copy::mask(0, 4));
     bytes.extend(b"pose");
@@ -906,10 +932,10 @@ fn words_hidden_in_an_image_are_found() {
     set.found_in_spite_of_good_hashes("blindfold", &Copy::mask(0, 4), &["4 bytes after the image"]);
 }
 
-// ---- what is no set --------------------------------------------------------------------------------------------
+// ---- not a set --------------------------------------------------------------------------------------------
 
 #[test]
-fn what_is_no_set_of_this_format_is_an_error_and_no_fault() {
+fn a_folder_that_is_not_a_set_of_this_format_is_an_error_not_a_fault() {
     let error = |set: &Copy| verify(set.0.path(), VerifyOptions::default()).unwrap_err().to_string();
     let set = Copy::new();
     set.text("set.toml", |text| text.replace("skiagraph.set/1", "skiagraph.set/3"));
@@ -921,9 +947,9 @@ fn what_is_no_set_of_this_format_is_an_error_and_no_fault() {
     assert!(nowhere.contains("No such file"), "{nowhere}");
 }
 
-// ---- cameras that move or keep times of their own --------------------------------------------------------------
+// ---- cameras that move or have their own times --------------------------------------------------------------
 
-/// What `cameras.npz` has of a frame and a camera: 7 numbers a place.
+/// For each frame and camera, this file has 7 numbers for its place.
 const CAMERAS: &str = "cameras.npz";
 
 fn changed(set: &Copy, array: &str, change: impl Fn(usize, &[f64]) -> f64) {
@@ -934,7 +960,7 @@ fn changed(set: &Copy, array: &str, change: impl Fn(usize, &[f64]) -> f64) {
 }
 
 #[test]
-fn a_set_of_cameras_that_film_is_sound_and_has_no_image_where_none_was_taken() {
+fn a_set_of_moving_cameras_is_sound_and_lacks_the_images_that_were_not_taken() {
     let set = Copy::of(&FILMED);
     let found = set.verified();
     assert!(found.is_sound(), "{:#?} {:#?}", found.faults().collect::<Vec<_>>(), found.checks);
@@ -942,11 +968,11 @@ fn a_set_of_cameras_that_film_is_sound_and_has_no_image_where_none_was_taken() {
     assert!(!set.0.path().join("truth/layers/cam01/000001.exr").exists());
     let text = String::from_utf8(set.read("set.toml")).unwrap();
     assert!(text.contains("skiagraph.set/2"), "{text}");
-    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "cameras that stand still have no such file");
+    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "static cameras have no such file");
 }
 
 #[test]
-fn places_of_cameras_that_are_a_frame_late_are_found() {
+fn camera_places_that_are_one_frame_late_are_found() {
     let set = Copy::of(&FILMED);
     changed(&set, "camera_from_world", |i, v| v[if i < 14 { i } else { i - 14 }]);
     set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["front", "frame before"]);
@@ -954,14 +980,14 @@ fn places_of_cameras_that_are_a_frame_late_are_found() {
 }
 
 #[test]
-fn a_moving_camera_that_is_said_to_stand_still_is_found() {
+fn a_moving_camera_stored_as_static_is_found() {
     let set = Copy::of(&FILMED);
     changed(&set, "camera_from_world", |i, v| v[i % 14]);
     set.found_in_spite_of_good_hashes("projection", CAMERAS, &["front", "differ by"]);
 }
 
 #[test]
-fn time_stamps_that_were_shuffled_are_found() {
+fn shuffled_time_stamps_are_found() {
     let set = Copy::of(&FILMED);
     // frames 2 and 4 of the second camera
     changed(&set, "time_s", |i, v| {
@@ -971,7 +997,7 @@ fn time_stamps_that_were_shuffled_are_found() {
             other => other,
         }]
     });
-    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not rise", "camera 1"]);
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not increase", "camera 1"]);
     set.found("cameras", CAMERAS, &["lens", "first in frame 2"]);
 }
 
@@ -993,17 +1019,17 @@ fn images_of_a_global_shutter_in_place_of_a_rolling_one_are_found() {
 }
 
 #[test]
-fn an_image_of_a_frame_for_which_none_was_taken_is_found() {
+fn an_image_of_a_frame_without_exposure_is_found() {
     let set = Copy::of(&FILMED);
     set.write(&Copy::mask(1, 3), &set.read(&Copy::mask(1, 2)));
-    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image for frame 3"]);
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image of frame 3"]);
 }
 
 #[test]
-fn cameras_of_a_filmed_set_without_their_file_are_found() {
+fn a_set_of_moving_cameras_without_their_file_is_found() {
     let set = Copy::of(&FILMED);
     set.text("set.toml", |text| text.replace("skiagraph.set/2", "skiagraph.set/1"));
-    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["cameras stand still"]);
+    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["static cameras"]);
     let set = Copy::of(&FILMED);
     fs::remove_file(set.0.path().join(CAMERAS)).unwrap();
     set.sign();

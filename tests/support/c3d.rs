@@ -1,6 +1,6 @@
-//! C3D files as motion capture systems write them: Intel, DEC and SGI numbers, floating or whole.
+//! C3D files as motion capture systems write them: Intel, DEC and SGI numbers, floating-point or integer.
 
-/// How numbers are written.
+/// The number format of a file.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Numbers {
     IntelFloats,
@@ -33,7 +33,7 @@ impl Numbers {
     }
 }
 
-/// A file of labelled points, millimetres; `up` is POINT:Y_SCREEN, `None` leaves it out. Three analogue samples follow
+/// A file of labelled points, millimetres; `up` is POINT:Y_SCREEN, which `None` omits. Three analogue samples follow
 /// the points of every frame.
 pub(crate) fn bytes(
     labels: &[String],

@@ -1,4 +1,4 @@
-//! A skin as a `.glb` as Mixamo's figures come: centimetres under a node that scales them, joints by Mixamo's names.
+//! A skin as a `.glb` file like Mixamo's figures: centimetres below a scaling node, joints with Mixamo's names.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use nalgebra::{Matrix4, Point3, Vector3};
 use serde_json::json;
 use skiagraph::body::SkinMesh;
 
-/// Segments, the joints that they are exported as, and the landmarks at whose places those stand.
+/// Segments, the joints as which they are exported, and the landmarks at these joints' places.
 const JOINTS: [(&str, &str, &str); 5] = [
     ("pelvis", "mixamorig:Hips", "pelvis"),
     ("abdomen", "mixamorig:Spine", "pelvis"),
@@ -25,7 +25,7 @@ const LIMBS: [(&str, &str, &str); 8] = [
     ("toes", "ToeBase", "toes"),
 ];
 
-/// The bytes of such a file.
+/// The bytes of the file.
 pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     let mut joints: Vec<(String, String, String)> =
         JOINTS.iter().map(|(a, b, c)| ((*a).into(), (*b).into(), (*c).into())).collect();
@@ -55,7 +55,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     let floats = |all: &mut dyn Iterator<Item = f32>| all.flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
     let vertices: Vec<Vector3<f64>> = mesh.vertices.iter().map(turned).collect();
     view(floats(&mut vertices.iter().flat_map(|v| [v.x as f32, v.y as f32, v.z as f32])));
-    // the greatest four, with a sum of 1
+    // the four greatest weights, normalised to a sum of 1
     let four = |own: &Vec<(u16, f32)>| -> [(u16, f32); 4] {
         let mut sorted = own.clone();
         sorted.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -73,7 +73,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     view(floats(&mut inverse.collect::<Vec<_>>().into_iter()));
     let count = mesh.vertices.len();
     let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
-    // the root of all joints is the hips, the others stand below it
+    // the hips are the root joint, and all others its children
     let node = |index: usize| {
         let offset = if index == 0 { places[0] } else { places[index] - places[0] };
         let mut node = BTreeMap::from([

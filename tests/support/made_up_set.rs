@@ -7,14 +7,14 @@ use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
 use skiagraph::observation::{ObservationSettings, SilhouetteObserver, tracker_start};
 use skiagraph::scene::GroundTruth;
 
-/// A camera `[name, eye, distortion]` of `size` pixels that looks at the actor's belly.
+/// A camera of the given size in pixels that looks at the actor's belly.
 pub(crate) fn camera(name: &str, eye: [f64; 3], distortion: [f64; 5], [width, height]: [u32; 2]) -> Camera {
     let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
     let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, width, height).unwrap();
     Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
 }
 
-/// Poses by the root of a frame and by the angle of a frame and degree of freedom.
+/// A motion from the root's place in each frame, and the angle of each frame and degree of freedom.
 pub(crate) fn motion(
     body: &Humanoid,
     frames: usize,
@@ -31,12 +31,12 @@ pub(crate) fn motion(
     Motion { frames_per_second, poses: poses.collect() }
 }
 
-/// The set of that motion of the actor, seen exactly by these cameras; the tracker has the actor's body.
+/// The set of this motion of the actor, observed exactly by these cameras; the tracker has the actor's body.
 pub(crate) fn assemble(name: &str, cameras: Vec<Camera>, motion: &Motion) -> BenchmarkSet {
     assemble_observed(name, cameras, motion, &ObservationSettings::default())
 }
 
-/// As [`assemble`], with silhouettes as these settings want them.
+/// As [`assemble`], with silhouettes observed by these settings.
 pub(crate) fn assemble_observed(
     name: &str,
     cameras: Vec<Camera>,
@@ -46,8 +46,8 @@ pub(crate) fn assemble_observed(
     assemble_filmed(name, &TimedRig::from(&CameraRig { cameras }), motion, settings)
 }
 
-/// As [`assemble_observed`], by cameras that may move and take their images at times of their own. What trackers are
-/// told has the errors that the settings say.
+/// As [`assemble_observed`], with cameras that may move and have their own exposure times. Trackers get start and
+/// cameras with the errors of the settings.
 pub(crate) fn assemble_filmed(
     name: &str,
     filming: &TimedRig,

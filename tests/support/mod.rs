@@ -1,4 +1,4 @@
-//! What several integration tests share.
+//! Code shared by several integration tests.
 #![allow(dead_code, unused_imports, reason = "each test binary uses its own part")]
 
 use std::path::PathBuf;
@@ -12,19 +12,19 @@ mod data;
 
 pub(crate) use data::{path as test_data, skip};
 
-/// A Python with NumPy, or `None` (said as [`skip`] does) where there is none: `$SKIAGRAPH_TEST_PYTHON`, else
-/// `python3`.
+/// A Python with NumPy: `$SKIAGRAPH_TEST_PYTHON`, otherwise `python3`. Without NumPy it reports this with [`skip`] and
+/// returns `None`.
 pub(crate) fn python_with_numpy() -> Option<PathBuf> {
     let python = std::env::var_os("SKIAGRAPH_TEST_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
     let has_numpy = Command::new(&python).args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
     if !has_numpy {
-        skip(&format!("no NumPy for {} (pip install numpy, or set SKIAGRAPH_TEST_PYTHON)", python.display()));
+        skip(&format!("{} has no NumPy (run pip install numpy, or set SKIAGRAPH_TEST_PYTHON)", python.display()));
     }
     has_numpy.then_some(python)
 }
 
-/// How far `tracker25`, scaled to the body of a motion, stays from its markers: mean of the frames' root mean squares,
-/// metres.
+/// Distance between the markers of a motion and of `tracker25` scaled and fitted to it: mean over frames of the root
+/// mean square, metres.
 pub(crate) fn refit_to_the_trackers_body_m(truth: &Retargeted) -> f64 {
     let template = shipped("tracker25").unwrap();
     let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));

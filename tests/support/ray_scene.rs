@@ -1,5 +1,5 @@
-//! A body in two poses among props, seen by rays alone: written from the definitions, without the library's kinematics,
-//! skins, intersections or cameras. Only the parts of a body and the numbers of a camera are taken from it.
+//! A body in two poses among props, rendered by ray casting: written from the definitions, without the library's
+//! kinematics, skins, intersections or cameras. Only a body's parts and a camera's parameters are taken from it.
 
 use nalgebra::{Matrix2, Matrix3, Matrix4, Point3, Rotation3, Vector2, Vector3, Vector4};
 use parry3d::query::{Ray, RayCast};
@@ -7,12 +7,12 @@ use parry3d::shape::TriMesh;
 use skiagraph::body::{Humanoid, JointKind, Pose, Prop, SkinParts, Solid};
 use skiagraph::camera::Camera;
 
-/// What a ray meets first.
+/// The first surface that a ray meets.
 pub(crate) struct Hit {
-    /// The links whose surface is there; several where solids touch, as thigh and shank do in the ball of a knee. With
-    /// each, where the point of that link is a frame later, world.
+    /// The links whose surface is there: several if solids touch, as thigh and shank do in the ball of a knee. With
+    /// each, the place of that link's point one frame later, world.
     pub(crate) parts: Vec<(usize, Point3<f64>)>,
-    /// The solids of the links, or the triangle of the skin: two rays with one in common met one smooth surface.
+    /// The solids of the links, or the triangle of the skin: two rays that share one met the same smooth surface.
     pub(crate) surfaces: Vec<(usize, usize)>,
     /// Along the camera's axis, metres.
     pub(crate) depth: f64,
@@ -20,10 +20,10 @@ pub(crate) struct Hit {
     pub(crate) normal: Vector3<f64>,
 }
 
-/// Surfaces this near each other are one, metres.
+/// Surfaces within this distance of each other count as touching, metres.
 const TOUCHING_M: f64 = 1e-6;
 
-/// A camera by the numbers that OpenCV's functions take.
+/// A camera in OpenCV's parameters.
 pub(crate) struct PlainCamera {
     k: Matrix3<f64>,
     r: Matrix3<f64>,
@@ -46,7 +46,7 @@ impl PlainCamera {
         }
     }
 
-    fn bent(&self, p: &Vector2<f64>) -> Vector2<f64> {
+    fn distorted(&self, p: &Vector2<f64>) -> Vector2<f64> {
         let [k1, k2, p1, p2, k3] = self.lens;
         let (x, y, r2) = (p.x, p.y, p.norm_squared());
         let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
@@ -55,11 +55,11 @@ impl PlainCamera {
         p * radial + aside
     }
 
-    /// Pixels from the corner of the image; `None` before the near plane.
+    /// Pixel coordinates from the corner of the image; `None` in front of the near plane.
     pub(crate) fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
         let p = self.r * point.coords + self.t;
-        let bent = self.bent(&Vector2::new(p.x / p.z, p.y / p.z));
-        let pixel = self.k * bent.push(1.0);
+        let distorted = self.distorted(&Vector2::new(p.x / p.z, p.y / p.z));
+        let pixel = self.k * distorted.push(1.0);
         (p.z >= self.near).then_some([pixel.x + 0.5, pixel.y + 0.5])
     }
 
@@ -67,18 +67,18 @@ impl PlainCamera {
         -(self.r.transpose() * self.t)
     }
 
-    /// The direction of unit depth, in the world, that is seen at a pixel: Newton's method, slopes by differences.
+    /// The direction of unit depth, in the world, that is seen at a pixel: Newton's method with numerical derivatives.
     fn direction(&self, [u, v]: [f64; 2]) -> Option<Vector3<f64>> {
         let wanted =
             Vector2::new((u - 0.5 - self.k[(0, 2)]) / self.k[(0, 0)], (v - 0.5 - self.k[(1, 2)]) / self.k[(1, 1)]);
         let mut p = wanted;
         for _ in 0..30 {
-            let off = self.bent(&p) - wanted;
-            let slope = |d: Vector2<f64>| (self.bent(&(p + d)) - self.bent(&(p - d))) / (2.0 * d.norm());
+            let off = self.distorted(&p) - wanted;
+            let slope = |d: Vector2<f64>| (self.distorted(&(p + d)) - self.distorted(&(p - d))) / (2.0 * d.norm());
             let slopes = Matrix2::from_columns(&[slope(Vector2::new(1e-6, 0.0)), slope(Vector2::new(0.0, 1e-6))]);
             p -= slopes.try_inverse()? * off;
         }
-        ((self.bent(&p) - wanted).norm() < 1e-10).then(|| self.r.transpose() * p.push(1.0))
+        ((self.distorted(&p) - wanted).norm() < 1e-10).then(|| self.r.transpose() * p.push(1.0))
     }
 }
 
@@ -113,8 +113,8 @@ fn inverse(frame: &Matrix4<f64>) -> Matrix4<f64> {
     frame.try_inverse().unwrap()
 }
 
-/// Distance from the surface of a solid in its link's frame, negative inside; of a tapered capsule that from the
-/// nearest of the balls that it consists of.
+/// Distance from the surface of a solid in its link's frame, negative inside; for a tapered capsule, the distance from
+/// the nearest of the balls of which it consists.
 fn distance(solid: &Solid, p: &Vector3<f64>) -> f64 {
     match solid {
         Solid::TaperedCapsule(capsule) => {
@@ -142,13 +142,13 @@ fn distance(solid: &Solid, p: &Vector3<f64>) -> f64 {
             let beyond = Vector2::new(q.xy().norm() - radius, q.z.abs() - half_length);
             beyond.map(|c| c.max(0.0)).norm() + beyond.max().min(0.0)
         }
-        Solid::Mesh { .. } => panic!("no robot that ships has meshes"),
+        Solid::Mesh { .. } => panic!("no shipped robot has meshes"),
     }
 }
 
-/// The first length along `direction` (in its lengths) at which a ray is inside a solid: it goes on by the distance
-/// that is free everywhere, until nothing is.
-fn enter(solid: &Solid, start: &Vector3<f64>, direction: &Vector3<f64>, most: f64) -> Option<f64> {
+/// The first parameter along `direction` at which a ray is inside a solid, by sphere tracing: it advances by the
+/// distance to the solid until that is zero.
+fn enter(solid: &Solid, start: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> Option<f64> {
     let speed = direction.norm();
     let mut s = 0.0;
     for _ in 0..500 {
@@ -157,7 +157,7 @@ fn enter(solid: &Solid, start: &Vector3<f64>, direction: &Vector3<f64>, most: f6
             return Some(s);
         }
         s += free / speed;
-        if s > most {
+        if s > limit {
             return None;
         }
     }
@@ -202,24 +202,24 @@ impl RaySkin {
         self.parts.triangles[triangle].map(|corner| self.now[corner as usize])
     }
 
-    /// The link of most corners; of three different ones the first.
+    /// The link of most corners; the first corner's if all three differ.
     fn link(&self, triangle: usize) -> usize {
         let [a, b, c] = self.parts.triangles[triangle].map(|corner| self.link_of_vertex[corner as usize]);
         if b == c { b } else { a }
     }
 
-    fn cast(&self, start: &Vector3<f64>, direction: &Vector3<f64>, most: f64) -> Option<(usize, f64)> {
+    fn cast(&self, start: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> Option<(usize, f64)> {
         let single = |v: &Vector3<f64>| parry3d::math::Vec3::new(v.x as f32, v.y as f32, v.z as f32);
         let ray = Ray::new(single(start), single(direction));
-        let hit = self.mesh.cast_local_ray_and_get_normal(&ray, most as f32, false)?;
+        let hit = self.mesh.cast_local_ray_and_get_normal(&ray, limit as f32, false)?;
         let triangle = hit.subshape as usize;
-        // the length in double precision, from the plane of the triangle
+        // the parameter in double precision, from the plane of the triangle
         let [a, b, c] = self.corners(triangle);
         let normal = (b - a).cross(&(c - a));
         Some((triangle, (a - start).dot(&normal) / direction.dot(&normal)))
     }
 
-    /// Where the point `p` of a triangle is a frame later: by its coordinates along two edges.
+    /// The place of the point `p` of a triangle one frame later, by its coordinates along two edges.
     fn carried(&self, triangle: usize, p: &Vector3<f64>) -> Vector3<f64> {
         let [a, b, c] = self.corners(triangle);
         let basis = Matrix3::from_columns(&[b - a, c - a, (b - a).cross(&(c - a))]);
@@ -228,8 +228,8 @@ impl RaySkin {
         a + (b - a) * along.x + (c - a) * along.y
     }
 
-    /// Whether the segment from `point` by `towards` goes into the body through a triangle of a link that is not in
-    /// `own`: the number of times a plane's front side is passed, by volumes of tetrahedra.
+    /// Whether the segment from `point` to `point + towards` enters the body through a triangle of a link that is not
+    /// in `own`, by the signed volumes of tetrahedra.
     fn hides(&self, point: &Vector3<f64>, towards: &Vector3<f64>, own: &[usize]) -> bool {
         let end = point + towards;
         let volume = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>, d: &Vector3<f64>| {
@@ -246,7 +246,7 @@ impl RaySkin {
     }
 }
 
-/// A body in two poses, the first of which is seen, among props.
+/// A body in two poses among props; the first pose is rendered.
 pub(crate) struct RayScene<'a> {
     body: &'a Humanoid,
     frames: [Vec<Matrix4<f64>>; 2],
@@ -263,7 +263,7 @@ impl<'a> RayScene<'a> {
         Self { body, frames, links_from_world, props, skin }
     }
 
-    /// What is seen at a pixel, counted from the corner of the image.
+    /// What is seen at a pixel, in coordinates from the corner of the image.
     pub(crate) fn cast_pixel(&self, camera: &PlainCamera, pixel: [f64; 2]) -> Option<Hit> {
         let direction = camera.direction(pixel)?;
         let start = camera.centre() + direction * camera.near;
@@ -310,7 +310,7 @@ impl<'a> RayScene<'a> {
         Some(Hit { parts, surfaces, depth: near + s, normal })
     }
 
-    /// 0 in view, 1 hidden by the body, 2 hidden by a prop alone, 3 out of view.
+    /// 0 in view, 1 hidden by the body, 2 hidden only by a prop, 3 out of view.
     pub(crate) fn sight(&self, camera: &PlainCamera, point: &Point3<f64>, own: &[usize]) -> usize {
         let inside = |[u, v]: [f64; 2]| u >= 0.0 && v >= 0.0 && u < camera.size[0] && v < camera.size[1];
         if !camera.project(point).is_some_and(inside) {

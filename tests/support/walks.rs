@@ -1,5 +1,5 @@
-//! Real walks: their stances at several frame rates, and how they stand on the ground once their feet are planted. The
-//! study `contact` (`examples/studies/contact.rs`) makes tables of the same.
+//! Recorded walks: their stances at several frame rates, and how their feet stand on the ground once planted. The study
+//! `contact` (`examples/studies/contact.rs`) prints tables of these results.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::{PlantingReport, plant_feet};
 use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
-/// All walks of CMU that the tests have.
+/// All CMU walks of the test data.
 pub(crate) const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
-/// Recordings on which the rule of contact was not worked out: runs, jumps, turns, steps.
+/// Recordings that were not used to develop the contact rule: runs, jumps, turns, steps.
 pub(crate) const OTHERS: [&str; 8] = ["02_03", "02_04", "16_03", "16_08", "16_35", "16_36", "16_45", "16_57"];
 pub(crate) const RATES: [f64; 3] = [120.0, 60.0, 30.0];
 
-/// A whole clip at a rate on the actor, as a scenario has it: first resampled, then retargeted.
+/// A whole clip at a frame rate on the actor, prepared as in a scenario: first resampled, then retargeted.
 fn walk(folder: &Path, name: &str, frames_per_second: f64) -> Retargeted {
     let path = folder.join(format!("{name}.amc"));
     let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
@@ -23,8 +23,8 @@ fn walk(folder: &Path, name: &str, frames_per_second: f64) -> Retargeted {
     retarget(&clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap()
 }
 
-/// First and last instants of the stances of a foot, seconds, without those at which the clip begins or ends: they are
-/// none of the foot's.
+/// First and last times of the stances of a foot, seconds; `None` if the clip begins or ends there, because then they
+/// are not the foot's.
 type Stances = Vec<[Option<f64>; 2]>;
 
 fn stances(walk: &Retargeted) -> [Stances; 2] {
@@ -37,17 +37,17 @@ fn stances(walk: &Retargeted) -> [Stances; 2] {
     found.feet.map(|foot| foot.stances().into_iter().map(|s| [at(s.start), at(s.end - 1)]).collect())
 }
 
-/// How far stances at two rates are apart, frames at 30 Hz; `None` if there are not as many.
-fn apart(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
-    let mut apart = 0.0_f64;
+/// The greatest time between stances at two rates, frames at 30 Hz; `None` if their numbers differ.
+fn time_between(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
+    let mut greatest = 0.0_f64;
     for (a, b) in of_fast.iter().zip(of_slow) {
         if a.len() != b.len() {
             return None;
         }
         let both = a.iter().flatten().zip(b.iter().flatten()).filter_map(|(a, b)| a.zip(*b));
-        apart = both.map(|(a, b)| 30.0 * (a - b).abs()).fold(apart, f64::max);
+        greatest = both.map(|(a, b)| 30.0 * (a - b).abs()).fold(greatest, f64::max);
     }
-    Some(apart)
+    Some(greatest)
 }
 
 /// Stances of one clip at all rates.
@@ -61,19 +61,19 @@ pub(crate) struct SameStances {
 /// Compares the stances of a clip of `folder` at all rates.
 pub(crate) fn same_stances(folder: &Path, name: &str) -> SameStances {
     let found = RATES.map(|fps| stances(&walk(folder, name, fps)));
-    let pairs = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| apart(&found[a], &found[b]));
+    let pairs = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| time_between(&found[a], &found[b]));
     let count = found[0].iter().map(Vec::len).sum::<usize>();
     let cells = pairs.map(|cell| cell.map_or_else(|| "different number".to_owned(), |frames| format!("{frames:.2}")));
     SameStances {
         line: format!("| {name} | {count} | {} |", cells.join(" | ")),
-        is_same: pairs.iter().all(|apart| apart.is_some_and(|frames| frames <= 1.0 + 1e-6)),
+        is_same: pairs.iter().all(|time| time.is_some_and(|frames| frames <= 1.0 + 1e-6)),
     }
 }
 
 /// A line of the table of `results/contact.md`.
 fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
     let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
-    let most = &report.moved_most;
+    let moved_most = &report.moved_most;
     format!(
         "| {name} | {} | {} | {:.1} -> {:.1} | {:.1} | {:.1} -> {:.1} | {:.1} -> {:.1} | {:.1} | {:.0} ({}, {}) |",
         walk.motion.frames_per_second,
@@ -86,13 +86,13 @@ fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
         a.float_mm,
         b.float_mm,
         report.moved_mm,
-        most.mm,
-        most.link,
-        most.frame
+        moved_most.mm,
+        moved_most.link,
+        moved_most.frame
     )
 }
 
-/// What keeps a planted walk from what it must reach; empty if nothing does.
+/// The limits that a planted walk exceeds; empty if it meets all.
 fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     let mut found = Vec::new();
     for after in [report.after, report.after_in_old_stances] {
@@ -106,8 +106,8 @@ fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     found
 }
 
-/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and what keeps it from what
-/// it must reach; empty if nothing does.
+/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and the limits that it
+/// exceeds; empty if it meets all.
 pub(crate) fn planted(folder: &Path, name: &str, fps: f64) -> (String, Vec<String>) {
     let walk = walk(folder, name, fps);
     let report = plant_feet(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;

@@ -1,22 +1,23 @@
-//! What a tracker is given of a frame: an [`Observation`], one silhouette per camera.
+//! The input of a tracker for one frame: an [`Observation`], one silhouette per camera.
 
 use std::borrow::Cow;
 
 use crate::camera::{CameraRig, RigMoment};
 use crate::raster::Mask;
 
-/// The images of all cameras of a rig at one time. A tracker gets only these, the cameras, a body and a start pose.
+/// The images of all cameras of a rig at one time. A tracker receives only these, the cameras, a body and a start
+/// pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Frame number, from 0.
     pub frame: usize,
     /// Seconds from frame 0.
     pub time_s: f64,
-    /// One silhouette per camera, in the rig's order, in the camera's own (distorted) pixels; empty for a camera
+    /// One silhouette per camera in the rig's order, in the camera's own (distorted) pixels; empty for a camera
     /// without a new image.
     pub silhouettes: Vec<Mask>,
-    /// Where the cameras were and when they took their images; `None` where all stand still and took an image at this
-    /// time.
+    /// Positions of the cameras and exposure times of their images; `None` if all cameras are static and took an image
+    /// at this time.
     pub moment: Option<RigMoment>,
 }
 
@@ -27,7 +28,7 @@ impl Observation {
         exposed.is_none_or(Option::is_some)
     }
 
-    /// The cameras of `rig` as they were.
+    /// The cameras of `rig` at this moment.
     pub fn rig<'r>(&self, rig: &'r CameraRig) -> Cow<'r, CameraRig> {
         match &self.moment {
             None => Cow::Borrowed(rig),

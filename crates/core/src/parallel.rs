@@ -1,12 +1,12 @@
-//! The same work on many things, on all cores.
+//! Runs the same work for many items, on all cores.
 
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-/// `work(0)`, `work(1)` and so on, `count` in all and in this order, each done on some core.
+/// The results of `work(0)` to `work(count - 1)` in this order, computed on all cores.
 ///
-/// Rayon's own iterators are compiled anew for every closure, which is slow; here only the result storage is
+/// Rayon's own iterators are compiled separately for every closure, which is slow; here only the result storage is
 /// monomorphised.
 pub fn map<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let places: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
@@ -21,7 +21,7 @@ fn on_all_cores(count: usize, work: &(dyn Fn(usize) + Sync)) {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn results_stand_in_the_order_of_their_numbers_on_any_number_of_threads() {
+    fn results_are_in_order_with_any_number_of_threads() {
         for threads in [1, 2, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let squares = pool.install(|| super::map(1000, |index| index * index));

@@ -1,4 +1,4 @@
-//! Physical plausibility of a motion: its balance and the forces that it needs.
+//! Physical plausibility of a motion: balance and required forces.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, Sequence};
@@ -22,7 +22,7 @@ pub(super) const UNBALANCED: Metric = Metric {
     measure: |sequence| unbalanced(sequence, sequence.contacts?.estimate?),
 };
 
-/// The same of the actor.
+/// The same for the actor.
 pub(super) const TRUE_UNBALANCED: Metric = Metric {
     name: "truth_zmp_outside",
     title: "Zero-moment point outside the support, ground truth",
@@ -46,7 +46,7 @@ pub(super) const RESIDUAL: Metric = Metric {
     measure: |sequence| residual(sequence, sequence.contacts?.estimate?),
 };
 
-/// The same of the actor.
+/// The same for the actor.
 pub(super) const TRUE_RESIDUAL: Metric = Metric {
     name: "truth_residual_wrench_body_weights",
     title: "Residual root wrench, ground truth",
@@ -69,7 +69,7 @@ pub(super) const VIOLATIONS: Metric = Metric {
     measure: |sequence| violations(sequence, sequence.contacts?.estimate?),
 };
 
-/// The same of the actor.
+/// The same for the actor.
 pub(super) const TRUE_VIOLATIONS: Metric = Metric {
     name: "truth_joint_violations",
     title: "Joints beyond position or velocity limits, ground truth",
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn balance_is_counted_where_there_is_any_and_the_start_is_left_out() {
+    fn balance_is_averaged_over_frames_in_contact_without_the_start_frame() {
         let flat = contacts(&[(true, 0.0, 0.0); 5], &[(true, 0.0, 0.0); 5]);
         let truth = Dynamics { mass: 70.0, frames: vec![frame(Some(0.05), 0.1, [0, 0]); 5] };
         let estimate = Dynamics {

@@ -1,4 +1,4 @@
-//! Agreement of outlines, which thin limbs decide as much as a broad trunk.
+//! Agreement of outlines, in which thin limbs count as much as the trunk.
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -29,7 +29,7 @@ mod tests {
     use crate::{Sequence, SilhouetteOutline, evaluate};
 
     #[test]
-    fn a_limb_that_is_missing_costs_more_outline_than_area() {
+    fn a_missing_limb_costs_more_outline_than_area() {
         let trunk = |x: u32, y: u32| (40..80).contains(&x) && (20..100).contains(&y);
         let whole = Mask::from_fn(160, 120, |x, y| trunk(x, y) || ((80..140).contains(&x) && (50..54).contains(&y)));
         let without = Mask::from_fn(160, 120, trunk);

@@ -1,4 +1,4 @@
-//! Where the error comes from: the markers' error by phase of gait, by speed and by how many cameras see them.
+//! Breakdown of the error: the markers' error by phase of gait, by speed and by the number of cameras that see them.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,25 +8,25 @@ use crate::body::{LANDMARKS, Landmark};
 /// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
 const LEGS: [[Landmark; 2]; 2] =
     [[Landmark::LeftKnee, Landmark::LeftAnkle], [Landmark::RightKnee, Landmark::RightAnkle]];
-/// Limits between slow, medium and fast markers of the actor, metres a second: a walker's trunk and a walker's swinging
-/// foot.
+/// Limits between slow, medium and fast markers of the actor, metres per second: a walker's trunk and a walker's
+/// swinging foot.
 const SPEEDS: [f64; 2] = [0.5, 2.0];
-/// From so many cameras on no further difference is made.
+/// Greatest number of cameras that is distinguished.
 const MOST_CAMERAS: usize = 4;
 
 /// Mean error of a group of markers in one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BreakdownGroup {
-    /// What markers are grouped by: `phase of gait`, `speed`, `cameras that see the marker`.
+    /// The kind of group: `phase of gait`, `speed`, `cameras that see the marker`.
     pub by: String,
     /// The group.
     pub group: String,
     /// Mean distance from the truth, millimetres.
     pub mean_mm: f64,
-    /// How much further from the truth a marker of the group is than the same marker in the frames in which it is in
-    /// other groups of the kind, millimetres: the mean of the markers' differences, weighted by `n m / (n + m)` for n
-    /// and m frames. Means of groups also differ because they are of other markers: hands are hidden more often than
-    /// the trunk and err more. Absent where no marker is in two groups.
+    /// Difference between the error of a marker in this group and the error of the same marker in other groups of this
+    /// kind, millimetres: the mean over markers, weighted by `n m / (n + m)` for n and m frames. Unlike the means of
+    /// the groups, it does not depend on which markers are in a group: hands are hidden more often than the trunk and
+    /// have greater errors. Absent if no marker is in two groups.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub same_marker_mm: Option<f64>,
     /// Share of the markers of all groups of the same kind.
@@ -58,7 +58,7 @@ struct Errors {
     of_markers: [Distances; LANDMARKS.len()],
 }
 
-/// Every group that has a marker, as far as contacts and cameras are known.
+/// All groups with a marker, as far as contacts and cameras are known.
 pub(super) fn breakdown(sequence: &Sequence<'_>) -> Vec<BreakdownGroup> {
     let kinds = [by_phase(sequence), by_speed(sequence), by_cameras(sequence)];
     kinds.into_iter().flat_map(as_groups).collect()
@@ -95,7 +95,7 @@ fn within_markers(kind: &[Errors], group: usize) -> Option<f64> {
     (weights > 0.0).then(|| sum / weights)
 }
 
-/// Knees and ankles of the actor's standing and of its swinging legs.
+/// Knees and ankles of the actor's standing and swinging legs.
 fn by_phase(sequence: &Sequence<'_>) -> Vec<Errors> {
     let Some(contacts) = sequence.contacts else { return vec![] };
     let feet = &contacts.truth.ground.feet;
@@ -120,7 +120,7 @@ fn by_speed(sequence: &Sequence<'_>) -> Vec<Errors> {
     })
 }
 
-/// By the number of cameras in which the true marker is in view and not hidden.
+/// By the number of cameras in which the true marker is in view and not occluded.
 fn by_cameras(sequence: &Sequence<'_>) -> Vec<Errors> {
     let Some(views) = sequence.views else { return vec![] };
     let most = views.cameras.len().min(MOST_CAMERAS);
@@ -135,7 +135,7 @@ fn by_cameras(sequence: &Sequence<'_>) -> Vec<Errors> {
     })
 }
 
-/// The distances of all scored markers in the groups that `index(frame, landmark)` says.
+/// The distances of all scored markers, in the groups given by `index(frame, landmark)`.
 fn sort_into(
     sequence: &Sequence<'_>,
     by: &'static str,
@@ -180,7 +180,7 @@ mod tests {
                 frame[landmark as usize] = truth[0][landmark as usize].map(|p| p + Vector3::new(0.03, 0.0, 0.0));
             }
         }
-        // the left foot stands throughout, the right one in frame 1 of the three that count
+        // the left foot is in stance throughout, the right one in frame 1 of the three scored frames
         let stands = (true, 0.0, 0.0);
         let swings = (false, 50.0, 0.0);
         let ground = contacts(&[stands; 4], &[stands, stands, swings, swings]);
@@ -191,7 +191,7 @@ mod tests {
         sequence.contacts = Some(ContactPair { truth: measures, estimate: None });
         let phases = found(&sequence, "phase of gait");
         assert_eq!(phases[0].0, "standing leg");
-        // six markers of the left leg are right, two of the standing right leg 30 mm off
+        // six markers of the left leg are right, two of the standing right leg are 30 mm off
         assert!(
             (phases[0].1 - 2.0 * 30.0 / 8.0).abs() < 1e-9 && (phases[0].2 - 8.0 / 12.0).abs() < 1e-12,
             "{phases:?}"
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn markers_are_fast_by_the_truth_and_the_last_frame_has_no_speed() {
-        // one frame in sixty seconds: a marker that moves by 1 m a frame is 60 m/s fast
+        // at 60 frames per second, 1 m per frame is 60 m/s
         let at = |x: f64| translated(&standing(), Vector3::new(x, 0.0, 0.0));
         let truth = [at(0.0), at(0.0), at(0.02), at(0.04), at(1.0)];
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.01, 0.0))).collect();
@@ -212,10 +212,10 @@ mod tests {
         assert!((speeds[0].2 - 2.0 / 3.0).abs() < 1e-12 && (speeds[0].1 - 10.0).abs() < 1e-9, "{speeds:?}");
     }
 
-    /// The wrist is hidden in most frames and far off in all; the pelvis is seen in most and near. Pooled, what is
-    /// hidden looks worse; yet either is 10 mm better where it is hidden.
+    /// The wrist is hidden in most frames and far off in all; the pelvis is visible in most and near. Pooled, hidden
+    /// markers look worse; yet each marker is 10 mm better when hidden.
     #[test]
-    fn hidden_markers_are_compared_with_themselves_and_not_with_other_markers() {
+    fn hidden_markers_are_compared_with_the_same_markers() {
         let truth = vec![standing(); 9];
         let mut estimate = truth.clone();
         let camera = |name: &str| {
@@ -243,7 +243,7 @@ mod tests {
         let groups = breakdown(&sequence);
         let of = |name: &str| groups.iter().find(|g| g.by.starts_with("cameras") && g.group == name).unwrap();
         assert!((of("none").mean_mm - (6.0 * 70.0 + 20.0) / 7.0).abs() < 1e-9);
-        assert!((of("1").mean_mm - (2.0 * 80.0 + 7.0 * 30.0) / 9.0).abs() < 1e-9, "pooled, hidden ones look worse");
+        assert!((of("1").mean_mm - (2.0 * 80.0 + 7.0 * 30.0) / 9.0).abs() < 1e-9, "pooled, hidden markers look worse");
         assert!((of("none").same_marker_mm.unwrap() + 10.0).abs() < 1e-9);
         assert!((of("1").same_marker_mm.unwrap() - 10.0).abs() < 1e-9);
         let evaluation = evaluate(&sequence).unwrap();
@@ -253,14 +253,14 @@ mod tests {
     }
 
     #[test]
-    fn a_marker_that_is_in_one_group_alone_has_nothing_to_be_compared_with() {
+    fn a_marker_in_a_single_group_has_no_comparison() {
         let truth = vec![standing(); 4];
         let groups = breakdown(&Sequence::from_markers(60.0, &truth, &truth));
         assert!(groups.iter().all(|group| group.same_marker_mm.is_none()), "nothing moves: {groups:?}");
     }
 
     #[test]
-    fn markers_that_fewer_cameras_see_have_a_group_of_their_own() {
+    fn markers_seen_by_fewer_cameras_have_their_own_group() {
         let truth = vec![standing(); 2];
         let mut estimate = truth.clone();
         estimate[1][0] = truth[1][0].map(|p| p + Vector3::new(0.0, 0.0, 0.09));

@@ -17,19 +17,19 @@ pub struct BreakdownSummary {
     pub group: String,
     /// Mean distance over clips of each clip's mean over seeds, millimetres.
     pub mean_mm: f64,
-    /// 95 % interval of it.
+    /// 95 % interval of `mean_mm`.
     pub ci95: Option<Interval>,
     /// As [`BreakdownGroup::same_marker_mm`], over clips of each clip's mean over seeds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub same_marker_mm: Option<f64>,
-    /// 95 % interval of it.
+    /// 95 % interval of `same_marker_mm`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub same_marker_ci95: Option<Interval>,
     /// Share of the markers, mean over clips and seeds.
     pub share: f64,
 }
 
-/// All groups over all runs, in the order in which they are met.
+/// All groups over all runs, in order of first occurrence.
 pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
     let mut names: Vec<(&str, &str)> = Vec::new();
     for group in runs.iter().flat_map(|run| &run.evaluation.breakdown) {
@@ -38,28 +38,29 @@ pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
             names.push(name);
         }
     }
-    let summary = |(by, group): (&str, &str)| {
-        let find = |run: &SeedRun<'_>| -> Option<BreakdownGroup> {
-            run.evaluation.breakdown.iter().find(|g| (g.by.as_str(), g.group.as_str()) == (by, group)).cloned()
-        };
-        let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
-        let clips = by_clip(runs, &per_run);
-        let differences: Vec<Option<f64>> = runs.iter().map(|run| find(run)?.same_marker_mm).collect();
-        let differences = by_clip(runs, &differences);
-        Some(BreakdownSummary {
-            by: by.to_owned(),
-            group: group.to_owned(),
-            mean_mm: mean_of_means(&clips)?,
-            ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
-            same_marker_mm: mean_of_means(&differences),
-            same_marker_ci95: mean_interval(&differences, ValueRange::Any).map(|(ends, _)| ends),
-            share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
-        })
-    };
-    names.into_iter().filter_map(summary).collect()
+    names.into_iter().filter_map(|(by, group)| summarise_group(runs, by, group)).collect()
 }
 
-/// All cameras over all runs, in the order in which they are met.
+fn summarise_group(runs: &[SeedRun<'_>], by: &str, group: &str) -> Option<BreakdownSummary> {
+    let find = |run: &SeedRun<'_>| -> Option<BreakdownGroup> {
+        run.evaluation.breakdown.iter().find(|g| (g.by.as_str(), g.group.as_str()) == (by, group)).cloned()
+    };
+    let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
+    let clips = by_clip(runs, &per_run);
+    let differences: Vec<Option<f64>> = runs.iter().map(|run| find(run)?.same_marker_mm).collect();
+    let differences = by_clip(runs, &differences);
+    Some(BreakdownSummary {
+        by: by.to_owned(),
+        group: group.to_owned(),
+        mean_mm: mean_of_means(&clips)?,
+        ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
+        same_marker_mm: mean_of_means(&differences),
+        same_marker_ci95: mean_interval(&differences, ValueRange::Any).map(|(ends, _)| ends),
+        share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
+    })
+}
+
+/// All cameras over all runs, in order of first occurrence.
 pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraError> {
     let mut names: Vec<&str> = Vec::new();
     for camera in runs.iter().flat_map(|run| &run.evaluation.per_camera) {

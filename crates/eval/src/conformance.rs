@@ -1,5 +1,5 @@
-//! Golden vectors: errors of known size, and what every convention makes of them, worked by hand. `docs/metrics.md` has
-//! the same table.
+//! Golden vectors: errors of known size and the value of every convention, computed by hand. `docs/metrics.md` has the
+//! same table.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ fn star() -> Markers {
     let directions = [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y(), Vector3::z()];
     std::array::from_fn(|index| match index {
         index if index == Landmark::Pelvis as usize => Some(Point3::origin()),
-        // hips on both sides, so that their middle is the pelvis
+        // hips on both sides, so that their midpoint is the pelvis
         index if index == Landmark::LeftHip as usize => Some(Point3::new(0.0, 0.5, 0.0)),
         index if index == Landmark::RightHip as usize => Some(Point3::new(0.0, -0.5, 0.0)),
         index => Some(Point3::from(0.5 * directions[index % 5])),
@@ -41,7 +41,7 @@ fn exchanged_legs() -> Vec<Markers> {
     vec![markers; 5]
 }
 
-/// What is wrong, the estimate, and the value of every convention.
+/// Description of the error, the estimate, and the value of every convention.
 type ConventionCase = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
 
 fn cases() -> Vec<ConventionCase> {
@@ -96,7 +96,7 @@ fn cases() -> Vec<ConventionCase> {
                 ("humaneva_official_mm", 160.0 / 10.0),
                 ("humaneva_relative_official_mm", 160.0 / 9.0),
                 ("pck150", 14.0 / 15.0),
-                // in every frame
+                // true of every frame
                 ("lost_limb", 1.0),
                 ("auc150", 14.0 / 15.0),
                 ("pck50_3dpw", 11.0 / 12.0),
@@ -138,7 +138,7 @@ fn every_convention_gives_the_value_worked_by_hand() {
         let metrics = evaluate_markers(&truth, &estimate).metrics;
         for (name, value) in expected {
             let found = metrics[name].mean;
-            // of the drift a little is taken for a scale: (0.5 mm / 0.5 m)^2
+            // alignment takes a small part of the drift for a scale: (0.5 mm / 0.5 m)^2
             assert!((found - value).abs() < 1e-3, "{case}: {name} is {found}, by hand {value}");
         }
     }
@@ -157,7 +157,7 @@ fn the_table_of_the_docs_has_the_same_values() {
     }
 }
 
-/// A metric, its value, and the words by which the docs derive it.
+/// A metric, its value, and its derivation as given in the docs.
 type Derived = (&'static str, f64, &'static str);
 
 /// Metrics that need more than markers: 20 mm beside the truth along y, seen from 4 and 8 m along x.
@@ -170,7 +170,7 @@ fn with_more_than_markers() -> (BTreeMap<String, MetricValue>, Vec<Derived>) {
         Camera::look_at("c", eye, Point3::origin(), Vector3::z(), view, 640, 480).unwrap()
     };
     let cameras = [4.0, 8.0].map(camera);
-    // the pelvis alone, which is as far as the camera
+    // only the pelvis, whose depth is the camera's distance
     let mut seen = [[false; 15]; 2];
     seen.iter_mut().for_each(|camera| camera[Landmark::Pelvis as usize] = true);
     let views = vec![seen.as_slice(); 3];

@@ -37,7 +37,7 @@ mod tests {
     use super::super::contact_fixture::{FootFrame, contacts, measured};
 
     #[test]
-    fn f1_is_two_thirds_where_two_agree_one_is_missed_and_one_is_too_many() {
+    fn f1_is_two_thirds_for_two_hits_one_miss_and_one_false_stance() {
         let feet = |on: [u8; 4]| -> Vec<FootFrame> { on.iter().map(|&on| (on == 1, 0.0, 0.0)).collect() };
         // frame 0 is left out
         let truth = contacts(&feet([1, 1, 1, 0]), &feet([1, 0, 0, 1]));

@@ -11,7 +11,7 @@ use super::evaluate::MetricValue;
 use super::{ContactMeasures, ContactPair, Sequence, evaluate};
 use crate::test_figure::standing;
 
-/// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
+/// A foot in one frame: whether it is in stance, its gap (mm) and its speed along x (mm/s).
 pub(crate) type FootFrame = (bool, f64, f64);
 
 /// Both feet at 60 Hz; no other link.

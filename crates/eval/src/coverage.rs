@@ -28,19 +28,20 @@ pub(super) const LOST_FRAMES: Metric = Metric {
 
 /// Share of the truth's markers over all scored frames that the estimate has, 0 to 1.
 pub(super) fn share(sequence: &Sequence<'_>) -> f64 {
-    let asked: usize = sequence.scored().map(|frame| asked(sequence, frame)).sum();
+    let expected: usize = sequence.scored().map(|frame| true_markers(sequence, frame)).sum();
     let given: usize = sequence.scored().map(|frame| sequence.pairs(frame).count()).sum();
-    given as f64 / asked.max(1) as f64
+    given as f64 / expected.max(1) as f64
 }
 
-fn asked(sequence: &Sequence<'_>, frame: usize) -> usize {
+/// Number of markers that the truth has in a frame.
+fn true_markers(sequence: &Sequence<'_>, frame: usize) -> usize {
     sequence.truth_markers.count(frame)
 }
 
 fn coverage(sequence: &Sequence<'_>) -> Option<Measurement> {
-    let of_frame = |frame| match asked(sequence, frame) {
+    let of_frame = |frame| match true_markers(sequence, frame) {
         0 => None,
-        asked => Some(sequence.pairs(frame).count() as f64 / asked as f64),
+        expected => Some(sequence.pairs(frame).count() as f64 / expected as f64),
     };
     let per_frame = sequence.per_scored_frame(of_frame);
     mean_of(per_frame.iter().flatten().copied())?;
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sequence_that_is_lost_throughout_has_rates_and_no_errors() {
+    fn a_completely_lost_sequence_has_rates_and_no_errors() {
         let truth = vec![standing(); 40];
         let evaluation = evaluate_markers(&truth, &vec![[None; 15]; 40]);
         for (name, value) in [("lost_frames", 1.0), ("coverage", 0.0), ("track_loss", 1.0), ("pck150", 0.0)] {

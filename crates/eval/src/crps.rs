@@ -1,4 +1,4 @@
-//! How well an estimate's distribution forecasts the truth: the continuous ranked probability score.
+//! The continuous ranked probability score: how well the estimate's distribution predicts the truth.
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -31,7 +31,7 @@ fn crps(sequence: &Sequence<'_>) -> Option<Measurement> {
     })
 }
 
-/// Of a normal distribution with standard deviation `deviation` about 0 for an outcome `error`
+/// CRPS of a normal distribution with mean 0 and standard deviation `deviation` for the outcome `error`
 /// (`[Gneiting 2007]`, section 4.2).
 fn of_normal(error: f64, deviation: f64) -> f64 {
     if deviation <= 0.0 {
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distribution_as_wide_as_the_error_scores_better_than_one_that_is_too_sure_or_too_vague() {
+    fn a_distribution_as_wide_as_the_error_scores_better_than_a_narrow_or_a_wide_one() {
         let truth = vec![standing(); 3];
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.02, 0.02, 0.02))).collect();
         let score = |deviation: f64| {

@@ -1,7 +1,7 @@
 //! Errors of motion: velocity, acceleration, and jitter.
 //!
 //! Differences are taken over frames and multiplied by the frame rate, so that sequences of different rates can be
-//! compared; noise is still amplified, more at higher rates, so these numbers must be quoted with their fps.
+//! compared. Noise is still amplified, more so at higher rates, so these numbers must be quoted with their fps.
 
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ pub(super) const ACCELERATION: Metric = Metric {
     measure: acceleration,
 };
 
-/// The estimate's own third difference.
+/// Third difference of the estimate.
 pub(super) const JITTER: Metric = Metric {
     name: "jitter_m_per_s3",
     title: "Jitter of the estimate",
@@ -73,7 +73,7 @@ fn error_of_difference(sequence: &Sequence<'_>, stencil: &[f64], scale: f64) -> 
     }))
 }
 
-/// `sum_k stencil[k] x[frame - k]` of one marker, metres; `None` where that touches a missing or left-out frame.
+/// `sum_k stencil[k] x[frame - k]` of one marker, metres; `None` if this involves a missing or left-out frame.
 fn difference(
     sequence: &Sequence<'_>,
     markers: MarkerList<'_>,
@@ -107,7 +107,7 @@ mod tests {
         let per_frame = |name: &str| evaluation.metrics[name].per_frame.clone();
         let close = |value: Option<f64>, by_hand: f64| (value.unwrap() - by_hand).abs() < 1e-6 * by_hand;
         let velocity = per_frame("velocity_error_mm_per_s");
-        assert_eq!(velocity[1], None, "the stencil would touch frame 0, which is left out");
+        assert_eq!(velocity[1], None, "the stencil would include frame 0, which is left out");
         assert!(close(velocity[3], 19.0 * 60.0));
         let acceleration = per_frame("acceleration_error_m_per_s2");
         assert_eq!(acceleration[2], None);
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_frame_voids_the_three_stencils_that_touch_it() {
+    fn a_missing_frame_invalidates_the_three_stencils_that_include_it() {
         let truth = along_x(10, |f| 0.01 * f);
         let mut estimate = truth.clone();
         estimate[5] = [None; 15];

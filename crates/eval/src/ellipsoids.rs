@@ -1,4 +1,4 @@
-//! Whether an estimate knows how wrong it is: the truth within the ellipsoids of its covariances.
+//! Calibration of an estimate's covariances: how often the truth lies within their ellipsoids.
 
 use nalgebra::Matrix3;
 
@@ -6,12 +6,12 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
-/// Squared radii, in standard deviations, of the balls that hold 50 and 90 % of a normal distribution in three
+/// Squared radii, in standard deviations, of the balls that contain 50 and 90 % of a normal distribution in three
 /// dimensions: quantiles of chi-squared with three degrees of freedom.
 const HALF_SQUARE: f64 = 2.365_973_884;
 const NINE_TENTHS_SQUARE: f64 = 6.251_388_631;
 
-/// Ellipsoids that should hold half of the markers.
+/// Ellipsoids that should contain half of the markers.
 pub(super) const HALF: Metric = Metric {
     name: "ellipsoid50",
     title: "Markers within their 50 % ellipsoid",
@@ -24,7 +24,7 @@ pub(super) const HALF: Metric = Metric {
     measure: half,
 };
 
-/// Ellipsoids that should hold nine tenths.
+/// Ellipsoids that should contain nine tenths of the markers.
 pub(super) const NINE_TENTHS: Metric = Metric {
     name: "ellipsoid90",
     title: "Markers within their 90 % ellipsoid",
@@ -63,7 +63,7 @@ fn within(sequence: &Sequence<'_>, square: f64) -> Option<Measurement> {
     })
 }
 
-/// `d.(C^-1 d)`; infinite where the covariance leaves no room in some direction and the error lies there.
+/// `d.(C^-1 d)`; infinite for a singular covariance and an error other than 0.
 fn mahalanobis_square(covariance: &Matrix3<f64>, error: &nalgebra::Vector3<f64>) -> Option<f64> {
     match covariance.cholesky() {
         Some(factors) => Some(error.dot(&factors.solve(error))),
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_counts_by_how_long_the_ellipsoid_is_in_its_direction() {
+    fn an_error_is_measured_relative_to_the_ellipsoid_in_its_direction() {
         let long = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-6, 1e-6));
         assert_eq!(share(Vector3::new(0.015, 0.0, 0.0), long), [1.0, 1.0], "1.5 deviations");
         assert_eq!(share(Vector3::new(0.02, 0.0, 0.0), long), [0.0, 1.0], "2 deviations");
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_that_says_nothing_of_its_errors_is_not_measured() {
+    fn an_estimate_without_covariances_is_not_measured() {
         let markers = vec![standing(); 3];
         let evaluation = evaluate(&Sequence::from_markers(60.0, &markers, &markers)).unwrap();
         assert!(evaluation.absent["ellipsoid50"].contains("estimate_covariance"));

@@ -1,4 +1,4 @@
-//! Search or model? Energy at the truth against energy at the estimate.
+//! Whether search or model causes the error: energy of the truth against energy of the estimate.
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -31,7 +31,7 @@ mod tests {
     use crate::{Energies, evaluate};
 
     #[test]
-    fn the_gap_is_positive_where_the_likelihood_prefers_the_estimate() {
+    fn the_gap_is_positive_if_the_likelihood_prefers_the_estimate() {
         let markers = vec![standing(); 4];
         let (truth, estimate) =
             ([Some(9.0), Some(0.5), Some(0.3), None], [Some(0.0), Some(0.25), Some(0.5), Some(1.0)]);

@@ -16,28 +16,28 @@ use super::{coverage, lost_limb, protocol};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Evaluation {
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// Frames of the sequence, left out or not.
+    /// All frames of the sequence, including those left out.
     pub frames: usize,
-    /// The first frame that counts.
+    /// The first scored frame.
     pub first_scored: usize,
     /// Share of the truth's markers, over all scored frames, that the estimate has.
     pub coverage: f64,
     /// By [`Metric::name`]; a metric without its input is absent.
     pub metrics: BTreeMap<String, MetricValue>,
-    /// What every absent metric needs, by its name.
+    /// The inputs that each absent metric needs, by metric name.
     #[serde(default)]
     pub absent: BTreeMap<String, String>,
-    /// Error of every marker that was compared, in the order of [`LANDMARKS`].
+    /// Error of every compared marker, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
-    /// Errors by groups of markers: phase of gait, speed, cameras that see them.
+    /// Errors by group of markers: gait phase, speed, number of cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownGroup>,
-    /// Errors by camera; empty where the cameras are not known.
+    /// Errors by camera; empty if the cameras are unknown.
     #[serde(default)]
     pub per_camera: Vec<PerCameraError>,
-    /// The longest stretch of frames in which a marker is lost throughout; absent where none is long.
+    /// The longest run of frames in which a marker is lost throughout; absent if none is long enough.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_lost: Option<LostStretch>,
     /// Share of markers within 0, 5, ... 150 mm.
@@ -50,16 +50,16 @@ pub struct Evaluation {
 pub struct MetricValue {
     /// Unit of all values.
     pub unit: Unit,
-    /// The measurement: of most metrics the mean over frames.
+    /// The measurement: for most metrics, the mean over frames.
     pub mean: f64,
-    /// Spread over frames; `None` for a metric of the whole sequence, which has one value.
+    /// Spread over frames; `None` for a metric with one value for the whole sequence.
     #[serde(flatten)]
     pub spread: Option<FrameSpread>,
-    /// How many frames have a value; 0 for a metric of the whole sequence.
+    /// Number of frames that have a value; 0 for a metric of the whole sequence.
     pub frames: usize,
     /// Joint set, alignment, mask rule, frames and rate.
     pub protocol: String,
-    /// One value a frame, `None` where left out or not measurable; empty for a metric of the whole sequence.
+    /// One value per frame, `None` if left out or not measurable; empty for a metric of the whole sequence.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub per_frame: Vec<Option<f64>>,
 }
@@ -71,17 +71,17 @@ pub struct JointError {
     pub joint: String,
     /// Mean distance from the truth, millimetres.
     pub mean: f64,
-    /// Its spread over frames.
+    /// Spread of that distance over frames.
     #[serde(flatten)]
     pub spread: FrameSpread,
-    /// Frames in which it was compared.
+    /// Number of frames in which it was compared.
     pub frames: usize,
 }
 
 /// Measures a sequence with every metric that its input allows.
 ///
 /// # Errors
-/// [`EvaluationError`] where lists disagree in length, a number is not finite or nothing can be compared.
+/// [`EvaluationError`] if lists differ in length, a number is not finite or nothing can be compared.
 pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> {
     sequence.check()?;
     let span = span(sequence);
@@ -114,7 +114,7 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
         Measurement::Pooled { per_frame, mean } => (per_frame, Some(mean)),
         Measurement::Whole(value) => (vec![], Some(value)),
     };
-    // what is written is finite or absent: a projection next to a camera's plane may be neither
+    // written values must be finite or absent, and a projection next to a camera's plane may be infinite
     let per_frame: Vec<Option<f64>> = per_frame.into_iter().map(|value| value.filter(|v| v.is_finite())).collect();
     let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
     let mean = whole.or_else(|| super::mean(&values)).filter(|mean| mean.is_finite())?;
@@ -123,7 +123,7 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
     Some(MetricValue { unit: metric.unit, mean, spread, frames: values.len(), protocol, per_frame })
 }
 
-/// Which frames count, in words.
+/// Describes which frames are scored.
 fn span(sequence: &Sequence<'_>) -> String {
     let (frames, fps) = (sequence.frames(), sequence.frames_per_second);
     let last = frames - 1;
@@ -138,7 +138,7 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
     let (truth, estimate) = (sequence.truth_markers, sequence.estimate_markers);
     let of_joint = |(index, landmark): (usize, crate::body::Landmark)| {
         let distance = |frame| Some(1000.0 * (estimate.get(frame, index)? - truth.get(frame, index)?).norm());
-        // one joint after the other: all errors of a long sequence together would fill the memory
+        // joint by joint: all errors of a long sequence at once would need too much memory
         let errors: Vec<f64> = sequence.scored().filter_map(distance).collect();
         let (mean, spread) = (super::mean(&errors)?, FrameSpread::from_values(&errors)?);
         Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_measured_once_has_no_spread_and_what_is_measured_once_a_frame_has() {
+    fn a_metric_of_the_sequence_has_no_spread_and_a_metric_per_frame_has() {
         let truth = vec![standing(); 80];
         let metrics = evaluate_markers(&truth, &truth).metrics;
         assert_eq!((metrics["lag_ms"].spread, metrics["lag_ms"].frames), (None, 0));
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn an_evaluation_survives_json() {
+    fn an_evaluation_can_be_read_back_from_json() {
         let truth = vec![standing(); 80];
         let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.1, 0.2, 0.3))).collect();
         let evaluation = evaluate_markers(&truth, &moved);

@@ -1,16 +1,16 @@
-//! Slip of feet along the ground while the actor's foot stands.
+//! Slip of feet along the ground while the actor's foot is in stance.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, ContactPair, Sequence};
 use super::statistics::mean_of;
 
-/// What metrics of stance need.
+/// Inputs that metrics of stance need.
 pub(super) const STANCES: &str = "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet \
     of both bodies, and frames in which a foot of the actor stands";
-/// What metrics of the actor's stance need.
+/// Inputs that metrics of the actor's stance need.
 pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames in which a foot stands";
 
-/// Speed in stance.
+/// Speed of the feet in stance.
 pub(super) const SKATE: Metric = Metric {
     name: "foot_skate_mm_per_s",
     title: "Foot skate",
@@ -22,7 +22,7 @@ pub(super) const SKATE: Metric = Metric {
     measure: |sequence| skate(sequence, |pair| pair.estimate),
 };
 
-/// The same of the actor.
+/// The actor's [`SKATE`].
 pub(super) const TRUE_SKATE: Metric = Metric {
     name: "truth_foot_skate_mm_per_s",
     title: "Foot skate, ground truth",
@@ -33,7 +33,7 @@ pub(super) const TRUE_SKATE: Metric = Metric {
     ..SKATE
 };
 
-/// How far the sole slides in a stance: speed in stance over time.
+/// Distance that the sole slides in a stance: the integral of its speed.
 pub(super) const SLIP: Metric = Metric {
     name: "slip_per_stance_mm",
     title: "Slip per stance",
@@ -46,7 +46,7 @@ pub(super) const SLIP: Metric = Metric {
     measure: |sequence| slip(sequence, |pair| pair.estimate),
 };
 
-/// The same of the actor.
+/// The actor's [`SLIP`].
 pub(super) const TRUE_SLIP: Metric = Metric {
     name: "truth_slip_per_stance_mm",
     title: "Slip per stance, ground truth",
@@ -57,7 +57,7 @@ pub(super) const TRUE_SLIP: Metric = Metric {
     ..SLIP
 };
 
-/// As in other papers.
+/// Slide per frame, as other papers report it.
 pub(super) const PER_FRAME: Metric = Metric {
     name: "foot_skate_per_frame_mm",
     title: "Foot skate, mm per frame (compatibility)",
@@ -70,7 +70,7 @@ pub(super) const PER_FRAME: Metric = Metric {
     measure: |sequence| per_frame(sequence),
 };
 
-/// As in other papers.
+/// Skating ratio, as other papers report it.
 pub(super) const RATIO: Metric = Metric {
     name: "skating_ratio",
     title: "Skating ratio (compatibility)",
@@ -83,14 +83,14 @@ pub(super) const RATIO: Metric = Metric {
     measure: |sequence| ratio(sequence),
 };
 
-/// Slides longer than this in one frame count in [`RATIO`], millimetres.
+/// Slides in one frame that exceed this count in [`RATIO`], millimetres.
 const SLIDE_MM: f64 = 25.0;
 
-/// ContactsOf contacts are measured: the estimate's or the actor's.
+/// Selects whose contacts are measured: the estimate's or the actor's.
 pub(super) type ContactsOf = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
 
-/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is
-/// left out or has no pose.
+/// Speeds, mm/s, of the feet that are in stance in the truth; none if the difference involves a frame that is left out
+/// or has no pose.
 fn speeds_in_stance(sequence: &Sequence<'_>, who: ContactsOf, frame: usize) -> impl Iterator<Item = f64> {
     let pair = sequence.contacts.filter(|_| frame > sequence.first_scored);
     let known = pair.and_then(|pair| Some((pair, who(&pair).filter(|body| body.is_known(frame, 1))?)));
@@ -142,8 +142,8 @@ mod tests {
     use super::super::contact_fixture::{contacts, measured};
 
     #[test]
-    fn skate_counts_true_stance_alone_and_the_truth_has_its_own() {
-        // frame 0 is left out, frame 1 would touch it
+    fn skate_is_measured_in_true_stances_only_and_also_of_the_truth() {
+        // frame 0 is left out, and the difference of frame 1 involves it
         let stands = [true, true, true, true, false, true];
         let feet = |speeds: [f64; 6]| stands.iter().zip(speeds).map(|(s, v)| (*s, 0.0, v)).collect::<Vec<_>>();
         let off = [(false, 50.0, 900.0); 6];
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_who_flies_skates() {
+    fn a_body_in_flight_does_not_skate() {
         let flying = contacts(&[(false, 500.0, 900.0); 4], &[(false, 500.0, 900.0); 4]);
         let found = measured(&flying, &flying, [&[0.0; 4]; 2]);
         assert!(!found.contains_key("foot_skate_mm_per_s") && !found.contains_key("slip_per_stance_mm"));

@@ -1,5 +1,5 @@
-//! MPJPE in the world after one similarity transform for a whole segment: drift counts, where the world begins does
-//! not.
+//! MPJPE in the world after one similarity transform per segment: it measures drift, but not the choice of the world's
+//! origin.
 
 use nalgebra::Point3;
 
@@ -47,7 +47,7 @@ fn first_frames(sequence: &Sequence<'_>) -> Option<Measurement> {
     aligned(sequence, FIRST)
 }
 
-/// Distances after every segment's transform, which is fitted to its first `fitted` frames with an estimate.
+/// Distances after the transform of each segment, fitted to its first `fitted` frames that have an estimate.
 fn aligned(sequence: &Sequence<'_>, fitted: usize) -> Option<Measurement> {
     let pairs =
         |frame: usize| -> Pairs { sequence.pairs(frame).map(|(_, truth, estimate)| (estimate, truth)).collect() };

@@ -1,4 +1,4 @@
-//! Penetration of the ground, and height of the feet while the actor stands.
+//! Penetration of the ground, and height of the feet while the actor's foot is in stance.
 
 use super::foot_skate::{ContactsOf, STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -17,7 +17,7 @@ pub(super) const PENETRATION: Metric = Metric {
     measure: |sequence| penetration(sequence, |pair| pair.estimate),
 };
 
-/// The same of the actor.
+/// The actor's [`PENETRATION`].
 pub(super) const TRUE_PENETRATION: Metric = Metric {
     name: "truth_ground_penetration_mm",
     title: "Ground penetration, ground truth",
@@ -41,7 +41,7 @@ pub(super) const FLOAT: Metric = Metric {
     measure: |sequence| float(sequence, |pair| pair.estimate),
 };
 
-/// The same of the actor.
+/// The actor's [`FLOAT`].
 pub(super) const TRUE_FLOAT: Metric = Metric {
     name: "truth_foot_float_mm",
     title: "Float in stance, ground truth",
@@ -90,7 +90,7 @@ mod tests {
         let found = measured(&truth, &contacts(&left, &right), [&[0.0; 4]; 2]);
         assert!((found["ground_penetration_mm"].mean - 40.0 / 3.0).abs() < 1e-9, "40, 0 and 0 mm");
         assert!((found["truth_ground_penetration_mm"].mean - 2.0).abs() < 1e-9);
-        // left stands in frames 1 to 3, right in 1 and 2: 0, 30, 0 and 0, 6 mm
+        // left foot in stance in frames 1 to 3, right foot in 1 and 2: 0, 30, 0 and 0, 6 mm
         assert!((found["foot_float_mm"].mean - 36.0 / 5.0).abs() < 1e-9);
         assert!((found["truth_foot_float_mm"].mean - 4.0 / 5.0).abs() < 1e-9);
         assert_eq!(found["foot_float_mm"].per_frame[2], Some(18.0));

@@ -6,8 +6,8 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 use super::{Sequence, mpjpe};
 
-/// Mean distance of the fifteen virtual markers ([Sigal 2006], [Sigal 2010]; equal to the position error of [Skinned
-/// APF], Fig. 5, in mm).
+/// Mean distance of the fifteen virtual markers (`[Sigal 2006]`, `[Sigal 2010]`; equals the position error of
+/// `[Skinned APF]`, Fig. 5, in mm).
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "humaneva_mm",
     title: "HumanEva 3-D error",
@@ -19,8 +19,9 @@ pub(super) const ABSOLUTE: Metric = Metric {
     measure: absolute,
 };
 
-/// Our own relative error: both skeletons are moved to their pelvis, the other fourteen markers count. HumanEva's own
-/// relative error mixes the head into the thorax and is not ported.
+/// Skiagraph's variant of the relative error: both skeletons are translated to their pelvis, and the other fourteen
+/// markers are compared. HumanEva's original, which mixes the head into the thorax, is in
+/// [`super::humaneva_official`].
 pub(super) const RELATIVE: Metric = Metric {
     name: "humaneva_relative_mm",
     title: "HumanEva error relative to the pelvis",

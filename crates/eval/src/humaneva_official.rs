@@ -1,8 +1,8 @@
-//! HumanEva's errors as its own code has them, quirks included, for numbers that are compared with published ones.
+//! HumanEva's errors as its published code computes them, including its quirks, for comparison with published numbers.
 //!
-//! Its skeleton has twenty ends of limbs; where two share a joint, their mean error is one term, *unless both are
-//! exactly zero: then the joint is left out of the mean*. Its relative error takes the head's upper end for its lower
-//! one in the thorax, and the lower for the upper in the head. [`super::humaneva`] has both corrected.
+//! Its skeleton has twenty limb ends. If two share a joint, their mean error is one term, *unless both are exactly
+//! zero: then the joint is left out of the mean*. Its relative error uses the head's upper end instead of the lower one
+//! in the thorax, and the lower instead of the upper one in the head. [`super::humaneva`] corrects both.
 
 use crate::body::Landmark;
 
@@ -22,7 +22,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
     measure: absolute,
 };
 
-/// Its relative error.
+/// The relative error of that code.
 pub(super) const RELATIVE: Metric = Metric {
     name: "humaneva_relative_official_mm",
     title: "HumanEva relative error, as its code has it",
@@ -35,7 +35,7 @@ pub(super) const RELATIVE: Metric = Metric {
     measure: relative,
 };
 
-/// Joints that two limbs share: their error is a mean of two, and left out where both are zero.
+/// Whether two limbs share the joint: its error is a mean of two, left out if both are zero.
 fn is_shared(landmark: usize) -> bool {
     use Landmark::{LeftElbow, LeftKnee, RightElbow, RightKnee, Thorax};
     [Thorax, LeftElbow, RightElbow, LeftKnee, RightKnee].iter().any(|shared| *shared as usize == landmark)
@@ -72,7 +72,7 @@ mod tests {
     use nalgebra::Vector3;
 
     #[test]
-    fn the_head_counts_half_in_the_thorax_and_not_in_the_head() {
+    fn the_head_error_counts_half_in_the_thorax_and_not_in_the_head() {
         let truth = vec![standing(); 3];
         let mut estimate = truth.clone();
         for frame in &mut estimate {
@@ -83,7 +83,7 @@ mod tests {
             }
         }
         let metrics = evaluate_markers(&truth, &estimate).metrics;
-        // twelve limbs and the head of 10 mm, the thorax (10 + 40) / 2
+        // twelve limbs and the head have 10 mm, the thorax (10 + 40) / 2
         assert!((metrics["humaneva_relative_official_mm"].mean - (13.0 * 10.0 + 25.0) / 14.0).abs() < 1e-9);
         assert!((metrics["humaneva_relative_mm"].mean - (13.0 * 10.0 + 40.0) / 14.0).abs() < 1e-9);
         assert!((metrics["humaneva_official_mm"].mean - metrics["humaneva_mm"].mean).abs() < 1e-9, "no zero, no quirk");

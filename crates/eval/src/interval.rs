@@ -1,8 +1,8 @@
-//! 95 % intervals of a mean over runs, and when there is none.
+//! 95 % intervals of a mean over runs, and the cases without an interval.
 //!
 //! The unit is the run (one clip, one seed), never the frame: frames of one run are correlated, and an interval over
-//! them would be several times too narrow. Seeds vary within their clip; the clips are fixed, so the interval refers to
-//! these clips.
+//! them would be several times too narrow. Seeds vary within their clip; the clips are fixed, so the interval covers
+//! these clips only.
 //!
 //! The choice of rules is based on a simulation of coverage (`cargo run --release --example studies -- intervals`,
 //! `results/intervals.md`).
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::student::{student, student_on_logs};
 
-/// Fewer runs than these have no interval.
+/// Least number of runs for an interval.
 pub const FEWEST_RUNS: usize = 3;
 
 /// A two-sided 95 % interval, written `[low, high]`.
@@ -38,7 +38,7 @@ impl From<Interval> for [f64; 2] {
     }
 }
 
-/// Which values a quantity can take. An interval never reaches beyond them.
+/// The values that a quantity can take. An interval never extends beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ValueRange {
     /// Any number.
@@ -49,7 +49,7 @@ pub enum ValueRange {
     Share,
 }
 
-/// How an interval was made.
+/// How an interval was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntervalRule {
     /// Student's t interval; over several clips with the degrees of freedom of `[Welch 1938]` and `[Satterthwaite
@@ -57,7 +57,8 @@ pub enum IntervalRule {
     Student,
     /// Student's t interval on a logarithmic scale, about the arithmetic mean, with the greater of two standard errors:
     /// that of Student's interval, and that of the modified Cox interval (`[Olsson 2005]`) of the mean of log-normal
-    /// values. It is an interval of the mean; exponents of a t interval of the logarithms would be one of the median.
+    /// values. It is an interval of the mean; exponentials of a t interval of the logarithms would be one of the
+    /// median.
     StudentOnLogs,
 }
 
@@ -70,11 +71,12 @@ impl fmt::Display for IntervalRule {
     }
 }
 
-/// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the
-/// values of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, if a clip has a single run, and if the runs
-/// of every clip are equal: an interval of zero width would claim more than three seeds without a lost frame can show.
+/// 95 % interval of the mean over clips of each clip's mean over seeds, and its rule; `clips[c]` holds the values of
+/// the runs of clip `c`. `None` for fewer than [`FEWEST_RUNS`] runs, if a clip has a single run, and if the runs of
+/// every clip are equal: an interval of zero width would claim more than, for example, three seeds without a lost frame
+/// show.
 ///
-/// It is Student's t, on a logarithmic scale for errors that are all above 0, for any number of runs.
+/// The interval is Student's t, on a logarithmic scale for errors that are all above 0.
 pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval, IntervalRule)> {
     let fewest = clips.iter().map(Vec::len).min()?;
     let runs: usize = clips.iter().map(Vec::len).sum();
@@ -82,9 +84,10 @@ pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval,
         return None;
     }
     let is_error = range == ValueRange::NonNegative && clips.iter().flatten().all(|value| *value > 0.0);
-    let (ends, rule) = match is_error {
-        true => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
-        false => (student(clips)?, IntervalRule::Student),
+    let (ends, rule) = if is_error {
+        (student_on_logs(clips)?, IntervalRule::StudentOnLogs)
+    } else {
+        (student(clips)?, IntervalRule::Student)
     };
     Some((range.hold(ends.into()), rule))
 }
@@ -100,7 +103,7 @@ impl ValueRange {
     }
 }
 
-/// Whether the runs of every clip have one value.
+/// Whether the runs of every clip have equal values.
 pub(super) fn are_equal(clips: &[Vec<f64>]) -> bool {
     clips.iter().all(|runs| runs.windows(2).all(|pair| pair[0] == pair[1]))
 }
@@ -116,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_of_student_agree_with_tables() {
+    fn quantiles_of_students_t_agree_with_tables() {
         for (freedom, t) in
             [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)]
         {
@@ -142,16 +145,16 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_never_leaves_what_the_quantity_can_be() {
+    fn an_interval_stays_within_the_range_of_the_quantity() {
         assert_eq!(ends(&[vec![0.0, 0.5, 1.0]], ValueRange::Share), [0.0, 1.0]);
         let [low, _] = ends(&[vec![0.0, 2.0, 30.0]], ValueRange::NonNegative);
         assert_eq!(low, 0.0);
         let [low, _] = ends(&[vec![1.0, 2.0, 30.0]], ValueRange::NonNegative);
-        assert!(low > 0.0, "a logarithmic scale has no zero");
+        assert!(low > 0.0, "a logarithmic scale excludes zero");
     }
 
     #[test]
-    fn the_interval_of_errors_holds_by_hand_and_one_run_near_zero_does_not_stretch_it_without_bound() {
+    fn the_interval_of_errors_is_the_one_computed_by_hand_and_a_run_near_zero_does_not_widen_it_without_bound() {
         // logarithms 0, 1, 2: v = 1, n = 3, (se / m)^2 = 1/3 + 1/4
         let e = std::f64::consts::E;
         let (runs, m) = (vec![1.0, e, e * e], (1.0 + e + e * e) / 3.0);
@@ -174,14 +177,14 @@ mod tests {
         assert_eq!(
             mean_interval(&[vec![0.0; 5]], ValueRange::Share),
             None,
-            "no lost frame in five seeds is not none for sure"
+            "five seeds without a lost frame do not prove that there is none"
         );
         assert_eq!(mean_interval(&[vec![10.0; 13], vec![20.0; 12]], ValueRange::NonNegative), None);
         assert!(mean_interval(&[vec![10.0; 3], vec![20.0, 21.0]], ValueRange::NonNegative).is_some());
     }
 
     #[test]
-    fn clips_weigh_alike_however_many_seeds_they_have() {
+    fn clips_have_equal_weight_whatever_their_number_of_seeds() {
         for few in [2, 10] {
             let mut clips = [vec![10.0; 13], vec![20.0; few]];
             clips[1][0] += 1e-6;
@@ -191,13 +194,13 @@ mod tests {
     }
 
     #[test]
-    fn of_two_clips_of_which_one_never_varies_the_other_gives_the_degrees_of_freedom() {
+    fn a_clip_that_never_varies_adds_no_degrees_of_freedom() {
         let [low, high] = ends(&[vec![1.0, 2.0, 3.0], vec![5.0; 9]], ValueRange::Any);
-        assert!((high - low - 2.484_138).abs() < 1e-5, "half the width of the first alone: {low} {high}");
+        assert!((high - low - 2.484_138).abs() < 1e-5, "half the width of the varying clip alone: {low} {high}");
     }
 
     #[test]
-    fn intervals_of_three_and_ten_normal_runs_cover_the_truth_about_as_often_as_they_say() {
+    fn intervals_of_three_and_ten_normal_runs_have_about_the_nominal_coverage() {
         for n in [3, 10] {
             let covered = (0..400).filter(|trial| {
                 let mut rng = stream(*trial, Purpose::Oracle, 0, 0, n);

@@ -6,17 +6,17 @@ use super::IntervalRule;
 use super::interval::{FEWEST_RUNS, are_equal};
 use super::seed_run::{SeedRun, by_clip};
 
-/// How a tracker that draws no random numbers gets an interval.
+/// How to get an interval for a tracker that draws no random numbers.
 pub(super) const WITHOUT_SEEDS: &str = "measure it on several draws of the observation's noise \
-    (skiagraph render SCENARIO observation.seed=2 --out SET-2, and so on, where the scenario has noise) or on several \
+    (skiagraph render SCENARIO observation.seed=2 --out SET-2, and so on, if the scenario has noise) or on several \
     clips, one run each, and give the folder of all runs";
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.
 const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 30), (5, 40), (10, 65), (20, 85)];
 
-/// How the interval of one metric was made, or why there is none. `clips` holds the values of the runs that have the
-/// metric, `of` is the number of all runs.
+/// Describes how the interval of one metric was computed, or why there is none. `clips` holds the values of the runs
+/// that have the metric, `of` is the number of all runs.
 pub(super) fn of_metric(clips: &[Vec<f64>], of: usize, rule: Option<IntervalRule>) -> String {
     match rule {
         Some(rule) => format!("{rule} over {}", counted(clips, of)),
@@ -24,12 +24,12 @@ pub(super) fn of_metric(clips: &[Vec<f64>], of: usize, rule: Option<IntervalRule
     }
 }
 
-/// How the intervals of a summary were made and what they speak of, or why there are none.
+/// Describes how the intervals of a summary were computed and what they cover, or why there are none.
 pub(super) fn of_summary(runs: &[SeedRun<'_>]) -> String {
     let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
     if are_copies(runs) {
         return format!(
-            "{} with the same estimates to the bit: the tracker draws no random numbers, and copies are one observation. \
+            "{} with bit-identical estimates: the tracker draws no random numbers, and copies are one observation. \
              No interval; {WITHOUT_SEEDS}",
             counted(&clips, runs.len())
         );
@@ -39,22 +39,20 @@ pub(super) fn of_summary(runs: &[SeedRun<'_>]) -> String {
     match (names.len(), runs.first().map(|run| run.evaluation)) {
         (1, Some(first)) if clips[0].len() >= FEWEST_RUNS && first.frames_per_second > 0.0 => {
             let seconds = first.frames as f64 / first.frames_per_second;
-            format!(
-                "{words}. They are of one clip of {seconds:.1} s and say nothing about other motions or other noise"
-            )
+            format!("{words}. They are of one clip of {seconds:.1} s and do not cover other motions or other noise")
         }
         _ => words,
     }
 }
 
-/// Whether the runs of every clip, two or more, have the same estimates, as far as all measures tell.
+/// Whether every clip has two or more runs and all have equal evaluations, which imply equal estimates in practice.
 fn are_copies(runs: &[SeedRun<'_>]) -> bool {
     let first = |run: &SeedRun<'_>| runs.iter().find(|other| other.clip == run.clip).map(|first| first.evaluation);
     let lone = |run: &SeedRun<'_>| runs.iter().filter(|other| other.clip == run.clip).count() < 2;
     !runs.is_empty() && runs.iter().all(|run| !lone(run) && first(run) == Some(run.evaluation))
 }
 
-/// How intervals over seeds are made, or why there are none. `clips` holds one value a run.
+/// Describes how intervals over seeds are computed, or why there are none. `clips` holds one value per run.
 fn of_runs(clips: &[Vec<f64>]) -> String {
     let runs: usize = clips.iter().map(Vec::len).sum();
     let fewest = clips.iter().map(Vec::len).min().unwrap_or(0);
@@ -103,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_coverage_that_is_told_is_the_one_that_was_simulated() {
+    fn the_stated_coverage_is_the_simulated_one() {
         let study: serde_json::Value = serde_json::from_str(include_str!("../../../results/intervals.json")).unwrap();
         let rows = study["one_clip"].as_array().unwrap();
         for (seeds, percent) in COVERAGE_WITH_LOST_TRACKS {

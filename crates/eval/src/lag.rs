@@ -5,13 +5,13 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 use crate::body::LANDMARKS;
 
-/// The longest lag looked for, seconds.
+/// Greatest lag that is searched, seconds.
 const LONGEST_LAG_S: f64 = 0.25;
 
 const LONG_ENOUGH: &str = "a sequence of at least 1 s, and at least 0.5 s of frames with estimates in all frames \
     within 250 ms before and after";
 
-/// The shift that fits best.
+/// The best-fitting shift.
 pub(super) const LAG: Metric = Metric {
     name: "lag_ms",
     title: "Lag",
@@ -24,7 +24,7 @@ pub(super) const LAG: Metric = Metric {
     measure: lag,
 };
 
-/// The error that remains after it.
+/// The error that remains after that shift.
 pub(super) const LAG_CORRECTED: Metric = Metric {
     name: "lag_corrected_mm",
     title: "Error after lag correction",
@@ -45,9 +45,9 @@ fn lag_corrected(sequence: &Sequence<'_>) -> Option<Measurement> {
     best_shift(sequence).map(|(_, error)| Measurement::Whole(error))
 }
 
-/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. True frames count
-/// that have an estimate at every shift. `None` for sequences shorter than four times the longest lag, and for fewer
-/// such frames than those have.
+/// The shift of least error, frames, and that error, millimetres; of equal ones the smaller shift. Only true frames
+/// that have an estimate at every shift are compared. `None` for sequences shorter than four times the greatest lag,
+/// and for fewer such frames than sequences of that length have.
 fn best_shift(sequence: &Sequence<'_>) -> Option<(i64, f64)> {
     let reach = (LONGEST_LAG_S * sequence.frames_per_second) as usize;
     if sequence.scored().len() < 4 * reach.max(1) {
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn one_frame_of_lag_at_20_mm_a_frame_is_20_mm_of_error_and_none_once_corrected() {
+    fn one_frame_of_lag_at_20_mm_per_frame_is_20_mm_of_error_and_none_once_corrected() {
         let metrics = evaluate_markers(&walker(0.0), &walker(1.0)).metrics;
         assert!((metrics["mpjpe_mm"].mean - 20.0).abs() < 1e-9);
         assert!((metrics["lag_ms"].mean - 1000.0 / 60.0).abs() < 1e-9);
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn lost_frames_do_not_move_the_lag() {
-        // a walker who speeds up, so that frames left out of one shift alone would favour another
+        // the walker accelerates, so that frames left out of one shift only would favour another
         let walk = |lag: f64| -> Vec<_> {
             (0..200)
                 .map(|f| translated(&standing(), Vector3::new(0.0004 * (f as f64 - lag).powi(2), 0.0, 0.0)))
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_sequence_has_no_lag_to_measure() {
+    fn the_lag_of_a_short_sequence_is_not_measured() {
         let truth = &walker(0.0)[..40];
         assert!(!evaluate_markers(truth, truth).metrics.contains_key("lag_ms"));
     }

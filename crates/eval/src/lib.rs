@@ -100,8 +100,8 @@ pub use self::{
     breakdown_summary::BreakdownSummary,
     comparison::{
         ClipValues, DifferenceRule, IntervalUnit, JointDifference, LostTracks, MeasuredClip, MeasuredMetric,
-        MeasuredRuns, MergeError, Rate, RateDifference, changed_settings, compare_runs, difference, holm, lost_tracks,
-        seeds_in_words, should_pair, shown_once,
+        MeasuredRuns, MergeError, Rate, RateDifference, changed_settings, compare_runs, describe_seeds, difference,
+        holm, lost_tracks, should_pair, shown_once,
     },
     evaluate::JointError,
     gate::{

@@ -6,8 +6,8 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use crate::body::{Landmark, Markers};
 
-/// Share of frames in which limbs are nearer to the truth with left and right exchanged. That alone does not say that
-/// they are exchanged: [`super::limbs_exchanged`] asks whether the exchange makes them good.
+/// Share of frames in which limbs are nearer to the truth with left and right exchanged. That does not prove that they
+/// are exchanged: [`super::limbs_exchanged`] also requires a small error after the exchange.
 pub(super) const SHARE: Metric = Metric {
     name: "limb_swaps",
     title: "Frames that fit better exchanged",
@@ -21,7 +21,7 @@ pub(super) const SHARE: Metric = Metric {
     measure: share,
 };
 
-/// The markers of a left and a right limb that move apart from the trunk, joint by joint.
+/// The markers of a left and a right limb that move relative to the trunk, joint by joint.
 pub(super) type Limbs = [[Landmark; 2]; 2];
 pub(super) const LEGS: Limbs = [[Landmark::LeftKnee, Landmark::RightKnee], [Landmark::LeftAnkle, Landmark::RightAnkle]];
 pub(super) const ARMS: Limbs =
@@ -36,7 +36,7 @@ fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     Some(Measurement::PerFrame(sequence.per_scored_frame(swapped)))
 }
 
-/// Whether the limbs fit better with left and right exchanged; `None` where a marker is missing.
+/// Whether the limbs fit better with left and right exchanged; `None` if a marker is missing.
 fn is_swapped(truth: &Markers, estimate: &Markers, limbs: &Limbs) -> Option<bool> {
     let (mut as_is, mut exchanged) = (0.0, 0.0);
     for [left, right] in limbs {
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn legs_and_arms_count_apart_and_a_frame_once() {
+    fn legs_and_arms_are_tested_separately_and_a_frame_counts_once() {
         let truth = vec![standing(); 6];
         let mut estimate = truth.clone();
         estimate[0] = exchanged(&truth[0], &LEGS); // left out
@@ -77,12 +77,12 @@ mod tests {
         assert!((metric.mean - 3.0 / 5.0).abs() < 1e-12);
     }
 
-    /// The ankles are 0.2 m apart and one behind the other by 0.22 m, the knees 0.2 and 0.14 m: moved to the left by
-    /// 0.3 m every right marker is 0.1 m to the left of the true left one. As they are they are 4 x 0.3 m off.
-    /// Exchanged, the right ones are hypot(0.1, 0.22) and hypot(0.1, 0.14) m off, the left ones hypot(0.5, 0.22) and
-    /// hypot(0.5, 0.14): 1.479 m in all.
+    /// The ankles are 0.2 m apart sideways and 0.22 m along, the knees 0.2 and 0.14 m: moved to the left by 0.3 m,
+    /// every right marker is 0.1 m to the left of the true left one. Unchanged they are 4 x 0.3 m off. Exchanged, the
+    /// right ones are hypot(0.1, 0.22) and hypot(0.1, 0.14) m off, the left ones hypot(0.5, 0.22) and hypot(0.5, 0.14):
+    /// 1.479 m in all.
     #[test]
-    fn a_body_that_stands_beside_the_truth_is_not_exchanged() {
+    fn a_body_beside_the_true_one_is_not_exchanged() {
         let hypot = f64::hypot;
         assert!(hypot(0.1, 0.22) + hypot(0.1, 0.14) + hypot(0.5, 0.22) + hypot(0.5, 0.14) > 1.2);
         let truth = vec![standing(); 3];
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn limbs_that_miss_a_marker_are_skipped_and_frames_without_any_left_out() {
+    fn limbs_that_lack_a_marker_are_skipped_and_frames_without_limbs_left_out() {
         let truth = vec![standing(); 3];
         let mut estimate: Vec<_> = truth.iter().map(|m| exchanged(m, &LEGS)).collect();
         estimate[1][Landmark::LeftKnee as usize] = None;

@@ -1,4 +1,4 @@
-//! Limbs that are followed with left and right exchanged.
+//! Limbs that are tracked with left and right exchanged.
 
 use std::ops::Range;
 
@@ -6,13 +6,13 @@ use super::Sequence;
 use super::limb_swaps::{ARMS, LEGS, Limbs};
 use super::metric::{Direction, Measurement, Metric, Unit};
 
-/// So near to the truth, on the mean of their four markers, limbs are found once they are exchanged, millimetres: the
-/// diameter of an adult's upper arm or lower leg.
+/// Greatest mean error of a pair of limbs' four markers after the exchange, millimetres: the diameter of an adult's
+/// upper arm or lower leg.
 const FOUND_MM: f64 = 100.0;
-/// So many times nearer than as they are.
+/// The exchange must reduce the error at least by this factor.
 const NEARER: f64 = 2.0;
-/// So long an exchange lasts at least, seconds: legs that pass each other are near the other leg for a few frames, what
-/// follows the wrong leg stays with it.
+/// Least duration of an exchange, seconds: a leg that passes the other is near it for a few frames, but an estimate
+/// that tracks the wrong leg stays with it.
 const SECONDS: f64 = 0.5;
 
 /// Share of frames in which left and right are exchanged.
@@ -30,7 +30,7 @@ pub(super) const SHARE: Metric = Metric {
     measure: share,
 };
 
-/// Mean distance of the four markers from the truth in one frame, millimetres.
+/// Mean distance of a pair of limbs' four markers from the truth in one frame, millimetres.
 #[derive(Clone, Copy)]
 struct LimbErrors {
     as_is: f64,
@@ -51,7 +51,7 @@ fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     Some(Measurement::PerFrame(sequence.per_scored_frame(value)))
 }
 
-/// `None` where a marker is missing.
+/// `None` if a marker is missing.
 fn errors(sequence: &Sequence<'_>, frame: usize, limbs: &Limbs) -> Option<LimbErrors> {
     let mut sums = LimbErrors { as_is: 0.0, exchanged: 0.0 };
     for [left, right] in limbs.map(|pair| pair.map(|landmark| landmark as usize)) {
@@ -64,7 +64,7 @@ fn errors(sequence: &Sequence<'_>, frame: usize, limbs: &Limbs) -> Option<LimbEr
     Some(sums)
 }
 
-/// Stretches in which the limbs are exchanged.
+/// Frame ranges in which the limbs are exchanged.
 fn exchanges(sequence: &Sequence<'_>, errors: &[Option<LimbErrors>]) -> Vec<Range<usize>> {
     let found = |frame: usize| errors[frame].is_some_and(|errors| errors.exchanged <= FOUND_MM);
     let shortest = (libm::round(SECONDS * sequence.frames_per_second) as usize).clamp(1, sequence.scored().len());
@@ -88,7 +88,7 @@ mod tests {
     use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
-    /// A walker at 60 frames a second whose legs and arms swing once a second.
+    /// A walker at 60 frames per second whose legs and arms swing once per second.
     fn walking(frames: usize) -> Vec<Markers> {
         let of_frame = |frame: usize| {
             let swing = libm::sin(std::f64::consts::TAU * frame as f64 / 60.0);
@@ -122,23 +122,23 @@ mod tests {
     }
 
     #[test]
-    fn legs_or_arms_that_are_exchanged_for_a_second_count_and_for_a_third_do_not() {
+    fn legs_or_arms_exchanged_for_one_second_count_and_for_a_third_of_it_do_not() {
         let truth = walking(181);
         for limbs in [LEGS, ARMS] {
             for (frames, share) in [(60..121, 61.0 / 180.0), (60..80, 0.0)] {
                 let mut estimate = truth.clone();
                 frames.for_each(|frame| estimate[frame] = exchanged(&truth[frame], &limbs));
-                // where limbs pass each other a frame or two of either side fits both ways
+                // while limbs pass each other, a frame or two at either end fits both ways
                 let found = measured(&truth, &estimate);
                 assert!((found - share).abs() < 0.08 && (found == 0.0) == (share == 0.0), "{found} {share}");
             }
         }
     }
 
-    /// The false finding of old: a pose that never changes and goes with the body fits better exchanged for a third of
-    /// the time, yet not well: the other leg is as far away as the hips are apart.
+    /// Regression: a fixed pose at the right place fits better exchanged for a third of the time, but not well: the
+    /// other leg is as far away as the distance between the hips.
     #[test]
-    fn a_rigid_body_that_goes_with_the_actor_is_not_exchanged() {
+    fn a_rigid_body_that_moves_with_the_actor_is_not_exchanged() {
         let truth = walking(241);
         for pose in [15, 0, 7] {
             let along = |frame: usize| Vector3::new(0.02 * (frame as f64 - pose as f64), 0.0, 0.0);
@@ -156,11 +156,11 @@ mod tests {
         let beside: Vec<Markers> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.12, 0.0))).collect();
         assert_eq!(measured(&truth, &beside), 0.0);
         let both: Vec<Markers> = beside.iter().map(|m| exchanged(m, &LEGS)).collect();
-        assert_eq!(measured(&truth, &both), 0.0, "exchanged and 120 mm off: not found by exchanging");
+        assert_eq!(measured(&truth, &both), 0.0, "exchanged and 120 mm off: the exchange does not explain it");
     }
 
     #[test]
-    fn a_short_sequence_is_exchanged_when_every_frame_is() {
+    fn a_short_sequence_is_exchanged_if_every_frame_is() {
         let truth = walking(11);
         let mut estimate: Vec<Markers> = truth.iter().map(|m| exchanged(m, &LEGS)).collect();
         assert_eq!(measured(&truth, &estimate), 1.0);

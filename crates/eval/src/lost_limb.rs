@@ -1,4 +1,4 @@
-//! Limbs that are lost: single markers far from the truth, which a mean over the body hides.
+//! Lost limbs: single markers far from the truth, which a mean over the body hides.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::{LOSS_FRAMES, Sequence};
 use crate::body::LANDMARKS;
 
-/// A marker further from the truth than this is lost, millimetres; the threshold of PCK.
+/// A marker farther from the truth than this is lost, millimetres; the threshold of PCK.
 const LOST_LIMB_MM: f64 = 150.0;
 
 /// Share of frames with a lost marker.
@@ -22,28 +22,28 @@ pub(super) const SHARE: Metric = Metric {
     measure: share,
 };
 
-/// The longest stretch of frames in which a marker is lost throughout.
+/// The longest run of frames in which a marker is lost throughout.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LostStretch {
-    /// [`crate::body::Landmark::name`] of the markers that are lost in every frame of it, at least one.
+    /// [`crate::body::Landmark::name`] of the markers that are lost in all its frames, at least one.
     pub markers: Vec<String>,
-    /// Its first frame.
+    /// First frame.
     pub first_frame: usize,
-    /// Its last frame.
+    /// Last frame.
     pub last_frame: usize,
-    /// How many markers the estimate has.
+    /// Number of markers that the estimate has.
     pub of_markers: usize,
 }
 
 impl LostStretch {
-    /// How many frames it has.
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.last_frame + 1 - self.first_frame
     }
 
-    /// `left elbow and left wrist more than 150 mm off from frame 40 to 260`, or `missing or more than` where the
-    /// estimate lacks markers; more than half of the markers are called so.
-    pub fn in_words(&self, lacks_markers: bool) -> String {
+    /// `left elbow and left wrist more than 150 mm off from frame 40 to 260`, with `missing or more than` if the
+    /// estimate lacks markers; more than half of the markers are `most of the body`.
+    pub fn describe(&self, lacks_markers: bool) -> String {
         let names: Vec<String> = self.markers.iter().map(|name| name.replace('_', " ")).collect();
         let who = match names.as_slice() {
             several if 2 * several.len() > self.of_markers => "most of the body".to_owned(),
@@ -62,7 +62,7 @@ fn given(sequence: &Sequence<'_>) -> Vec<usize> {
     (0..LANDMARKS.len()).filter(has).collect()
 }
 
-/// Whether a marker is lost in a frame; `None` where the truth lacks it.
+/// Whether a marker is lost in a frame; `None` if the truth lacks it.
 fn is_off(sequence: &Sequence<'_>, frame: usize, landmark: usize) -> Option<bool> {
     let truth = sequence.truth_markers.get(frame, landmark)?;
     let estimate = sequence.estimate_markers.get(frame, landmark);
@@ -81,8 +81,8 @@ fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     Some(Measurement::PerFrame(sequence.per_scored_frame(value)))
 }
 
-/// The longest stretch with a lost marker; `None` where none lasts [`LOSS_FRAMES`] frames, or all of a shorter
-/// sequence.
+/// The longest run of frames with a lost marker; `None` if none has [`LOSS_FRAMES`] frames, or all scored frames of a
+/// shorter sequence.
 pub(super) fn longest_stretch(sequence: &Sequence<'_>) -> Option<LostStretch> {
     let given = given(sequence);
     let off = |frame: usize, landmark: usize| is_off(sequence, frame, landmark) == Some(true);
@@ -125,9 +125,9 @@ mod tests {
         }
     }
 
-    /// The false comfort of old: the mean is 27 mm with an arm that is lost in half of the frames.
+    /// Regression: the mean is only 27 mm with an arm that is lost in half of the frames.
     #[test]
-    fn an_arm_that_is_lost_for_two_hundred_frames_shows_beside_a_small_mean() {
+    fn an_arm_lost_for_two_hundred_frames_is_reported_despite_a_small_mean() {
         let truth = vec![standing(); 401];
         let mut estimate = truth.clone();
         moved(&mut estimate, 40..241, Landmark::LeftWrist, 0.6);
@@ -137,19 +137,19 @@ mod tests {
         assert!((evaluation.metrics["lost_limb"].mean - 201.0 / 400.0).abs() < 1e-12);
         let longest = evaluation.longest_lost.unwrap();
         assert_eq!(
-            (longest.frames(), longest.in_words(false)),
+            (longest.frames(), longest.describe(false)),
             (201, "left wrist more than 150 mm off from frame 40 to 240".to_owned())
         );
     }
 
     #[test]
-    fn markers_that_are_lost_together_are_named_together_and_most_of_them_as_the_body() {
+    fn markers_lost_together_are_named_together_and_most_of_them_as_the_body() {
         let truth = vec![standing(); 61];
         let mut estimate = truth.clone();
         moved(&mut estimate, 20..40, Landmark::LeftWrist, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftElbow, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftShoulder, 0.2);
-        let words = |estimate: &[Markers]| evaluate_markers(&truth, estimate).longest_lost.unwrap().in_words(false);
+        let words = |estimate: &[Markers]| evaluate_markers(&truth, estimate).longest_lost.unwrap().describe(false);
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 40");
         estimate[30..61].fill([None; 15]);
         assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 60");
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_stretch_counts_as_frames_and_has_no_name() {
+    fn a_short_loss_counts_in_the_share_but_is_not_the_longest_stretch() {
         let truth = vec![standing(); 61];
         let mut estimate = truth.clone();
         moved(&mut estimate, 20..34, Landmark::LeftAnkle, 0.151);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_marker_that_the_estimate_never_has_is_left_out_and_one_that_it_drops_counts() {
+    fn a_marker_that_the_estimate_never_has_is_left_out_and_one_that_it_drops_is_lost() {
         let truth = vec![standing(); 5];
         let mut estimate = truth.clone();
         estimate.iter_mut().for_each(|frame| frame[Landmark::LeftWrist as usize] = None);

@@ -1,4 +1,4 @@
-//! Markers of every frame, as they lie in memory.
+//! In-memory representations of the markers of every frame.
 
 use nalgebra::Point3;
 
@@ -41,7 +41,7 @@ impl MarkerList<'_> {
         self.len() == 0
     }
 
-    /// One marker, metres; `None` where it is missing, and after the last frame.
+    /// One marker, metres; `None` if it is missing, or after the last frame.
     pub fn get(&self, frame: usize, landmark: usize) -> Option<Point3<f64>> {
         match self.held {
             MarkerStorage::Whole(frames) => *frames.get(frame)?.get(landmark)?,
@@ -54,7 +54,7 @@ impl MarkerList<'_> {
         std::array::from_fn(|landmark| self.get(frame, landmark))
     }
 
-    /// How many markers a frame has.
+    /// Number of markers that a frame has.
     pub fn count(&self, frame: usize) -> usize {
         (0..LANDMARKS.len()).filter(|landmark| self.get(frame, *landmark).is_some()).count()
     }
@@ -84,22 +84,22 @@ impl<'a> From<&'a PackedMarkers> for MarkerList<'a> {
     }
 }
 
-/// Markers in single precision: 180 bytes a frame in place of 480, for estimates of very many frames. Places within
-/// 16 m of the origin are right to a micrometre.
+/// Markers in single precision: 180 bytes per frame instead of 480, for estimates of very many frames. Positions within
+/// 16 m of the origin are precise to a micrometre.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PackedMarkers {
-    /// x, y, z of every marker of every frame, metres; NaN where it is missing.
+    /// x, y, z of every marker of every frame, metres; NaN if it is missing.
     places: Vec<[[f32; 3]; LANDMARKS.len()]>,
 }
 
 impl PackedMarkers {
-    /// With room for so many frames.
+    /// An empty list with capacity for that many frames.
     pub fn with_capacity(frames: usize) -> Self {
         Self { places: Vec::with_capacity(frames) }
     }
 
     /// Adds the markers of the next frame, metres. A coordinate that is not finite, or too large for single precision,
-    /// is kept as an infinite one, so that [`super::evaluate`] refuses it.
+    /// is stored as infinite, so that [`super::evaluate`] refuses it.
     pub fn push(&mut self, markers: &Markers) {
         let packed = |marker: &Option<Point3<f64>>| match marker {
             None => [f32::NAN; 3],
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn packed_markers_give_every_metric_to_a_thousandth_of_what_the_plain_ones_give() {
+    fn packed_markers_give_every_metric_to_a_thousandth() {
         let (truth, estimate) = (wandering(300, 0.0), wandering(300, 0.05));
         let plain = evaluate(&Sequence::from_markers(60.0, &truth, &estimate)).unwrap();
         let packed: [PackedMarkers; 2] = [&truth, &estimate].map(|frames| frames.iter().copied().collect());
@@ -162,14 +162,14 @@ mod tests {
         for (name, value) in &plain.metrics {
             let found = &found.metrics[name];
             assert_eq!(value.frames, found.frames, "{name}");
-            // differences of the third order multiply rounding by the cube of the rate
+            // third differences amplify rounding by the cube of the rate
             let tolerance = if name.contains("_per_s") { 0.5 } else { 2e-3 };
             assert!((value.mean - found.mean).abs() <= tolerance, "{name}: {} and {}", value.mean, found.mean);
         }
     }
 
     #[test]
-    fn a_packed_marker_that_is_no_number_is_refused_and_a_missing_one_is_missing() {
+    fn a_packed_marker_that_is_not_finite_is_refused_and_a_missing_one_stays_missing() {
         let truth = vec![standing(); 3];
         let mut estimate = truth.clone();
         estimate[1][2] = None;

@@ -1,4 +1,4 @@
-//! What a metric is.
+//! The definition of a metric.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::{Sequence, ValueRange};
 /// One way to compare an estimate with the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Metric {
-    /// Name in files, with its unit where it has one: `humaneva_mm`.
+    /// Name in files, with its unit if it has one: `humaneva_mm`.
     pub name: &'static str,
     /// Display name.
     pub title: &'static str,
@@ -15,17 +15,17 @@ pub struct Metric {
     pub unit: Unit,
     /// Which direction is better.
     pub direction: Direction,
-    /// The inputs it needs, in words that follow "needs".
+    /// The inputs that it needs: a phrase that follows "needs".
     pub needs: &'static str,
     /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}`, `{friction}` and `{likelihood}` are
     /// placeholders for constants of other modules, filled in with each value.
     pub protocol: &'static str,
-    /// The measurement; `None` where the sequence lacks what it needs.
+    /// The measurement; `None` if the sequence lacks an input.
     pub measure: fn(&Sequence<'_>) -> Option<Measurement>,
 }
 
 impl Metric {
-    /// Which values it can take.
+    /// The values that it can take.
     pub fn value_range(&self) -> ValueRange {
         match (self.unit, self.direction) {
             (Unit::Fraction, _) => ValueRange::Share,
@@ -44,23 +44,23 @@ impl Metric {
     }
 }
 
-/// Share of a value by which sums in another order may differ.
+/// Relative difference that another order of summation may cause.
 const ROUND_OFF: f64 = 1e-9;
 
-/// `to` less `from`; 0 where they differ by no more than round-off.
+/// `to - from`; 0 if they differ by no more than round-off.
 pub(super) fn change(from: f64, to: f64) -> f64 {
     let difference = to - from;
     if difference.abs() <= ROUND_OFF * from.abs().max(to.abs()) { 0.0 } else { difference }
 }
 
-/// What a metric found in one sequence.
+/// The result of a metric for one sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measurement {
-    /// One value a frame (`None`: left out or not measurable); its mean is the mean of the frames.
+    /// One value per frame (`None`: left out or not measurable); the mean is that of the frames.
     PerFrame(Vec<Option<f64>>),
-    /// One value a frame, and a mean with equal weights for all joints of all frames.
+    /// One value per frame, and a mean with equal weights for all joints of all frames.
     Pooled {
-        /// One value a frame.
+        /// One value per frame.
         per_frame: Vec<Option<f64>>,
         /// Mean over all joints of all frames.
         mean: f64,
@@ -69,7 +69,7 @@ pub enum Measurement {
     Whole(f64),
 }
 
-/// Which way a metric is better.
+/// Whether lower or higher values are better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -96,19 +96,19 @@ pub enum Unit {
     /// A share between 0 and 1.
     #[serde(rename = "fraction")]
     Fraction,
-    /// Millimetres a second.
+    /// Millimetres per second.
     #[serde(rename = "mm/s")]
     MillimetrePerSecond,
-    /// Metres a second squared.
+    /// Metres per second squared.
     #[serde(rename = "m/s^2")]
     MetrePerSecondSquared,
-    /// Metres a second cubed.
+    /// Metres per second cubed.
     #[serde(rename = "m/s^3")]
     MetrePerSecondCubed,
     /// Seconds.
     #[serde(rename = "s")]
     Second,
-    /// Weights of the body.
+    /// Body weights.
     #[serde(rename = "body weights")]
     BodyWeight,
     /// Milliseconds.

@@ -1,4 +1,4 @@
-//! Mean per-joint angle error: rotations of the parts of the body.
+//! Mean per-joint angle error: the error of the rotations of body parts.
 
 use nalgebra::UnitQuaternion;
 
@@ -12,7 +12,7 @@ use super::sequence::PARTS;
 const NEEDS: &str = "poses of the tracker's body (estimate_root and estimate_angles), with limbs that point as the actor's at \
                      the zero pose";
 
-/// The angle error of 3DPW's challenge, on the world rotations of nine parts.
+/// The angle error of the 3DPW challenge, over the world rotations of nine parts.
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "mpjae_deg",
     title: "MPJAE, angle error of parts",
@@ -25,7 +25,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
     measure: absolute,
 };
 
-/// The same after the rotation of the Procrustes alignment of the markers.
+/// [`ABSOLUTE`] after the rotation of the Procrustes alignment of the markers.
 pub(super) const ALIGNED: Metric = Metric {
     name: "pa_mpjae_deg",
     title: "PA-MPJAE, after alignment",
@@ -74,17 +74,17 @@ mod tests {
     }
 
     #[test]
-    fn one_part_of_nine_that_is_turned_by_90_degrees_is_a_mean_error_of_ten() {
+    fn one_of_nine_parts_turned_by_90_degrees_is_a_mean_error_of_ten() {
         let mut parts = [Some(UnitQuaternion::identity()); PARTS];
         parts[4] = Some(UnitQuaternion::new(Vector3::x() * std::f64::consts::FRAC_PI_2));
         let found = measured(parts, standing());
         assert!(found.iter().all(|angle| (angle - 10.0).abs() < 1e-6), "{found:?}");
         parts[4] = None;
-        assert!(measured(parts, standing())[0] < 1e-9, "what is not known does not count");
+        assert!(measured(parts, standing())[0] < 1e-9, "unknown rotations do not count");
     }
 
     #[test]
-    fn a_body_that_faces_another_way_is_wrong_until_it_is_aligned() {
+    fn alignment_removes_the_error_of_a_body_that_faces_another_way() {
         let turn = UnitQuaternion::new(Vector3::z() * 0.5);
         let markers = standing().map(|marker| marker.map(|p| turn * p));
         let [absolute, aligned] = measured([Some(turn); PARTS], markers);

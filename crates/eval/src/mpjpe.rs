@@ -1,4 +1,4 @@
-//! Mean per-joint position error, absolute, relative to the root, and after the best scale of every frame.
+//! Mean per-joint position error: absolute, relative to the root, and after the best scale of every frame.
 
 use crate::body::Landmark;
 
@@ -18,8 +18,8 @@ pub(super) const ABSOLUTE: Metric = Metric {
     measure: absolute,
 };
 
-/// The same after both skeletons are moved to their own pelvis. The pelvis counts with its zero error, as 3DPW counts
-/// its root: 14/15 of the value without it.
+/// [`ABSOLUTE`] after both skeletons are translated to their own pelvis. The pelvis counts with its error of zero, like
+/// the root in 3DPW: 14/15 of the value without it.
 pub(super) const ROOT_RELATIVE: Metric = Metric {
     name: "mpjpe_root_mm",
     title: "MPJPE, root-relative",
@@ -31,8 +31,9 @@ pub(super) const ROOT_RELATIVE: Metric = Metric {
     measure: root_relative,
 };
 
-/// N-MPJPE: both skeletons are moved to their own pelvis, the estimate is scaled by `s = sum <e, t> / sum <e, e>`
-/// (`[Rhodin 2018]`), nothing is rotated. What a camera cannot tell, the size, does not count.
+/// N-MPJPE: both skeletons are translated to their own pelvis, and the estimate is scaled by
+/// `s = sum <e, t> / sum <e, e>` (`[Rhodin 2018]`) without rotation. Size, which one camera cannot determine, does not
+/// count.
 pub(super) const NORMALISED: Metric = Metric {
     name: "n_mpjpe_mm",
     title: "N-MPJPE, scaled",
@@ -67,7 +68,8 @@ fn scaled_mm(sequence: &Sequence<'_>, frame: usize) -> Option<Vec<f64>> {
         .then(|| pairs.iter().map(|(estimate, truth)| 1000.0 * (scale * estimate - truth).norm()).collect())
 }
 
-/// Distances after both skeletons are moved to their own pelvis: landmark index, millimetres; `None` without a pelvis.
+/// Distances after both skeletons are translated to their own pelvis: landmark index, millimetres; `None` without a
+/// pelvis.
 pub(super) fn pelvis_relative_mm(sequence: &Sequence<'_>, frame: usize) -> Option<impl Iterator<Item = (usize, f64)>> {
     let pelvis = Landmark::Pelvis as usize;
     let offset = sequence.estimate_markers.get(frame, pelvis)? - sequence.truth_markers.get(frame, pelvis)?;
@@ -98,7 +100,7 @@ mod tests {
     use nalgebra::Vector3;
 
     #[test]
-    fn noise_on_the_root_alone_is_small_absolute_and_spreads_to_all_joints_root_relative() {
+    fn noise_on_the_root_alone_is_a_small_absolute_error_and_a_root_relative_error_of_all_joints() {
         let truth = vec![standing(); 4];
         let mut estimate = truth.clone();
         for frame in &mut estimate {
@@ -112,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn pooling_weighs_joints_and_humaneva_weighs_frames() {
+    fn mpjpe_weights_joints_equally_and_humaneva_frames() {
         let truth = vec![standing(); 3];
         let mut estimate = truth.clone();
         estimate[1] = estimate[1].map(|m| m.map(|p| p + Vector3::new(0.010, 0.0, 0.0)));

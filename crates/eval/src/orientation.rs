@@ -19,7 +19,7 @@ pub(super) const BODY: Metric = Metric {
     measure: body,
 };
 
-/// The part of it that is about the vertical.
+/// The part of the orientation error about the vertical.
 pub(super) const HEADING: Metric = Metric {
     name: "heading_deg",
     title: "Heading error",
@@ -50,13 +50,14 @@ fn angles(sequence: &Sequence<'_>, radians: Angle) -> Option<Measurement> {
     ))
 }
 
-/// Angle of the rotation between two, radians in `0 ..= pi`; by atan2, exact near zero where an arc cosine is not.
+/// Angle of the rotation between `a` and `b`, radians in `0 ..= pi`; by atan2, which is precise near zero, unlike arc
+/// cosine.
 pub(super) fn geodesic_angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
     let between = a.inverse() * b;
     2.0 * libm::atan2(between.imag().norm(), libm::fabs(between.w))
 }
 
-/// Twist about the vertical, radians; `None` for a body turned upside down, which has none.
+/// Twist about the vertical, radians; `None` for an upside-down body, for which it is undefined.
 fn heading_of(rotation: &UnitQuaternion<f64>) -> Option<f64> {
     (libm::hypot(rotation.w, rotation.k) > 1e-9).then(|| 2.0 * libm::atan2(rotation.k, rotation.w))
 }
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn tiny_angles_survive() {
+    fn tiny_angles_are_precise() {
         let [body, _] = errors(UnitQuaternion::identity(), about(Vector3::x(), 1e-7));
         assert!((body - 1e-7).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! Share of markers within a threshold, and the curve over thresholds.
+//! Share of markers within a threshold (PCK), and its curve over thresholds.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub(super) const PCK: Metric = Metric {
     measure: at_threshold,
 };
 
-/// Area under the curve of it.
+/// Area under the PCK curve.
 pub(super) const AUC: Metric = Metric {
     name: "auc150",
     title: "Area under the PCK curve",
@@ -38,7 +38,7 @@ pub(super) const AUC: Metric = Metric {
 pub struct CurvePoint {
     /// Threshold, millimetres.
     pub threshold_mm: f64,
-    /// Share of markers at most that far off.
+    /// Share of markers with at most that error.
     pub fraction: f64,
 }
 
@@ -46,16 +46,16 @@ fn thresholds() -> impl Iterator<Item = f64> {
     (0..=30).map(|step| 5.0 * f64::from(step))
 }
 
-/// Share of the truth's markers at `frame` that the estimate meets within `threshold_mm`; `None` if the truth has none.
+/// Share of the truth's markers at `frame` that the estimate has within `threshold_mm`; `None` if the truth has none.
 fn correct(sequence: &Sequence<'_>, frame: usize, threshold_mm: f64) -> Option<f64> {
     MarkerDistances::new(sequence, frame).correct(threshold_mm)
 }
 
-/// Distances of one frame, measured once for all thresholds.
+/// Distances of one frame, computed once for all thresholds.
 struct MarkerDistances {
-    /// Markers of the truth.
+    /// Number of markers of the truth.
     asked: usize,
-    /// Of every common marker, millimetres.
+    /// Distance of every common marker, millimetres.
     distances_mm: Vec<f64>,
 }
 
@@ -64,7 +64,7 @@ impl MarkerDistances {
         Self { asked: sequence.truth_markers.count(frame), distances_mm: sequence.distances_mm(frame).collect() }
     }
 
-    /// Share of the truth's markers at most so far away; `None` where the truth has none.
+    /// Share of the truth's markers with at most that distance; `None` if the truth has none.
     fn correct(&self, threshold_mm: f64) -> Option<f64> {
         let met = self.distances_mm.iter().filter(|distance| **distance <= threshold_mm).count();
         (self.asked > 0).then(|| met as f64 / self.asked as f64)
@@ -82,7 +82,7 @@ fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
     })))
 }
 
-/// The curve whose area [`AUC`] is: mean over scored frames at every threshold.
+/// The curve whose area is [`AUC`]: mean over scored frames at every threshold.
 pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
     let mut sums: Vec<(f64, f64)> = thresholds().map(|threshold| (threshold, 0.0)).collect();
     let mut frames = 0_usize;
@@ -104,7 +104,7 @@ mod tests {
     use crate::{Evaluation, mean};
     use nalgebra::Vector3;
 
-    /// Marker 0 is right, marker `k` is `10 k - 2.5` mm off, but the last, which is lost.
+    /// Marker 0 is right, marker `k` is `10 k - 2.5` mm off, and the last one is lost.
     fn ramp() -> Evaluation {
         let truth = vec![standing(); 3];
         let mut estimate: Markers = standing();
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_area_of_a_ramp_is_worked_by_hand() {
+    fn the_area_of_a_ramp_is_the_one_computed_by_hand() {
         // One marker counts at 0 and 5 mm, two at 10 and 15 mm, ... fourteen from 130 mm on.
         let by_hand: usize = (0..=30).map(|step: usize| (step / 2 + 1).min(14)).sum();
         let area = ramp().metrics["auc150"].mean;

@@ -1,4 +1,4 @@
-//! PCK and its area as 3DPW's challenge computes them: twelve joints of the limbs, relative to the middle of the hips.
+//! PCK and its area as computed by the 3DPW challenge: twelve limb joints, relative to the midpoint of the hips.
 
 use crate::body::{LANDMARKS, Landmark};
 
@@ -7,7 +7,7 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
 const THRESHOLD_MM: f64 = 50.0;
-/// Rounding of positions, far below what anybody measures.
+/// Tolerance for rounding of positions, far below any measurement error.
 const ROUNDING_MM: f64 = 1e-9;
 /// Thresholds of the area: 0, 1, ... 199 mm.
 const LAST_MM: u32 = 199;
@@ -41,10 +41,10 @@ fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
     per_frame(sequence, |distance| f64::from(u8::from(distance <= THRESHOLD_MM)))
 }
 
-/// The area of one joint's step: 1 from the first whole threshold that is not below the distance.
+/// Mean area of the joints' step functions: 1 from the first integer threshold that is not below the distance.
 fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
     per_frame(sequence, |distance| {
-        // a distance that is a whole number but for rounding is met by that threshold
+        // a distance that is an integer except for rounding counts at that threshold
         let first = libm::ceil(distance - ROUNDING_MM).max(0.0);
         let last = f64::from(LAST_MM);
         match first {

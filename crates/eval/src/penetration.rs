@@ -1,9 +1,9 @@
-//! Penetration of parts of a body with each other and with props.
+//! Penetration of body parts into each other and into props.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, Sequence};
 
-/// Of the estimate with itself.
+/// Self-penetration of the estimate.
 pub(super) const SELF_DEPTH: Metric = Metric {
     name: "self_penetration_mm",
     title: "Self-penetration",
@@ -15,7 +15,7 @@ pub(super) const SELF_DEPTH: Metric = Metric {
     measure: |sequence| self_depth(sequence, sequence.contacts?.estimate?),
 };
 
-/// Of the actor with itself.
+/// Self-penetration of the actor.
 pub(super) const TRUE_SELF_DEPTH: Metric = Metric {
     name: "truth_self_penetration_mm",
     title: "Self-penetration, ground truth",
@@ -26,7 +26,7 @@ pub(super) const TRUE_SELF_DEPTH: Metric = Metric {
     ..SELF_DEPTH
 };
 
-/// Of the estimate with props.
+/// Penetration of the estimate into props.
 pub(super) const PROP_DEPTH: Metric = Metric {
     name: "prop_penetration_mm",
     title: "Prop penetration",
@@ -38,7 +38,7 @@ pub(super) const PROP_DEPTH: Metric = Metric {
     measure: |sequence| prop_depth(sequence, sequence.contacts?.estimate?),
 };
 
-/// Of the actor with props.
+/// Penetration of the actor into props.
 pub(super) const TRUE_PROP_DEPTH: Metric = Metric {
     name: "truth_prop_penetration_mm",
     title: "Prop penetration, ground truth",
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn depths_are_means_over_scored_frames() {
         let feet = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
-        // the fixture puts both bodies as deep into a prop as into themselves
+        // in the fixture, both bodies are as deep in a prop as in themselves
         let found = measured(&feet, &feet, [&[90.0, 1.0, 0.0], &[90.0, 12.0, 4.0]]);
         for what in ["self", "prop"] {
             assert!((found[&format!("{what}_penetration_mm")].mean - 8.0).abs() < 1e-9);

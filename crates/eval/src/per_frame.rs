@@ -5,11 +5,11 @@ use std::io::Write;
 
 use super::{EvaluationError, METRICS, SeedRun};
 
-/// Writes CSV with the columns `clip,seed,frame,time_s` and one per metric that has a value a frame, in the order of
-/// [`METRICS`]; an empty cell is a frame without a value.
+/// Writes CSV with the columns `clip,seed,frame,time_s` and one per metric that has a value per frame, in the order of
+/// [`METRICS`]; the cell of a frame without a value is empty.
 ///
 /// # Errors
-/// [`EvaluationError::Write`] where the output fails.
+/// [`EvaluationError::Write`] if writing fails.
 pub fn write_per_frame(runs: &[SeedRun<'_>], output: impl Write) -> Result<(), EvaluationError> {
     let failed = |error: csv::Error| EvaluationError::Write(error.to_string());
     let with_frames =
@@ -41,7 +41,7 @@ mod tests {
     use nalgebra::Vector3;
 
     #[test]
-    fn the_table_has_a_row_a_frame_and_empty_cells_where_nothing_is_known() {
+    fn the_table_has_a_row_per_frame_and_empty_cells_for_missing_values() {
         let truth = vec![standing(); 3];
         let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.5, 0.0, 0.0))).collect();
         let evaluation = evaluate_markers(&truth, &moved);

@@ -30,9 +30,9 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// The similarity that takes the first points of the pairs closest to the second, in least squares (`[Umeyama
+    /// The similarity that maps the first points of the pairs closest to the second, in least squares (`[Umeyama
     /// 1991]`, Eqs. 40 to 42: `K = U S V^T`, `R = V diag(1, 1, det) U^T`, `s = tr(R K) / |X|^2`). `None` for fewer
-    /// than three pairs or points that all coincide.
+    /// than three pairs or coincident points.
     pub fn fit(pairs: &[(Point3<f64>, Point3<f64>)]) -> Option<Self> {
         if pairs.len() < 3 {
             return None;
@@ -52,7 +52,7 @@ impl Similarity {
         }
         let decomposition = covariance.svd(true, true);
         let (u, v) = (decomposition.u?, decomposition.v_t?.transpose());
-        // Without this sign a mirrored pose would fit perfectly, and swapped left and right would vanish.
+        // Without this sign a mirrored pose would fit perfectly, and exchanged left and right would not be an error.
         let sign = if (v * u.transpose()).determinant() < 0.0 { -1.0 } else { 1.0 };
         let rotation = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
         let scale = (rotation * covariance).trace() / square;
@@ -60,13 +60,13 @@ impl Similarity {
         Some(Self { rotation: Rotation3::from_matrix_unchecked(rotation), scale, translation })
     }
 
-    /// Where the point goes.
+    /// Transforms a point.
     pub fn apply(&self, point: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.scale * (self.rotation * point.coords) + self.translation)
     }
 }
 
-/// The rotation of a frame's alignment; `None` where there is none.
+/// The rotation of a frame's alignment; `None` if it cannot be aligned.
 pub(super) fn aligning_rotation(sequence: &Sequence<'_>, frame: usize) -> Option<UnitQuaternion<f64>> {
     let pairs: Vec<_> = sequence.pairs(frame).map(|(_, truth, estimate)| (estimate, truth)).collect();
     Some(UnitQuaternion::from_rotation_matrix(&Similarity::fit(&pairs)?.rotation))

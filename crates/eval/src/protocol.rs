@@ -1,11 +1,11 @@
-//! Protocols that name numbers of other rooms, with the numbers filled in.
+//! Fills in the placeholders of protocols with constants of other modules.
 
 use super::{Metric, Sequence};
 use crate::dynamics::{GRAVITY, GROUND_FRICTION};
 
-/// The metric's protocol for a sequence: the contact rule is the one by which its contacts were labelled.
+/// The metric's protocol for a sequence, with the contact rule that labelled its contacts.
 pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
-    let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.in_words()).unwrap_or_default();
+    let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.describe()).unwrap_or_default();
     let numbers = [
         ("{contact_rule}", rule),
         ("{gravity}", format!("{GRAVITY} m/s^2")),
@@ -15,7 +15,7 @@ pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
     numbers.iter().fold(metric.protocol.to_owned(), |text, (name, value)| text.replace(name, value))
 }
 
-/// Whose likelihood the energies are of, in words.
+/// Describes the likelihood of the energies.
 fn likelihood(sequence: &Sequence<'_>) -> &'static str {
     match sequence.energies {
         Some(energies) if !energies.is_own => {
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn no_protocol_leaves_a_name_unfilled() {
+    fn no_protocol_has_an_unfilled_placeholder() {
         let names: Vec<&str> = METRICS.iter().map(|metric| metric.name).collect();
         for protocol in protocols(ContactRule::default(), &names) {
             assert!(!protocol.contains(['{', '}']) && !protocol.is_empty(), "{protocol}");
@@ -55,19 +55,19 @@ mod tests {
     }
 
     #[test]
-    fn the_contact_rule_is_told_by_its_own_thresholds() {
+    fn the_contact_rule_is_described_by_its_thresholds() {
         let default = &protocols(ContactRule::default(), &["contact_f1"])[0];
         assert!(default.contains("comes at most 20 mm high and 0.25 m/s fast"), "{default}");
         let other =
             ContactRule { enter_gap_m: 0.0125, leave_speed_m_per_s: 0.6, shortest_s: 0.1, ..ContactRule::default() };
-        let told = &protocols(other, &["contact_f1"])[0];
+        let described = &protocols(other, &["contact_f1"])[0];
         for words in ["at most 12.5 mm", "above 40 mm or 0.6 m/s", "100 ms"] {
-            assert!(told.contains(words), "{words}: {told}");
+            assert!(described.contains(words), "{words}: {described}");
         }
     }
 
     #[test]
-    fn gravity_stands_in_what_is_measured_in_weights_and_by_the_zero_moment_point() {
+    fn protocols_in_body_weights_and_of_the_zero_moment_point_state_gravity() {
         for protocol in protocols(ContactRule::default(), &["zmp_outside", "residual_wrench_body_weights"]) {
             assert!(protocol.contains("9.80665 m/s^2"), "{protocol}");
         }

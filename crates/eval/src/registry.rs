@@ -7,7 +7,7 @@ use super::{
     pck, pck_3dpw, penetration, procrustes, reprojection, silhouette, track_loss,
 };
 
-/// Metrics that short tables show.
+/// Metrics of short tables.
 pub const MAIN_METRICS: [&str; 13] = [
     "humaneva_mm",
     "lost_limb",
@@ -23,8 +23,7 @@ pub const MAIN_METRICS: [&str; 13] = [
     "limbs_exchanged",
     "energy_gap",
 ];
-/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
-/// docs.
+/// Every metric, in the order of tables. A new metric needs a file, a line here, a test and a row in the docs.
 pub const METRICS: &[Metric] = &[
     humaneva::ABSOLUTE,
     lost_limb::SHARE,
@@ -89,8 +88,8 @@ pub const METRICS: &[Metric] = &[
     balance::TRUE_VIOLATIONS,
 ];
 
-/// Metrics of how the estimate moves and touches, for which the truth's own motion does not matter. A body that stands
-/// still neither skates nor shakes, so a tracker that never moves is no floor of these.
+/// Metrics of the estimate's motion and contact that do not depend on the true motion. A tracker that never moves is no
+/// baseline for these, because a motionless body neither skates nor jitters.
 const OF_ESTIMATE_ALONE: [&str; 12] = [
     "jitter_m_per_s3",
     "foot_skate_mm_per_s",
@@ -107,14 +106,14 @@ const OF_ESTIMATE_ALONE: [&str; 12] = [
 ];
 
 impl Metric {
-    /// Whether a tracker that never moves is a floor that every tracker should pass: not for metrics of the estimate's
-    /// own motion, since what stands still neither skates nor shakes.
+    /// Whether every tracker should be better than one that never moves. This does not hold for metrics of the
+    /// estimate's own motion, because a motionless body neither skates nor jitters.
     pub fn has_frozen_floor(&self) -> bool {
         !OF_ESTIMATE_ALONE.contains(&self.name)
     }
 }
 
-/// The metric of that name.
+/// Finds a metric by name.
 pub fn find_metric(name: &str) -> Option<&'static Metric> {
     METRICS.iter().find(|metric| metric.name == name)
 }
@@ -125,9 +124,9 @@ mod tests {
     fn the_readme_has_every_metric() {
         let readme = include_str!("../../../README.md");
         for name in super::METRICS.iter().map(|metric| metric.name) {
-            // what is said of the actor is said once for all
-            let told = name.strip_prefix("truth_").unwrap_or(name);
-            assert!(readme.contains(&format!("`{told}`")), "README.md has no row for {name}");
+            // `truth_...` metrics share the row of the estimate's metric
+            let row = name.strip_prefix("truth_").unwrap_or(name);
+            assert!(readme.contains(&format!("`{row}`")), "README.md has no row for {name}");
         }
     }
 
@@ -136,9 +135,9 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_tracker_that_never_moves_is_no_floor_of_metrics_of_the_estimate_alone() {
+    fn a_tracker_that_never_moves_is_no_baseline_for_metrics_of_the_estimate_alone() {
         assert!(OF_ESTIMATE_ALONE.iter().all(|name| find_metric(name).is_some_and(|m| !m.has_frozen_floor())));
-        // what the actor has a value of its own for is measured without the other's motion
+        // a metric that also exists for the actor does not depend on the other body's motion
         for metric in METRICS.iter().filter(|metric| find_metric(&format!("truth_{}", metric.name)).is_some()) {
             assert!(!metric.has_frozen_floor(), "{}", metric.name);
         }
@@ -147,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn every_metric_says_what_it_needs() {
+    fn every_metric_states_its_inputs() {
         for Metric { name, needs, .. } in METRICS {
             assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
         }

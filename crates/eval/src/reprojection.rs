@@ -1,4 +1,4 @@
-//! Errors in the images: the distance of the projected markers, and per camera.
+//! Errors in the images: distances of projected markers, in total and per camera.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,16 +20,16 @@ pub(super) const ERROR: Metric = Metric {
     measure: error,
 };
 
-/// One camera of one sequence; or of several runs: means over clips of each clip's mean over seeds.
+/// Errors in one camera, of one sequence or of several runs: means over clips of each clip's mean over seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PerCameraError {
-    /// Its name.
+    /// Name of the camera.
     pub camera: String,
-    /// Mean 2-D error, pixels; `None` where no marker is in view.
+    /// Mean 2-D error, pixels; `None` if no marker is in view.
     pub error_px: Option<f64>,
     /// Mean overlap of the estimate's silhouette with the observed one; `None` without poses.
     pub overlap: Option<f64>,
-    /// Mean agreement of their outlines; `None` without poses.
+    /// Mean agreement of the outlines of both; `None` without poses.
     pub boundary_f: Option<f64>,
     /// Share of the actor's markers that are inside the image and not hidden, over all scored frames.
     pub visible: Option<f64>,
@@ -40,7 +40,7 @@ fn error(sequence: &Sequence<'_>) -> Option<Measurement> {
     pooled(sequence, |frame| (0..views.cameras.len()).flat_map(|camera| in_camera(sequence, camera, frame)).collect())
 }
 
-/// Of every marker that is in view in a camera, pixels.
+/// Error of every marker in view of a camera, pixels.
 fn in_camera(sequence: &Sequence<'_>, camera: usize, frame: usize) -> Vec<f64> {
     let Some(views) = sequence.views else { return vec![] };
     let (lens, in_view) = (views.camera(camera, frame), &views.in_view[frame][camera]);
@@ -50,7 +50,7 @@ fn in_camera(sequence: &Sequence<'_>, camera: usize, frame: usize) -> Vec<f64> {
     all.filter(|pixels: &f64| pixels.is_finite()).collect()
 }
 
-/// One entry a camera; empty where the cameras are not known.
+/// One entry per camera; empty if the cameras are unknown.
 pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
     let Some(views) = sequence.views else { return vec![] };
     let of = |scores: Option<&[Vec<Option<f64>>]>, camera: usize| {
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_across_the_view_is_focal_length_over_distance_and_half_as_large_from_twice_as_far() {
+    fn an_error_across_the_view_scales_with_focal_length_over_distance() {
         let cameras = [camera("near", 4.0), camera("far", 8.0)];
         let truth = vec![[Some(Point3::new(0.0, 0.1, 1.2)); 15]; 3];
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.02, 0.0))).collect();
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_the_image_does_not_count_and_an_error_along_the_view_is_hardly_seen() {
+    fn markers_outside_the_image_do_not_count_and_an_error_along_the_view_is_small() {
         let cameras = [camera("only", 4.0)];
         let truth = vec![standing(); 3];
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.05, 0.0, 0.0))).collect();

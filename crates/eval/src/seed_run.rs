@@ -1,4 +1,4 @@
-//! Runs, and means over them.
+//! Runs and means over them.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ use super::student::mean_of_means;
 /// One run: a clip tracked with a seed.
 #[derive(Clone, Copy, Debug)]
 pub struct SeedRun<'a> {
-    /// Which clip.
+    /// Name of the clip.
     pub clip: &'a str,
-    /// Which seed.
+    /// The seed.
     pub seed: u64,
-    /// What was measured.
+    /// The measurements.
     pub evaluation: &'a Evaluation,
 }
 

@@ -1,24 +1,24 @@
-//! How good observed silhouettes are: against the exact ones.
+//! Quality of observed silhouettes, compared with the exact ones.
 
 use serde::{Deserialize, Serialize};
 
 use super::statistics::mean_of;
 use crate::raster::{Mask, contour, grown_by_disc, overlap};
 
-/// How far an observed outline may be from the exact one to count as found, pixels.
+/// Greatest distance between an observed outline and the exact one that counts as agreement, pixels.
 pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
 
 /// Agreement of one observed silhouette with the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaskQuality {
-    /// Intersection over union; `None` where both are empty.
+    /// Intersection over union; `None` if both are empty.
     pub iou: Option<f64>,
     /// Share of the body's pixels that are observed; `None` without a body.
     pub recall: Option<f64>,
-    /// Share of the observed pixels that are the body's; `None` without an observed pixel.
+    /// Share of the observed pixels that belong to the body; `None` without an observed pixel.
     pub precision: Option<f64>,
-    /// Harmonic mean of the shares of the observed outline near the exact one and of the exact outline near the
-    /// observed one, both within [`BOUNDARY_TOLERANCE_PX`]; `None` where both are empty.
+    /// Harmonic mean of the share of the observed outline within [`BOUNDARY_TOLERANCE_PX`] of the exact one and vice
+    /// versa; `None` if both are empty.
     pub boundary_f: Option<f64>,
     /// Share of the background's pixels that are observed as body; `None` without a background.
     pub false_positives: Option<f64>,
@@ -31,7 +31,7 @@ pub struct SegmentationQuality {
     pub iou: Option<f64>,
     /// Mean share of the body's pixels that are observed.
     pub recall: Option<f64>,
-    /// Mean share of the observed pixels that are the body's.
+    /// Mean share of the observed pixels that belong to the body.
     pub precision: Option<f64>,
     /// Mean boundary F-measure.
     pub boundary_f: Option<f64>,
@@ -40,7 +40,7 @@ pub struct SegmentationQuality {
 }
 
 impl MaskQuality {
-    /// Of an observed mask against the exact one of the same size.
+    /// Compares an observed mask with the exact one of the same size.
     pub fn new(observed: &Mask, exact: &Mask) -> Self {
         let counts = overlap(observed, exact);
         let share = |part: u64, whole: u64| (whole > 0).then(|| part as f64 / whole as f64);
@@ -59,7 +59,7 @@ fn boundary_f(observed: &Mask, exact: &Mask) -> Option<f64> {
     SilhouetteOutline::new(exact).agreement(&SilhouetteOutline::new(observed))
 }
 
-/// A silhouette's outline, and everything near it.
+/// A silhouette's outline and the pixels near it.
 #[derive(Clone, Debug)]
 pub struct SilhouetteOutline {
     line: Mask,
@@ -68,14 +68,14 @@ pub struct SilhouetteOutline {
 }
 
 impl SilhouetteOutline {
-    /// Of a silhouette.
+    /// The outline of a silhouette.
     pub fn new(silhouette: &Mask) -> Self {
         let line = contour(silhouette);
         Self { near: grown_by_disc(&line, BOUNDARY_TOLERANCE_PX as u32), pixels: line.count(), line }
     }
 
-    /// Harmonic mean of the shares of either outline within [`BOUNDARY_TOLERANCE_PX`] of the other; 0 where one is
-    /// empty, `None` where both are.
+    /// Harmonic mean of the shares of either outline within [`BOUNDARY_TOLERANCE_PX`] of the other; 0 if one is empty,
+    /// `None` if both are.
     pub fn agreement(&self, other: &Self) -> Option<f64> {
         match (self.pixels, other.pixels) {
             (0, 0) => return None,
@@ -89,7 +89,7 @@ impl SilhouetteOutline {
 }
 
 impl SegmentationQuality {
-    /// The means of the values that there are.
+    /// Means over the masks that have the value.
     pub fn mean(masks: &[MaskQuality]) -> Self {
         let mean = |of: fn(&MaskQuality) -> Option<f64>| mean_of(masks.iter().filter_map(of));
         Self {
@@ -102,13 +102,13 @@ impl SegmentationQuality {
     }
 
     /// Name and value of each mean, for reports.
-    pub fn in_words(&self) -> Vec<(&'static str, String)> {
+    pub fn describe(&self) -> Vec<(&'static str, String)> {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
         let share = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.3} %", 100.0 * value));
         vec![
             ("overlap with the exact silhouettes (IoU)", number(self.iou)),
             ("share of the body that is observed", number(self.recall)),
-            ("share of what is observed that is body", number(self.precision)),
+            ("share of the observed pixels that is body", number(self.precision)),
             ("outlines within 2 px of each other (boundary F)", number(self.boundary_f)),
             ("background observed as body (false positives)", share(self.false_positives)),
         ]
@@ -124,22 +124,22 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_is_moved_by_three_of_thirty_columns_scores_what_counting_says() {
+    fn a_block_moved_by_three_of_thirty_columns_has_the_scores_found_by_counting() {
         let quality = MaskQuality::new(&block(23, 53), &block(20, 50));
         assert_eq!(quality.iou, Some(27.0 / 33.0));
         assert_eq!((quality.recall, quality.precision), (Some(0.9), Some(0.9)));
         assert_eq!(quality.false_positives, Some(60.0 / (4000.0 - 600.0)));
-        // of 96 pixels of an outline those beyond 2 px: the 20 of the side that moved out, less the two at each end
-        // that are near the other's upper or lower side, or near none: checked by brute force
+        // of the 96 pixels of an outline, those beyond 2 px: the 20 of the side that moved out, less the two at each
+        // end that are near the other's upper or lower side; checked by brute force
         let (a, b) = (contour(&block(23, 53)), contour(&block(20, 50)));
         let near = |x: u32, y: u32| b.pixels().any(|(i, j)| i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2) <= 4);
         let share = a.pixels().filter(|(x, y)| near(*x, *y)).count() as f64 / a.count() as f64;
-        assert!((quality.boundary_f.unwrap() - share).abs() < 1e-12, "the same both ways, by symmetry");
+        assert!((quality.boundary_f.unwrap() - share).abs() < 1e-12, "equal in both directions, by symmetry");
         assert!(share < 0.9 && share > 0.5, "{share}");
     }
 
     #[test]
-    fn equal_masks_are_perfect_and_empty_ones_are_left_out_of_the_mean() {
+    fn equal_masks_have_perfect_scores_and_empty_ones_are_left_out_of_the_mean() {
         let same = MaskQuality::new(&block(20, 50), &block(20, 50));
         assert_eq!((same.iou, same.boundary_f, same.false_positives), (Some(1.0), Some(1.0), Some(0.0)));
         let empty = MaskQuality::new(&block(0, 0), &block(0, 0));

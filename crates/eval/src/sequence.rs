@@ -10,47 +10,47 @@ use crate::camera::{Camera, CameraRig};
 use crate::contact::GroundContacts;
 use crate::dynamics::Dynamics;
 
-/// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
+/// Truth and estimate of one clip, frame by frame. All slices have one entry per frame and the same length.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence<'a> {
-    /// Frames a second, > 0.
+    /// Frames per second, > 0.
     pub frames_per_second: f64,
-    /// The first frame that counts. Frames before it are left out of every metric: a tracker is given the pose of frame
-    /// 0, so this is 1 unless no start pose was given.
+    /// The first scored frame. Every metric leaves out the frames before it. This is 1 if the tracker was given the
+    /// pose of frame 0, else 0.
     pub first_scored: usize,
     /// HumanEva's markers on the actor, metres.
     pub truth_markers: MarkerList<'a>,
-    /// The same markers as estimated, metres; a frame without an estimate is all `None`.
+    /// The estimated markers, metres; all `None` in a frame without an estimate.
     pub estimate_markers: MarkerList<'a>,
-    /// Rotations of the root link, where known.
+    /// Rotations of the root link, if known.
     pub roots: Option<RootRotations<'a>>,
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
-    /// ([`super::intersection_over_union`]), where known.
+    /// ([`super::intersection_over_union`]), if known.
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
-    /// `[frame][view]`: overlap of the estimate's silhouette with the actor's exact one, both in the true cameras,
-    /// where the observed ones are not exact.
+    /// `[frame][view]`: overlap of the estimate's silhouette with the actor's exact one, both in the true cameras, if
+    /// the observed ones are not exact.
     pub exact_overlaps: Option<&'a [Vec<Option<f64>>]>,
-    /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), where
+    /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), if
     /// known.
     pub view_boundaries: Option<&'a [Vec<Option<f64>>]>,
-    /// The cameras and what they see of the markers, where known.
+    /// The cameras and the markers that they see, if known.
     pub views: Option<Views<'a>>,
-    /// Rotations of the parts of the body, where known.
+    /// Rotations of the parts of the body, if known.
     pub parts: Option<PartRotations<'a>>,
-    /// Energies under the tracker's own likelihood, where it has one.
+    /// Energies under the tracker's own likelihood or skiagraph's, if known.
     pub energies: Option<Energies<'a>>,
     /// Contact in truth and estimate, if known.
     pub contacts: Option<ContactPair<'a>>,
-    /// How uncertain the estimate says that its markers are, where it does.
+    /// The estimate's covariances of its markers, if it has any.
     pub covariances: Option<&'a [MarkerCovariances]>,
 }
 
 /// Cameras and the actor's markers in their images.
 #[derive(Clone, Copy, Debug)]
 pub struct Views<'a> {
-    /// The true cameras; those that move as they are in frame 0.
+    /// The true cameras; moving ones in their state of frame 0.
     pub cameras: &'a [Camera],
-    /// The cameras of every frame, where any moves; else empty.
+    /// The cameras of every frame if any moves, else empty.
     pub moved: &'a [CameraRig],
     /// `[frame][camera][marker]`: inside the image.
     pub in_view: &'a [&'a [[bool; LANDMARKS.len()]]],
@@ -59,18 +59,18 @@ pub struct Views<'a> {
 }
 
 impl Views<'_> {
-    /// A camera as it is in a frame.
+    /// A camera in a frame.
     pub(super) fn camera(&self, camera: usize, frame: usize) -> &Camera {
         self.moved.get(frame).and_then(|rig| rig.cameras.get(camera)).unwrap_or(&self.cameras[camera])
     }
 }
 
-/// How many parts of the body have a rotation of their own: the root, both thighs, shanks, upper arms and forearms.
+/// Number of body parts with rotations: the root, both thighs, shanks, upper arms and forearms.
 pub const PARTS: usize = 9;
 
-/// Rotations of parts in the world from their rotation at the zero pose, one list a frame, in the order root, left and
-/// right thigh, left and right shank, left and right upper arm, left and right forearm; `None` for parts that a body
-/// lacks and frames without a pose.
+/// World rotations of parts relative to their rotation at the zero pose, one list per frame, in the order root, left
+/// and right thigh, left and right shank, left and right upper arm, left and right forearm; `None` for parts that a
+/// body lacks and frames without a pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PartRotations<'a> {
     /// Of the actor.
@@ -84,20 +84,20 @@ pub struct PartRotations<'a> {
 pub struct ContactPair<'a> {
     /// Of the actor.
     pub truth: ContactMeasures<'a>,
-    /// Of the estimate, where its poses are known.
+    /// Of the estimate, if its poses are known.
     pub estimate: Option<ContactMeasures<'a>>,
 }
 
-/// Contact of one body, by its own solids. All lists have one entry a frame.
+/// Contact of one body, computed with its own solids. All lists have one entry per frame.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactMeasures<'a> {
     /// The ground.
     pub ground: &'a GroundContacts,
     /// Deepest self-collision, metres.
     pub self_depth_m: &'a [f64],
-    /// How deep it is inside the props, metres; where there are any.
+    /// Depth inside the props, metres, if there are any.
     pub prop_depth_m: Option<&'a [f64]>,
-    /// Balance and forces, where it has mass.
+    /// Balance and forces, if the body has mass.
     pub dynamics: Option<&'a Dynamics>,
     /// Frames in which its pose is known and the other lists are valid; `None`: all. Stretches between frames without a
     /// pose are measured separately.
@@ -105,7 +105,7 @@ pub struct ContactMeasures<'a> {
 }
 
 impl ContactMeasures<'_> {
-    /// Whether the pose is known in `frame` and in all frames of the sequence up to `reach` either way.
+    /// Whether the pose is known in `frame` and in all frames of the sequence within `reach` of it.
     pub fn is_known(&self, frame: usize, reach: usize) -> bool {
         self.known.is_none_or(|known| {
             let end = known.len().min(frame + reach + 1);
@@ -125,7 +125,7 @@ impl ContactMeasures<'_> {
     }
 }
 
-/// Rotations of actor and estimate in the world: of the body's axes X forward, Y left, Z up as its root carries them
+/// World rotations of actor and estimate: of the body's axes X forward, Y left, Z up, which are fixed to the root
 /// ([`crate::body::Humanoid::root_from_body`]), whatever the axes of the root link.
 #[derive(Clone, Copy, Debug)]
 pub struct RootRotations<'a> {
@@ -150,17 +150,17 @@ pub struct Energies<'a> {
 #[derive(Debug, thiserror::Error, PartialEq)]
 #[non_exhaustive]
 pub enum EvaluationError {
-    /// Two lists that should have one entry a frame do not agree.
+    /// A list does not have one entry per frame of the truth.
     #[error("{what}: {found} frames, but the truth has {expected}; give one entry per frame of the truth")]
     Length {
-        /// Which list.
+        /// Name of the list.
         what: &'static str,
         /// Entries found.
         found: usize,
         /// Frames of the truth.
         expected: usize,
     },
-    /// Nothing is left to score.
+    /// No frame can be scored.
     #[error("no frame to score: {frames} frames, of which the first {left_out} are left out")]
     NoFrame {
         /// Frames of the truth.
@@ -169,14 +169,14 @@ pub enum EvaluationError {
         left_out: usize,
     },
     /// A rate that is not a positive number.
-    #[error("frame rate {0} is not a positive number of frames a second")]
+    #[error("frame rate {0} is not a positive number of frames per second")]
     FrameRate(f64),
     /// A number that is not finite.
     #[error("set frame {frame} (from 0): {what} is not a finite number")]
     NotFinite {
         /// Frame number.
         frame: usize,
-        /// Which number.
+        /// Description of the number.
         what: String,
     },
     /// No frame has a marker in both the truth and the estimate.
@@ -191,7 +191,7 @@ pub enum EvaluationError {
 }
 
 impl<'a> Sequence<'a> {
-    /// A sequence of which only marker positions are known; frame 0 is left out.
+    /// A sequence with marker positions only; frame 0 is left out.
     pub fn from_markers(
         frames_per_second: f64,
         truth: impl Into<MarkerList<'a>>,
@@ -214,12 +214,12 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Number of frames, left out or not.
+    /// Number of frames, including those left out.
     pub fn frames(&self) -> usize {
         self.truth_markers.len()
     }
 
-    /// The frames that count.
+    /// The scored frames.
     pub fn scored(&self) -> Range<usize> {
         self.first_scored..self.frames()
     }
@@ -241,12 +241,12 @@ impl<'a> Sequence<'a> {
         self.pairs(frame).map(|(_, truth, estimate)| 1000.0 * (estimate - truth).norm())
     }
 
-    /// One value for every frame: `value(frame)` where the frame counts, `None` elsewhere.
+    /// One value per frame: `value(frame)` for scored frames, `None` for others.
     pub fn per_scored_frame(&self, value: impl Fn(usize) -> Option<f64>) -> Vec<Option<f64>> {
         (0..self.frames()).map(|frame| if frame < self.first_scored { None } else { value(frame) }).collect()
     }
 
-    /// Whether the lists agree in length and hold finite numbers only.
+    /// Checks that the lists have the same length and only finite numbers.
     ///
     /// # Errors
     /// The first disagreement, as an [`EvaluationError`].
@@ -257,7 +257,7 @@ impl<'a> Sequence<'a> {
         self.check_lengths()?;
         self.check_finite()?;
         let in_common = self.scored().any(|frame| self.pairs(frame).next().is_some());
-        // a tracker that lost every frame can be measured; one with other markers cannot
+        // an estimate that lost every frame can be measured; one with other markers cannot
         let lost = self.scored().all(|frame| self.is_lost(frame));
         let asked = self.scored().any(|frame| self.truth_markers.count(frame) > 0);
         if in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_of_other_markers_cannot_be_compared_and_one_that_is_lost_throughout_can() {
+    fn an_estimate_of_other_markers_cannot_be_compared_and_a_completely_lost_one_can() {
         let (mut truth, mut other, nothing) = (still(3), vec![[None; 15]; 3], vec![[None; 15]; 3]);
         truth.iter_mut().for_each(|markers| markers[4] = None);
         other.iter_mut().for_each(|markers| markers[4] = Some(Point3::origin()));

@@ -20,7 +20,7 @@ pub(super) const ALL_VIEWS: Metric = Metric {
     measure: all_views,
 };
 
-/// Overlap in the camera that it fits worst.
+/// Overlap in the camera with the worst fit.
 pub(super) const WORST_VIEW: Metric = Metric {
     name: "silhouette_iou_worst_view",
     title: "Silhouette overlap, worst camera",
@@ -32,7 +32,7 @@ pub(super) const WORST_VIEW: Metric = Metric {
     measure: worst_view,
 };
 
-/// Overlap with what an undisturbed observation would show.
+/// Overlap with the exact silhouettes.
 pub(super) const EXACT: Metric = Metric {
     name: "silhouette_iou_exact",
     title: "Overlap with the exact silhouettes",
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn two_empty_masks_have_no_overlap_to_speak_of() {
+    fn two_empty_masks_have_no_overlap() {
         assert_eq!(intersection_over_union(&block(0, 0), &block(0, 0)), None);
     }
 

@@ -1,8 +1,8 @@
-//! Means, spreads and quantiles of plain lists.
+//! Means, spreads and quantiles of lists.
 
 use serde::{Deserialize, Serialize};
 
-/// How the frames of a sequence are spread about their mean.
+/// Spread of the values of the frames of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameSpread {
     /// Standard deviation with divisor n - 1; `None` for a single value.
@@ -17,7 +17,7 @@ pub struct FrameSpread {
 }
 
 impl FrameSpread {
-    /// Of at least one finite value; `None` for an empty list.
+    /// The spread of finite values; `None` for an empty list.
     pub fn from_values(values: &[f64]) -> Option<Self> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);

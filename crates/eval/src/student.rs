@@ -5,8 +5,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::statistics::{mean, variance};
 
-/// Cap on the variance of the logarithms of errors (a standard deviation of 1 is a factor of e from run to run): one
-/// run with an error near zero would otherwise stretch an interval of three runs over many powers of ten.
+/// Limit of the variance of the logarithms of errors (a standard deviation of 1 is a factor of e between runs): without
+/// it, one run with an error near zero would widen an interval of three runs over many powers of ten.
 const GREATEST_LOG_VARIANCE: f64 = 1.0;
 
 /// `m +- t se`.
@@ -16,10 +16,9 @@ pub(super) fn student(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     Some([centre - half, centre + half])
 }
 
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2` is the greater of `s^2 / (n m^2)`, as Student's interval has it, and
-/// `v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (`[Olsson 2005]`): the first is the greater
-/// where a few runs are far off, the second where all are skewed. Of several clips the `se^2` of the clips' means add
-/// up.
+/// `m exp(+- t se / m)`. For one clip, `(se / m)^2` is the greater of `s^2 / (n m^2)`, as in Student's interval, and `v
+/// / n + v^2 / (2 (n - 1))` (`[Olsson 2005]`), where `v` is the variance of the logarithms: the first is greater if a
+/// few runs are far off, the second if all are skewed. For several clips, the `se^2` of the clips' means are added.
 pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {
@@ -34,7 +33,7 @@ pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     Some([centre / factor, centre * factor])
 }
 
-/// `t sqrt(sum of e) / C`, `e` being the squared standard error of each of the C clips' means.
+/// `t sqrt(sum of e) / C`, where `e` is the squared standard error of the mean of each of the C clips.
 fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>) -> Option<f64> {
     let errors: Vec<f64> = clips.iter().map(|runs| squared_error(runs)).collect::<Option<_>>()?;
     let sum: f64 = errors.iter().sum();

@@ -14,12 +14,12 @@ use super::{
 };
 use crate::body::LANDMARKS;
 
-/// Which runs a summary is made of.
+/// Clip and seed of a run.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct RunKey {
-    /// Which clip.
+    /// Name of the clip.
     pub clip: String,
-    /// Which seed.
+    /// The seed.
     pub seed: u64,
 }
 
@@ -29,19 +29,19 @@ pub struct RunKey {
 pub struct Summary {
     /// The runs, in the order of every `per_run`.
     pub runs: Vec<RunKey>,
-    /// How the intervals were made, or why there is none.
+    /// Describes how the intervals were computed, or why there are none.
     pub interval: String,
     /// By [`super::Metric::name`].
     pub metrics: BTreeMap<String, MetricSummary>,
-    /// What every metric needs that no run has, by its name.
+    /// The inputs that each metric absent from all runs needs, by metric name.
     #[serde(default)]
     pub absent: BTreeMap<String, String>,
     /// Mean error of every marker, in the order of [`crate::body::LANDMARKS`], millimetres.
     pub per_joint: Vec<JointSummary>,
-    /// The longest stretch of frames of all runs in which a marker is lost throughout; absent where none is long.
+    /// The longest run of frames, over all runs, in which a marker is lost throughout; absent if none is long enough.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_lost: Option<LostStretchOfRun>,
-    /// Mean error by groups of markers: phase of gait, speed, cameras that see them.
+    /// Mean error by group of markers: gait phase, speed, number of cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownSummary>,
     /// Errors by camera: means over clips of each clip's mean over seeds.
@@ -49,7 +49,7 @@ pub struct Summary {
     pub per_camera: Vec<PerCameraError>,
 }
 
-/// The longest stretch with a lost marker, and the run that it is in.
+/// The longest run of frames with a lost marker, and the run that contains it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LostStretchOfRun {
     /// The run.
@@ -72,14 +72,14 @@ pub struct MetricSummary {
     /// averaged over runs. `max`: of all frames of all runs.
     #[serde(flatten)]
     pub spread: Option<FrameSpread>,
-    /// 95 % interval of the mean; `None` for fewer than three runs, where a clip has one seed and where all are equal.
+    /// 95 % interval of the mean; `None` for fewer than three runs, if a clip has one seed, and if all runs are equal.
     pub ci95: Option<Interval>,
     /// How the interval was made, or why there is none.
     pub interval: String,
     /// Standard deviation of the runs' means; absent for a single run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_between_runs: Option<f64>,
-    /// Share of the truth's markers that the estimates of all runs have: means of errors leave out the rest.
+    /// Share of the truth's markers that the estimates of all runs have; means of errors leave out the others.
     pub coverage: f64,
     /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
     pub per_run: Vec<Option<f64>>,
@@ -94,7 +94,7 @@ pub struct JointSummary {
     pub joint: String,
     /// Mean distance from the truth over clips of each clip's mean over seeds, millimetres.
     pub mean_mm: f64,
-    /// 95 % interval of it.
+    /// 95 % interval of that mean.
     pub ci95: Option<Interval>,
     /// Share of the scored frames of all runs in which it was compared.
     pub coverage: f64,
@@ -103,7 +103,7 @@ pub struct JointSummary {
     pub per_run: Vec<Option<f64>>,
 }
 
-/// Brings runs together. Intervals speak of clip x seed, never of frames ([`super::mean_interval`]).
+/// Summarises runs. The unit of intervals is clip x seed, never the frame ([`super::mean_interval`]).
 ///
 /// # Errors
 /// [`EvaluationError::NoRun`] without a run.
@@ -142,7 +142,7 @@ fn metric_summary(runs: &[SeedRun<'_>], name: &str) -> Option<MetricSummary> {
         std_between_runs: standard_deviation(&means),
         coverage: mean(&runs.iter().map(|run| run.evaluation.coverage).collect::<Vec<_>>())?,
         per_run,
-        protocol: format!("{}{}", present.first()?.protocol, lost_in_words(runs)),
+        protocol: format!("{}{}", present.first()?.protocol, describe_lost_frames(runs)),
     })
 }
 
@@ -171,7 +171,7 @@ fn joint_summary(runs: &[SeedRun<'_>], joint: &str) -> Option<JointSummary> {
     Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage, per_run })
 }
 
-/// The longest of all runs; of equal ones the first.
+/// The longest lost stretch of all runs; of equal ones the first.
 fn longest_lost(runs: &[SeedRun<'_>]) -> Option<LostStretchOfRun> {
     let stretches = runs.iter().filter_map(|run| Some((run, run.evaluation.longest_lost.as_ref()?)));
     let (run, stretch) = stretches.reduce(|one, other| if other.1.frames() > one.1.frames() { other } else { one })?;
@@ -179,8 +179,8 @@ fn longest_lost(runs: &[SeedRun<'_>]) -> Option<LostStretchOfRun> {
     Some(LostStretchOfRun { run, stretch: stretch.clone() })
 }
 
-/// How many frames of all runs have no estimate, to follow a protocol; nothing where all have one.
-fn lost_in_words(runs: &[SeedRun<'_>]) -> String {
+/// Suffix of a protocol: how many frames of all runs have no estimate; empty if all have one.
+fn describe_lost_frames(runs: &[SeedRun<'_>]) -> String {
     let of_run = |run: &SeedRun<'_>| run.evaluation.metrics.get("lost_frames").map(|lost| (lost.mean, lost.frames));
     let counts = runs.iter().filter_map(of_run);
     let (lost, all) = counts.fold((0, 0), |(lost, all), (share, frames)| {
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn clips_count_alike_and_seeds_within_them() {
+    fn clips_have_equal_weight_and_seeds_within_them() {
         let [a, b, c] = [10.0, 20.0, 60.0].map(off_by);
         let run = |clip, seed, evaluation| SeedRun { clip, seed, evaluation };
         let summary = summarise(&[run("walk", 0, &a), run("walk", 1, &b), run("jump", 0, &c)]).unwrap();
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn several_seeds_give_an_interval_that_holds_the_mean() {
+    fn several_seeds_give_an_interval_that_contains_the_mean() {
         let runs: Vec<_> = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by).into();
         let runs: Vec<_> =
             runs.iter().zip(0..).map(|(e, seed)| SeedRun { clip: "walk", seed, evaluation: e }).collect();
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_lost_has_no_error_and_lowers_the_coverage_beside_it() {
+    fn a_lost_run_has_no_error_and_lowers_the_coverage() {
         let truth = vec![standing(); 3];
         let mut half = truth.clone();
         half[2] = [None; 15];
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn two_seeds_have_no_interval_and_say_so_in_its_place() {
+    fn two_seeds_have_no_interval_and_the_reason_is_given() {
         let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
         let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
         let of_two = summarise(&[run(0, &a), run(1, &b)]).unwrap();
@@ -269,21 +269,18 @@ mod tests {
     }
 
     #[test]
-    fn seeds_of_one_clip_say_that_they_are_of_one_clip_and_copies_that_they_are_one_observation() {
+    fn the_interval_text_states_that_seeds_are_of_one_clip_and_that_copies_are_one_observation() {
         let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
         let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
         let varied = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap().interval;
-        assert!(
-            varied.ends_with("of one clip of 0.1 s and say nothing about other motions or other noise"),
-            "{varied}"
-        );
+        assert!(varied.ends_with("of one clip of 0.1 s and do not cover other motions or other noise"), "{varied}");
         let copies = summarise(&[run(0, &a), run(1, &a), run(2, &a)]).unwrap();
-        assert!(copies.interval.starts_with("3 seeds with the same estimates to the bit"), "{}", copies.interval);
+        assert!(copies.interval.starts_with("3 seeds with bit-identical estimates"), "{}", copies.interval);
         assert!(copies.interval.contains("observation.seed=2") && copies.metrics["humaneva_mm"].ci95.is_none());
     }
 
     #[test]
-    fn a_metric_that_some_seeds_lack_says_over_how_many_it_goes() {
+    fn a_metric_that_some_seeds_lack_states_the_number_of_seeds() {
         let [mut a, b, c, d] = [28.0, 30.0, 29.0, 31.0].map(off_by);
         a.metrics.remove("humaneva_mm");
         let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };

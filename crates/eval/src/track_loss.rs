@@ -9,7 +9,7 @@ use super::statistics::mean_of;
 /// A frame is bad when its HumanEva error exceeds this, millimetres.
 pub const LOSS_THRESHOLD_MM: f64 = 150.0;
 
-/// So many bad frames in a row are a loss; all scored frames of a sequence that has fewer.
+/// Least number of consecutive bad frames that are a loss; in a shorter sequence, all scored frames.
 pub(crate) const LOSS_FRAMES: usize = 15;
 
 /// Share of frames inside a loss.
@@ -36,7 +36,7 @@ pub(super) const TIME_TO_LOSS: Metric = Metric {
     measure: time_to_loss,
 };
 
-/// Seconds that the first loss lasted.
+/// Duration of the first loss, seconds.
 pub(super) const RECOVERY: Metric = Metric {
     name: "recovery_s",
     title: "Time to recover",
@@ -48,7 +48,7 @@ pub(super) const RECOVERY: Metric = Metric {
     measure: recovery,
 };
 
-/// Runs of at least [`LOSS_FRAMES`] bad frames, or of all that there are.
+/// Ranges of at least [`LOSS_FRAMES`] consecutive bad frames, or of all scored frames if there are fewer.
 fn losses(sequence: &Sequence<'_>) -> Vec<Range<usize>> {
     let bad = |frame: usize| {
         frame < sequence.frames() && mean_of(sequence.distances_mm(frame)).is_none_or(|error| error > LOSS_THRESHOLD_MM)
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_sequence_is_lost_when_every_frame_is_bad() {
+    fn a_short_sequence_is_lost_if_every_frame_is_bad() {
         let truth = vec![standing(); 11];
         let mut estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.2, 0.0, 0.0))).collect();
         assert_eq!(evaluate_markers(&truth, &estimate).metrics["track_loss"].mean, 1.0);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_loss_gives_the_times() {
+    fn the_times_are_those_of_the_first_loss() {
         let metrics = with_bad_frames(&[31..49, 50..60]);
         assert!((metrics["time_to_loss_s"].mean - 0.5).abs() < 1e-12);
         assert!((metrics["recovery_s"].mean - 0.3).abs() < 1e-12);
@@ -126,11 +126,11 @@ mod tests {
     }
 
     #[test]
-    fn a_track_that_is_never_lost_has_no_time_of_loss_and_nothing_to_recover() {
+    fn a_track_that_is_never_lost_has_no_times_of_loss_and_recovery() {
         let metrics = with_bad_frames(&[]);
         assert!(!metrics.contains_key("time_to_loss_s"));
         assert!(!metrics.contains_key("recovery_s"));
-        assert!(!with_bad_frames(std::slice::from_ref(&(40..61))).contains_key("recovery_s"), "never found again");
+        assert!(!with_bad_frames(std::slice::from_ref(&(40..61))).contains_key("recovery_s"), "never recovered");
     }
 
     #[test]

@@ -13,23 +13,23 @@ pub enum PhysicsError {
     /// A link that does not exist.
     #[error("{:?} has no link with index {link}", excerpt(body))]
     NoLink {
-        /// Its number.
+        /// Its index.
         link: usize,
         /// The body's name.
         body: String,
     },
     /// A joint that cannot be simulated.
     #[error(
-        "joint {:?} is {kind}, which cannot be simulated; write hinges and slides, three hinges for a ball joint",
+        "joint {:?} is {kind}, which cannot be simulated; write hinges and sliders, three hinges for a ball joint",
         excerpt(joint)
     )]
     Joint {
         /// The joint's name.
         joint: String,
-        /// What it is.
+        /// Kind of joint.
         kind: &'static str,
     },
-    /// A moved part has no mass.
+    /// A moving part has no mass.
     #[error(
         "{:?} moves link {:?} and its descendants, and none of them has mass; give them an <inertial>",
         excerpt(joint),
@@ -38,10 +38,10 @@ pub enum PhysicsError {
     NoMass {
         /// The joint's name, or the body's if the whole body has no mass.
         joint: String,
-        /// The link that it moves.
+        /// The moved link.
         link: String,
     },
-    /// Mass properties that no solid has.
+    /// Mass properties that no solid can have.
     #[error(
         "link {:?} has impossible mass properties: expected a mass above 0 and an inertia without negative principal \
         moments; correct its <inertial>",
@@ -57,7 +57,7 @@ pub enum PhysicsError {
          `metres_per_unit` of the recording, or use contact = \"off\""
     )]
     Underground {
-        /// How deep, mm.
+        /// Depth, mm.
         depth_mm: f64,
     },
     /// The start is inside a prop.
@@ -68,11 +68,11 @@ pub enum PhysicsError {
         excerpt(prop)
     )]
     InsideProp {
-        /// The link that is deepest.
+        /// The deepest link.
         link: String,
         /// The prop.
         prop: String,
-        /// How deep, mm.
+        /// Depth, mm.
         depth_mm: f64,
     },
     /// The simulation diverged.

@@ -2,7 +2,7 @@
 //!
 //! [`plant_feet`] changes a motion as little as possible so that standing feet are planted and nothing is below the
 //! ground; [`simulate`] drives a body towards a motion under gravity, by rapier. Balance and the forces that a motion
-//! needs are in `skiagraph_core::dynamics`, and what touches in `skiagraph_core::contact`: neither needs a simulation.
+//! requires are in `skiagraph_core::dynamics`, contacts in `skiagraph_core::contact`: neither needs a simulation.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};

@@ -16,41 +16,41 @@ use crate::observing::ObservationFacts;
 use crate::raster::Mask;
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
-/// is ever opened; it may be absent.
+/// is opened; it may be absent.
 #[derive(Clone, Debug)]
 pub struct BlindSet {
     /// The set's name.
     pub name: String,
-    /// Frames a second.
+    /// Frame rate, frames per second.
     pub frames_per_second: f64,
     /// Number of frames, at least 1.
     pub frame_count: usize,
-    /// The way the body faces in frame 0, a unit vector on the ground; `None` if it has no heading, and in sets of
-    /// older versions.
+    /// Heading of the body in frame 0, a horizontal unit vector; `None` if it has no heading, and in sets of older
+    /// versions.
     pub forward: Option<[f64; 3]>,
-    /// The cameras as a tracker is told them; the true ones may differ ([`super::TruthSet::rig`]).
-    /// In sets whose cameras move, as they are in frame 0; [`Self::rig_at`] has them in any frame.
+    /// The cameras that trackers are given; the true ones may differ ([`super::TruthSet::rig`]). Moving cameras are at
+    /// their pose of frame 0; [`Self::rig_at`] returns the cameras of any frame.
     pub rig: CameraRig,
-    /// Where the cameras are in every frame and when they took their images; `None` where all stand still and took an
-    /// image of every frame at its time.
+    /// Pose and exposure time of the cameras in every frame; `None` if all cameras are static and expose every frame at
+    /// its own time.
     pub moments: Option<RigMoments>,
-    /// How the observations were made; `None` where they are exact, and in sets of older versions.
+    /// How the observations were made; `None` if they are exact, and in sets of older versions.
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
     pub start: Start,
-    /// SHA-256 (hexadecimal) of what is tested, without layers and shards: the same for a set in memory and for its
-    /// copy on any disk. Runs are known to be of a set by it.
+    /// SHA-256 (hexadecimal) of what is tested, without layers and shards. It is the same for a set in memory and on
+    /// disk, and identifies the set of a run.
     pub set_hash: String,
-    /// SHA-256 (hexadecimal) of `files.sha256`: of every file, truth images and shards included.
+    /// SHA-256 (hexadecimal) of `files.sha256`, which covers every file, truth images and shards included.
     pub full_hash: String,
     files: Arc<SetFiles>,
 }
 
 impl BlindSet {
-    /// Opens a set on disk; observations are read when they are asked for, each checked against its SHA-256.
+    /// Opens a set on disk. Observations are read on demand and checked against their SHA-256.
     ///
     /// # Errors
-    /// [`SetError`] naming the file that is missing, changed or not what its format says.
+    /// [`SetError`] naming the file that is missing, changed or malformed.
     pub fn read(directory: &Path) -> Result<Self, SetError> {
         Self::from_files(Arc::new(SetFiles::open(directory)?))
     }
@@ -105,12 +105,12 @@ impl BlindSet {
         Ok(Observation { frame, time_s, silhouettes, moment: self.moment(frame).cloned() })
     }
 
-    /// Where the cameras are in a frame and when they took their images; `None` where all stand still.
+    /// Pose and exposure time of the cameras in a frame; `None` if all cameras are static.
     pub fn moment(&self, frame: usize) -> Option<&RigMoment> {
         self.moments.as_ref()?.frames.get(frame)
     }
 
-    /// The cameras as a tracker is told them in a frame.
+    /// The cameras that trackers are given for a frame.
     pub fn rig_at(&self, frame: usize) -> Cow<'_, CameraRig> {
         match self.moment(frame) {
             None => Cow::Borrowed(&self.rig),
@@ -123,24 +123,23 @@ impl BlindSet {
         self.moment(frame).is_none_or(|moment| moment.exposed_s[camera].is_some())
     }
 
-    /// All observations in order, read one by one.
+    /// All observations in order, read one at a time.
     pub fn observations(&self) -> impl Iterator<Item = Result<Observation, SetError>> + '_ {
         (0..self.frame_count).map(|frame| self.observation(frame))
     }
 
-    /// Where the silhouette of a camera and frame is, below the set.
+    /// Path of the silhouette of a camera and frame, relative to the set.
     pub fn silhouette_path(camera: usize, frame: usize) -> String {
         silhouette_path(camera, frame)
     }
 
-    /// Puts the blind side into a folder, for a program that shall not see the truth: hard links where the file system
-    /// allows them, copies elsewhere and of silhouettes in shards. The list of files stays out: hashes of the truth
-    /// would confirm a guess.
+    /// Copies the blind side into a folder, for a program that must not see the truth. The list of files is left out,
+    /// because hashes of the truth would confirm a guess.
     ///
     /// # Errors
     /// [`SetError`] if a file is missing or cannot be written.
-    pub fn hand_out(&self, folder: &Path) -> Result<(), SetError> {
-        self.files.hand_out(folder, |path| !path.starts_with("truth/") && !is_packing(path) && path != COMPLETE)
+    pub fn copy_to(&self, folder: &Path) -> Result<(), SetError> {
+        self.files.copy_to(folder, |path| !path.starts_with("truth/") && !is_packing(path) && path != COMPLETE)
     }
 
     pub(super) fn files(&self) -> &SetFiles {
@@ -148,8 +147,8 @@ impl BlindSet {
     }
 }
 
-/// Checks the manifest's number of silhouettes by the last file of every camera, so nothing is allocated by an
-/// unverified number.
+/// Checks the manifest's number of frames against the last silhouette of every camera, so that no unverified number
+/// determines an allocation.
 fn check_listed(files: &SetFiles, manifest: &BlindManifest, moments: Option<&RigMoments>) -> Result<(), SetError> {
     let SequenceFacts { frames, cameras, .. } = manifest.sequence;
     let last = |camera| moments.and_then(|moments| moments.last_image(camera)).unwrap_or(frames - 1);

@@ -1,5 +1,4 @@
-//! A humanoid as JSON (`skiagraph.body/1`), lossless: a URDF after reading, scaling and conversion to tapered
-//! capsules.
+//! A humanoid as lossless JSON (`skiagraph.body/1`): a URDF after reading, scaling and conversion to tapered capsules.
 //!
 //! Links in topological order, link 0 the root; `joints[i]` carries `links[i + 1]` and names its parent by index.
 //! Metres, radians, kilograms; frames as position and quaternion `w x y z`; a missing limit is `null`. The origin of a
@@ -56,7 +55,7 @@ struct SkinRecord {
     /// In the bind pose.
     vertices: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
-    /// For every vertex links and their shares.
+    /// Links and weights of every vertex.
     influences: Vec<Vec<(u32, f64)>>,
     /// `world_from_link` in the bind pose, for every link `x y z qw qx qy qz`.
     bind: Vec<[f64; 7]>,
@@ -66,7 +65,7 @@ struct SkinRecord {
 #[serde(deny_unknown_fields)]
 struct LinkRecord {
     name: String,
-    // sets of older versions say `flesh`
+    // the name in sets of older versions
     #[serde(alias = "flesh")]
     solids: Vec<SolidRecord>,
     inertia: Option<InertiaRecord>,
@@ -118,12 +117,12 @@ struct MarkerRecord {
 /// The bytes of the body's file.
 ///
 /// # Errors
-/// [`SetError::Malformed`] where a number is not finite and no limit.
+/// [`SetError::Malformed`] if a number other than a limit is not finite.
 pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
     super::json::to_bytes(file, &BodyRecord::new(body))
 }
 
-/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is its name in
+/// Reads the body of a file written by [`to_json`] and checks every invariant of [`Humanoid`]. `file` is its name in
 /// errors.
 ///
 /// # Errors
@@ -136,17 +135,17 @@ pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
 }
 
 /// The bytes of a file of several bodies (`skiagraph.bodies/1`): those of a run whose tracker calibrated its body, one
-/// a seed.
+/// per seed.
 ///
 /// # Errors
-/// [`SetError::Malformed`] where a number is not finite and no limit.
+/// [`SetError::Malformed`] if a number other than a limit is not finite.
 pub fn bodies_to_json(file: &str, bodies: &[Humanoid]) -> Result<Vec<u8>, SetError> {
     let record =
         BodiesRecord { schema: BODIES_SCHEMA.to_string(), bodies: bodies.iter().map(BodyRecord::new).collect() };
     super::json::to_bytes(file, &record)
 }
 
-/// The bodies of a file written by [`bodies_to_json`], every invariant of [`Humanoid`] checked.
+/// Reads the bodies of a file written by [`bodies_to_json`] and checks every invariant of [`Humanoid`].
 ///
 /// # Errors
 /// [`SetError::Malformed`] with the problem.
@@ -195,8 +194,7 @@ impl BodyRecord {
         let mut markers = [None; LANDMARKS.len()];
         for (name, marker) in self.markers {
             let landmark = LANDMARKS.iter().position(|l| l.name() == name);
-            let slot =
-                landmark.ok_or_else(|| format!("marker {:?} is not one of HumanEva's fifteen", excerpt(&name)))?;
+            let slot = landmark.ok_or_else(|| format!("marker {:?} is not one of HumanEva's 15", excerpt(&name)))?;
             if marker.link >= self.links.len() {
                 return Err(format!("marker {name:?}: the body has no link {}", marker.link));
             }
@@ -364,15 +362,18 @@ fn unit(axis: [f64; 3]) -> Result<Unit<Vector3<f64>>, String> {
     if (axis.norm() - 1.0).abs() < 1e-9 {
         Ok(Unit::new_unchecked(axis))
     } else {
-        Err("its axis is not of length 1".into())
+        Err("its axis does not have length 1".into())
     }
 }
 
-/// The limits of a degree of freedom in their order.
+/// Checks that the lower limit is not above the upper one.
 fn check_limits(degree: &DegreeOfFreedom) -> Result<(), String> {
     let DegreeOfFreedom { name, lower, upper, .. } = degree;
     if lower > upper {
-        return Err(format!("degree of freedom {:?}: lower limit {lower} above upper {upper}", excerpt(name)));
+        return Err(format!(
+            "degree of freedom {:?}: lower limit {lower} is above the upper limit {upper}",
+            excerpt(name)
+        ));
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! `cameras.json`: the rig in OpenCV's convention, for any program.
 //!
 //! `x_camera = R x_world + t` (x right, y down, z forward, metres); `K` and `distortion` (k1 k2 p1 p2 k3) as OpenCV's
-//! `projectPoints` takes them, **pixel centres at integers**: our principal point, counted from the outer corner of the
-//! top-left pixel, less half a pixel. `camera_from_world` repeats `R` and `t` as position and quaternion, which our own
-//! reader uses to avoid rounding.
+//! `projectPoints` takes them, **pixel centres at integers**: the principal point of [`Camera`], which counts from the
+//! outer corner of the top-left pixel, less half a pixel. `camera_from_world` repeats `R` and `t` as position and
+//! quaternion; [`from_json`] uses it to avoid rounding.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,11 +13,11 @@ use crate::camera::{Camera, CameraRig};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "cameras.json";
-/// The cameras that saw the actor, where trackers are told others.
+/// The cameras that saw the actor, if trackers are given others.
 pub(super) const TRUTH_PATH: &str = "truth/cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
-/// Of cameras that move or take images at times of their own: `frames` says which file has every frame, and what stands
-/// here is of frame 0.
+/// Schema for cameras that move or have their own exposure times: `frames` names the file with the cameras of every
+/// frame, and the entries here are those of frame 0.
 const FILMED: &str = "skiagraph.cameras/2";
 pub(super) const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
 pub(super) const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
@@ -27,7 +27,7 @@ struct CamerasFile {
     schema: String,
     axes: String,
     pixel_centres: String,
-    /// The file that has where the cameras are in every frame; absent where they stand still.
+    /// The file with the camera poses of every frame; absent for static cameras.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     frames: Option<String>,
     cameras: Vec<CameraRecord>,
@@ -37,7 +37,7 @@ struct CamerasFile {
 #[serde(deny_unknown_fields)]
 struct CameraRecord {
     name: String,
-    /// Where its observations are, below the set.
+    /// Directory of its observations, relative to the set.
     observations: String,
     width: u32,
     height: u32,
@@ -57,7 +57,7 @@ pub(super) fn observations_directory(index: usize) -> String {
     format!("observations/cam{index:02}")
 }
 
-/// `frames`: the file that has where the cameras are in every frame; `None` where they stand still.
+/// `frames` is the file with the camera poses of every frame; `None` for static cameras.
 pub(super) fn to_json(rig: &CameraRig, frames: Option<&str>) -> Result<Vec<u8>, SetError> {
     let cameras = rig.cameras.iter().enumerate().map(|(index, camera)| CameraRecord::new(index, camera)).collect();
     let schema = if frames.is_some() { FILMED } else { SCHEMA }.into();
@@ -70,11 +70,11 @@ pub(super) fn from_json(bytes: &[u8]) -> Result<CameraRig, SetError> {
     from_file(PATH, bytes)
 }
 
-/// As [`from_json`], of a file of another name.
+/// As [`from_json`], for a file of another name.
 pub(super) fn from_file(path: &str, bytes: &[u8]) -> Result<CameraRig, SetError> {
     let file: CamerasFile = super::json::from_bytes_of_any(path, &[SCHEMA, FILMED], bytes)?;
     if (file.schema == FILMED) != file.frames.is_some() {
-        let detail = format!("expected frames in {FILMED} and in no other schema");
+        let detail = format!("the key frames is only valid in schema {FILMED}, which requires it");
         return Err(SetError::malformed(path, detail));
     }
     let cameras = file.cameras.iter().map(|record| {
@@ -111,7 +111,7 @@ impl CameraRecord {
         let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-9);
         if differ(r.as_flattened(), camera.opencv_rotation().as_flattened()) || differ(&t, &camera.opencv_translation())
         {
-            return Err("R and t are not what camera_from_world says".to_string());
+            return Err("R and t do not match camera_from_world".to_string());
         }
         Ok(camera)
     }

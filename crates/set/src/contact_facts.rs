@@ -10,7 +10,7 @@ use crate::contact::GroundQuality;
 pub struct ContactFacts {
     /// `measure`: unchanged. `fix`: feet planted. `simulate`: motion of a simulated body.
     pub mode: String,
-    /// The outcome in words.
+    /// Description of the outcome.
     pub outcome: String,
     /// Mean speed of standing feet along the ground, mm/s.
     pub skate_mm_per_s: f64,
@@ -18,10 +18,10 @@ pub struct ContactFacts {
     pub penetration_mm: f64,
     /// Greatest height of a standing foot above the ground, mm.
     pub float_mm: f64,
-    /// Mean and greatest distance by which joints were moved from the recording, mm; absent where nothing was moved.
+    /// Mean and greatest distance by which joints were moved from the recording, mm; absent if nothing was moved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints_moved_mm: Option<[f64; 2]>,
-    /// By how much the whole motion was raised beyond that, mm; absent where it was not underground.
+    /// By how much the whole motion was raised in addition, mm; absent if it was not below the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raised_mm: Option<f64>,
     /// Settings and results of a simulation.
@@ -39,12 +39,12 @@ pub struct SimulationFacts {
     pub root_wrench: f64,
     /// Mean and greatest residual wrench at the root that was used, body weights.
     pub root_wrench_used: [f64; 2],
-    /// How long it lasted, seconds.
+    /// Duration, seconds.
     pub duration_s: f64,
-    /// When the body fell, seconds; absent where it stayed up.
+    /// When the body fell, seconds; absent if it stayed up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fell_at_s: Option<f64>,
-    /// The frame of the set, from 0, at that instant: from it on the truth is a fall; absent where it stayed up.
+    /// The frame of the set at that instant, from 0: from this frame on the truth is a fall; absent if it stayed up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fell_at_frame: Option<usize>,
     /// Pushes on the body.
@@ -67,12 +67,12 @@ pub struct PushFacts {
 }
 
 impl ContactFacts {
-    /// Of a motion that was only measured.
+    /// For a motion that was measured and left unchanged.
     pub fn measured(quality: &GroundQuality) -> Self {
         Self::new("measure", quality.to_string(), quality)
     }
 
-    /// Of a motion whose treatment moved no joint that is told.
+    /// Without distances by which joints were moved, and without a simulation.
     pub fn new(mode: &str, outcome: String, quality: &GroundQuality) -> Self {
         Self {
             mode: mode.to_owned(),
@@ -87,21 +87,21 @@ impl ContactFacts {
     }
 
     /// Names and values for display.
-    pub fn in_words(&self) -> Vec<(&'static str, String)> {
-        let mut words = vec![("mode", self.mode.clone())];
+    pub fn describe(&self) -> Vec<(&'static str, String)> {
+        let mut facts = vec![("mode", self.mode.clone())];
         if let Some(simulation) = &self.simulation {
-            words.push(("friction", simulation.friction.to_string()));
+            facts.push(("friction", simulation.friction.to_string()));
             let bound = format!("at most {} % of body weight", 100.0 * simulation.root_wrench);
-            words.push(("root wrench", if simulation.root_wrench > 0.0 { bound } else { "none".to_owned() }));
-            words.extend(simulation.pushes.iter().map(|push| ("push", push.in_words())));
+            facts.push(("root wrench", if simulation.root_wrench > 0.0 { bound } else { "none".to_owned() }));
+            facts.extend(simulation.pushes.iter().map(|push| ("push", push.describe())));
         }
-        words.push(("outcome", self.outcome.clone()));
-        words
+        facts.push(("outcome", self.outcome.clone()));
+        facts
     }
 }
 
 impl PushFacts {
-    fn in_words(&self) -> String {
+    fn describe(&self) -> String {
         let [x, y, z] = self.direction;
         format!("{} N s on {} at {} s, towards ({x:.2}, {y:.2}, {z:.2})", self.impulse_ns, self.link, self.at_s)
     }

@@ -5,34 +5,35 @@
 //! |---|---|---|
 //! | `gap` | (T, K) | signed height of the link's lowest point above z = 0, m |
 //! | `point`, `velocity` | (T, K, 3) | that point, m, and the velocity of the material there, m/s |
-//! | `in_contact` | (T, K) | whether it stands, by the thresholds of `rule` |
-//! | `foot_gap`, `foot_point`, `foot_velocity`, `foot_in_contact` | (T, 2, ...) | the same of the left and the right foot |
-//! | `self_depth` | (T, P) | depth by which two links are inside each other, m; 0 apart |
+//! | `in_contact` | (T, K) | whether it is in contact, by the thresholds of `rule` |
+//! | `foot_gap`, `foot_point`, `foot_velocity`, `foot_in_contact` | (T, 2, ...) | the same for the left and the right foot |
+//! | `self_depth` | (T, P) | penetration depth of two links, m; 0 if they are apart |
 //!
-//! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not looked at
-//! because they are adjacent or touch in the bind pose; `rule` holds m, m/s, m, m/s, s, s as `rule_names` says.
+//! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not checked
+//! because they are adjacent or touch in the bind pose; `rule` holds the values named in `rule_names` (m, m/s, m, m/s,
+//! s, s).
 //!
-//! Where Q props stand about (`truth/props.json`) also:
+//! In scenes with Q props (`truth/props.json`) also:
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `prop_gap` | (T, Q, K) | signed distance of prop and link, m, negative inside; infinite far away ([`PropContact`] says when) |
+//! | `prop_gap` | (T, Q, K) | signed distance between prop and link, m, negative inside; infinite if far away (see [`PropContact`]) |
 //! | `prop_point`, `prop_slip` | (T, Q, K, 3) | the link's nearest or deepest point, m, NaN far away; its velocity along the prop, m/s |
 //! | `prop_in_contact` | (T, Q, K) | whether it touches, by the thresholds of `rule` |
 //! | `prop_names` | (Q) | |
 //!
-//! Of an actor with mass also, for D degrees of freedom ([`Dynamics`] has the definitions):
+//! For an actor with mass also, with D degrees of freedom (definitions in [`Dynamics`]):
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
 //! | `centre_of_mass` | (T, 3) | m |
-//! | `zmp`, `zmp_is_defined` | (T, 2), (T) | zero-moment point on the ground, m; (0, 0) in flight, where there is none |
-//! | `zmp_margin`, `zmp_margin_is_defined` | (T) | how far it lies within the support polygon, m, negative outside; 0 without |
-//! | `support`, `support_count` | (T, V, 2), (T) | the support polygon's corners, anticlockwise, m, filled up with NaN; how many there are |
-//! | `residual_wrench` | (T) | what no ground force within friction cones of `friction` explains, body weights |
-//! | `effort` | (T, D) | of every degree of freedom of `dof_names`, N m or N |
-//! | `beyond_limits`, `too_fast` | (T) | how many degrees of freedom are beyond their limits, and faster than their greatest speed |
-//! | `mass` | () | of the actor, kg |
+//! | `zmp`, `zmp_is_defined` | (T, 2), (T) | zero-moment point on the ground, m; (0, 0) in flight, where it is undefined |
+//! | `zmp_margin`, `zmp_margin_is_defined` | (T) | distance from it to the border of the support polygon, m, negative outside; 0 if undefined |
+//! | `support`, `support_count` | (T, V, 2), (T) | the support polygon's corners, anticlockwise, m, padded with NaN; their number |
+//! | `residual_wrench` | (T) | part of the root wrench that no ground force within friction cones of `friction` explains, body weights |
+//! | `effort` | (T, D) | effort of every degree of freedom of `dof_names`, N m or N |
+//! | `beyond_limits`, `too_fast` | (T) | number of degrees of freedom beyond their position limits, and beyond their velocity limits |
+//! | `mass` | () | mass of the actor, kg |
 
 use crate::body::LinkFrames;
 use crate::contact::{ContactRule, ContactTrack, GroundContacts, LinkPair, PropContact, PropContacts, SelfCollision};
@@ -157,7 +158,7 @@ mod tests {
     use crate::npz::Values;
 
     #[test]
-    fn the_file_holds_what_contact_says_of_the_truth() {
+    fn the_file_holds_the_contact_of_the_truth() {
         let mut truth = small_set(3).unwrap().truth.ground_truth;
         assert!(
             to_npz(&truth).unwrap().f64s(PATH, "effort", &[None, None]).is_err(),

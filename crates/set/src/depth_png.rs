@@ -8,7 +8,7 @@ use super::shown_rows::{ShownRow, shown_rows};
 use crate::body::DepthImage;
 use crate::input::foreign;
 
-/// Where the depth of a camera and frame lies.
+/// Path of the depth image of a camera and frame.
 pub(super) fn path(camera: usize, frame: usize) -> String {
     format!("{LAYERS}cam{camera:02}/{frame:06}-depth.png")
 }
@@ -25,28 +25,29 @@ pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
 
-/// What stands for a depth in metres, rounded, halves upwards.
+/// The pixel value of a depth in metres: millimetres, halves rounded up; 0 without geometry.
 pub(super) fn millimetres(depth: f32) -> u16 {
-    match depth.is_finite() {
-        // in double precision product and sum are exact, and what is left of the whole number is cut off
-        true => (f64::from(depth) * 1000.0 + 0.5).clamp(1.0, 65_535.0) as u16,
-        false => 0,
+    if depth.is_finite() {
+        // in double precision product and sum are exact; the cast drops the fraction
+        (f64::from(depth) * 1000.0 + 0.5).clamp(1.0, 65_535.0) as u16
+    } else {
+        0
     }
 }
 
-/// Whether a path is that of a depth image.
+/// Whether this is the path of a depth image.
 pub(super) fn is_depth(path: &str) -> bool {
     path.starts_with(LAYERS) && path.ends_with("-depth.png")
 }
 
-/// The millimetres of a file of that size.
+/// The millimetres of a file with an image of this size.
 pub(super) fn decode(file: &str, bytes: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u16>, SetError> {
     let malformed = |detail: String| SetError::malformed(file, detail);
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(|e| malformed(foreign(e)))?;
     let (info, (color, depth)) = (reader.info(), reader.output_color_type());
     if (info.width, info.height) != (width, height) {
         let (w, h) = (info.width, info.height);
-        return Err(malformed(format!("{w} x {h} pixels, its camera has {width} x {height}")));
+        return Err(malformed(format!("the image has {w} x {h} pixels, its camera {width} x {height}")));
     }
     if (color, depth) != (png::ColorType::Grayscale, png::BitDepth::Sixteen) {
         return Err(malformed("expected 16-bit grey pixels".to_owned()));
@@ -70,12 +71,12 @@ mod tests {
     }
 
     #[test]
-    fn depths_are_read_back_in_millimetres_and_nothing_is_zero() {
+    fn depths_are_read_back_in_millimetres_and_pixels_without_geometry_are_zero() {
         let depth = vec![f32::INFINITY, 1.5, 2.0004, 0.0001, 65.6, 1000.0];
         let image = DepthImage { width: 3, height: 2, depth, part: vec![0, 1, 1, 1, 1, 1] };
         let bytes = encode("x", &image).unwrap();
         assert_eq!(decode("x", &bytes, [3, 2]).unwrap(), [0, 1500, 2000, 1, 65_535, 65_535]);
-        assert!(decode("x", &bytes, [2, 3]).unwrap_err().to_string().contains("its camera has 2 x 3"));
+        assert!(decode("x", &bytes, [2, 3]).unwrap_err().to_string().contains("its camera 2 x 3"));
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; 12];
         let info = reader.next_frame(&mut pixels).unwrap();

@@ -1,6 +1,6 @@
 //! `truth/distractors.json` and `truth/distractors.npz`: bodies and motions of people besides the actor; absent without
-//! any. Distractor `k` has the arrays `kk_root` (T, 7) and `kk_angles` (T, n) as in `truth.npz`, for one frame at
-//! least, and stands still after the last; `names` are all their names.
+//! any. Distractor `k` has the arrays `kk_root` (T, 7) and `kk_angles` (T, n) as in `truth.npz`, for at least one
+//! frame, and keeps its last pose afterwards; `names` has the names of all distractors.
 
 use super::files::SetFiles;
 use super::truth_file::{names, push_poses, read_poses};
@@ -26,12 +26,9 @@ pub(super) fn to_files(distractors: &[Distractor]) -> Result<[(&'static str, Vec
     Ok([(BODIES_PATH, body_file::bodies_to_json(BODIES_PATH, &bodies)?), (PATH, npz.to_bytes(PATH)?)])
 }
 
-/// The people besides the actor, where the set has any.
+/// The people besides the actor; none if the set has no such files.
 pub(super) fn read(files: &SetFiles) -> Result<Vec<Distractor>, SetError> {
-    match files.has(PATH) {
-        true => from_files(&files.read(BODIES_PATH)?, &files.read(PATH)?),
-        false => Ok(Vec::new()),
-    }
+    if files.has(PATH) { from_files(&files.read(BODIES_PATH)?, &files.read(PATH)?) } else { Ok(Vec::new()) }
 }
 
 /// The distractors of files written by [`to_files`].
@@ -46,9 +43,10 @@ fn from_files(bodies: &[u8], motions: &[u8]) -> Result<Vec<Distractor>, SetError
     let each = bodies.into_iter().zip(names).enumerate();
     each.map(|(index, (body, name))| {
         let poses = read_poses(&npz, PATH, &prefix(index), Some(body.degrees_of_freedom.len()))?;
-        match poses.is_empty() {
-            true => Err(SetError::malformed(PATH, format!("{}root has no pose", prefix(index)))),
-            false => Ok(Distractor { name: name.clone(), body, poses }),
+        if poses.is_empty() {
+            Err(SetError::malformed(PATH, format!("{}root has no pose", prefix(index))))
+        } else {
+            Ok(Distractor { name: name.clone(), body, poses })
         }
     })
     .collect()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::input::plain;
 use crate::npz::NpzError;
 
-/// Errors of making, writing, reading and verifying sets.
+/// Errors when making, writing, reading or verifying sets.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SetError {
@@ -28,33 +28,33 @@ pub enum SetError {
         /// What is missing.
         detail: String,
     },
-    /// The truth is kept apart.
+    /// The truth is kept in another directory.
     #[error(
         "{0} has no truth: it was rendered with --truth; give the folder with `--truth DIR` (evaluate, verify, export), or \
-        name that folder in place of {0}",
+        use that folder instead of {0}",
         plain(set.display())
     )]
     NoTruth {
         /// The directory.
         set: PathBuf,
     },
-    /// The truth that was given is not the set's.
+    /// The given truth belongs to another set.
     #[error(
-        "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render --truth` named",
+        "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render --truth` wrote",
         plain(truth.display()),
         plain(set.display())
     )]
     OthersTruth {
         /// The directory.
         set: PathBuf,
-        /// The directory that was given for its truth.
+        /// The directory given as its truth.
         truth: PathBuf,
         /// The set's hash.
         expected: String,
-        /// That of the other.
+        /// The hash of the given directory.
         found: String,
     },
-    /// A file was changed.
+    /// A file was changed or truncated.
     #[error(
         "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",
         plain(file)
@@ -62,9 +62,9 @@ pub enum SetError {
     Tampered {
         /// Path inside the set.
         file: String,
-        /// What it should be.
+        /// SHA-256 in the list.
         listed: String,
-        /// What it is.
+        /// SHA-256 of the file.
         found: String,
     },
     /// A file in the set's directory is not listed.
@@ -76,10 +76,18 @@ pub enum SetError {
         /// Path inside the set.
         file: String,
     },
-    /// A shard is gone.
+    /// A listed file is reached through a symbolic link that leads out of the set's directory.
     #[error(
-        "{}: this shard is missing, of {shards} that the set lists; get it again, or render the set again with --shards \
-        {shards}",
+        "{} is a symbolic link that leads out of the set; replace it with the file itself (cp -rL copies a set so)",
+        plain(file)
+    )]
+    LinkedOutside {
+        /// Path inside the set.
+        file: String,
+    },
+    /// A shard is missing.
+    #[error(
+        "{}: this shard is missing; the set lists {shards}; get it again, or render the set again with --shards {shards}",
         plain(file)
     )]
     MissingShard {
@@ -88,7 +96,7 @@ pub enum SetError {
         /// Number of shards in the listing.
         shards: usize,
     },
-    /// A shard is not as it was written.
+    /// A shard is damaged.
     #[error("{}: this shard is damaged: {}; get it again, or render the set again", plain(file), plain(detail))]
     BrokenShard {
         /// Path inside the set.
@@ -99,13 +107,13 @@ pub enum SetError {
     /// A file does not have the expected content.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
-        /// Path inside the set, or of the file itself.
+        /// Path inside the set, or path of the file.
         file: String,
         /// What was expected and what was found.
         detail: String,
     },
-    /// A file of a set that is drawn on was written with other content before.
-    #[error("{} differs from the file of that name that was written before the interruption", plain(file))]
+    /// A file written before the interruption of a render differs from what is rendered now.
+    #[error("{} differs from the file written before the interruption", plain(file))]
     Differs {
         /// Path inside the set.
         file: String,
@@ -127,21 +135,22 @@ impl SetError {
         move |source| Self::Io { path, action, source }
     }
 
-    /// The same about a file of the set in `directory`, named as it was from the set's own point of view.
+    /// The same error with the file's path below `directory` instead of its path inside the set.
     pub(super) fn below(self, directory: &Path) -> Self {
         let of_set = |file: String| directory.join(file).display().to_string();
         match self {
             Self::Malformed { file, detail } => Self::Malformed { file: of_set(file), detail },
             Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
             Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
+            Self::LinkedOutside { file } => Self::LinkedOutside { file: of_set(file) },
             Self::MissingShard { file, shards } => Self::MissingShard { file: of_set(file), shards },
             Self::BrokenShard { file, detail } => Self::BrokenShard { file: of_set(file), detail },
             other => other,
         }
     }
 
-    /// Whether it is that of a file which is missing or was changed, as a check of all hashes finds it.
-    pub(super) fn is_of_hashes(&self) -> bool {
+    /// Whether the file is missing, unreadable or changed, which the check of all hashes reports.
+    pub(super) fn is_hash_fault(&self) -> bool {
         matches!(
             self,
             Self::Tampered { .. }

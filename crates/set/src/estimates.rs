@@ -1,27 +1,27 @@
-//! `poses.npz`: a tracker's estimates for every seed, with the truth if known. Any tracker may write it.
+//! `poses.npz`: a tracker's estimates for every seed, with the truth if known. Any tracker can write it.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `fps` | () | frames a second |
-//! | `seeds` | (S) | random seed of each repetition, whole numbers |
+//! | `fps` | () | frames per second |
+//! | `seeds` | (S) | random seed of each repetition, integers |
 //! | `estimate_root`, `estimate_angles` | (S, T, 7), (S, T, n) | poses of the tracker's body (`start/body.json`) |
-//! | `estimate_markers` | (S, T, M, 3) | where HumanEva's markers are, m |
-//! | `estimate_joints` | (S, T, J, 3) | where joints of the tracker's body are, m |
-//! | `estimate_covariance` | (S, T, M, 3, 3) | how uncertain HumanEva's markers are, m^2; symmetric |
-//! | `truth_root`, `truth_angles` | (T, 7), (T, m) | the actor's poses, where the truth is known |
-//! | `truth_joints`, `truth_markers` | (T, K, 3), (T, 15, 3) | where they put it, m |
+//! | `estimate_markers` | (S, T, M, 3) | positions of HumanEva's markers, m |
+//! | `estimate_joints` | (S, T, J, 3) | positions of the joints of the tracker's body, m |
+//! | `estimate_covariance` | (S, T, M, 3, 3) | covariance of HumanEva's markers, m^2; symmetric |
+//! | `truth_root`, `truth_angles` | (T, 7), (T, m) | the actor's poses, if the truth is known |
+//! | `truth_joints`, `truth_markers` | (T, K, 3), (T, 15, 3) | positions of the actor's joints and markers, m |
 //!
 //! Names of columns: `estimate_angle_names`, `marker_names`, `estimate_joint_names`, `truth_angle_names`,
 //! `truth_joint_names`.
 //!
-//! This program writes all of them. Of an estimate that another program made (see [`Estimates::from_bytes`])
-//! - `fps` and one of poses, markers and joints are enough; what is given twice must agree to a millimetre;
-//! - without `seeds` the repetitions are numbered from 0, and arrays of a single one need no first axis;
+//! This program writes all of them. For estimates of other programs (see [`Estimates::from_bytes`]):
+//! - `fps` and one of poses, markers and joints suffice; positions given twice must agree to a millimetre;
+//! - without `seeds` the repetitions are numbered from 0, and the arrays of a single one need no first axis;
 //! - no coordinate is farther than 10^6 m from the origin;
-//! - columns may stand in any order: names put them in order. Without `estimate_angle_names` the order is that of
-//!   `start/start.json`; markers and joints need their names, but not all of them need be there;
-//! - a frame without an estimate is NaN throughout, and so is a marker or joint that a frame lacks;
-//! - joints alone give the markers that lie on them; `estimate_root` alone gives those of the root link and its
+//! - columns may be in any order, because they are matched by name. Without `estimate_angle_names` the order is that of
+//!   `start/start.json`; markers and joints need names, but need not be complete;
+//! - a frame without an estimate is NaN throughout, and so is a marker or joint without an estimate;
+//! - joints alone give the markers at these joints; `estimate_root` alone gives the markers of the root link and its
 //!   rotation.
 
 use nalgebra::{Isometry3, Matrix3, Point3};
@@ -32,21 +32,21 @@ use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
 
-/// The greatest coordinate of an estimate, metres: what is farther is no body, but a number that stands for none, or in
-/// another unit.
+/// The greatest coordinate of an estimate, metres. Greater numbers are placeholders for missing values, or in another
+/// unit.
 pub const FARTHEST_M: f64 = 1e6;
 
 /// A tracker's estimates: one sequence per seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// Random seed of each repetition.
     pub seeds: Vec<u64>,
-    /// One for every seed; the same number of frames in each.
+    /// One per seed, all with the same number of frames.
     pub sequences: Vec<EstimatedSequence>,
-    /// The bodies that the poses are of, one for every seed, where the tracker calibrated its body; else empty, and all
-    /// are of the tracker's body of the set.
+    /// The bodies of the poses, one per seed, if the tracker calibrated its body; otherwise empty, and all poses are of
+    /// the set's tracker body.
     pub bodies: Vec<Humanoid>,
     /// Notes about reading the file.
     pub notes: Vec<String>,
@@ -55,11 +55,11 @@ pub struct Estimates {
 /// A tracker's estimates for one seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EstimatedSequence {
-    /// What is known beyond the markers.
+    /// Information beyond the markers.
     pub articulation: Articulation,
-    /// Positions of HumanEva's markers, one entry per frame; all `None` in a frame without an estimate.
+    /// Positions of HumanEva's markers, metres, one entry per frame; all `None` in a frame without an estimate.
     pub markers: Vec<Markers>,
-    /// How uncertain they are, one entry per frame; empty where the estimate does not tell.
+    /// Covariances of the markers, one entry per frame; empty if the estimate has none.
     pub covariances: Vec<MarkerCovariances>,
 }
 
@@ -68,7 +68,7 @@ pub struct EstimatedSequence {
 pub enum Articulation {
     /// Poses of the tracker's body.
     Poses(Vec<Option<Pose>>),
-    /// `world_from_root` alone.
+    /// Only `world_from_root`.
     Roots(Vec<Option<Isometry3<f64>>>),
     /// Nothing.
     Unknown,
@@ -82,7 +82,7 @@ impl EstimatedSequence {
         Self { articulation, markers, covariances: Vec::new() }
     }
 
-    /// The poses, where they are known.
+    /// The poses, if known.
     pub fn poses(&self) -> Option<&[Option<Pose>]> {
         match &self.articulation {
             Articulation::Poses(poses) => Some(poses),
@@ -90,12 +90,12 @@ impl EstimatedSequence {
         }
     }
 
-    /// The pose of a frame, where there is one.
+    /// The pose of a frame, if there is one.
     pub fn pose(&self, frame: usize) -> Option<&Pose> {
         self.poses()?.get(frame)?.as_ref()
     }
 
-    /// `world_from_root`, one entry a frame, where it is known.
+    /// `world_from_root`, one entry per frame, if known.
     pub fn roots(&self) -> Option<Vec<Option<Isometry3<f64>>>> {
         match &self.articulation {
             Articulation::Poses(poses) => Some(poses.iter().map(|pose| Some(pose.as_ref()?.world_from_root)).collect()),
@@ -104,7 +104,7 @@ impl EstimatedSequence {
         }
     }
 
-    /// Number of frames, with an estimate or not.
+    /// Number of frames, with or without an estimate.
     pub fn frames(&self) -> usize {
         self.markers.len()
     }
@@ -121,17 +121,17 @@ impl Estimates {
         self.sequences.first().map_or(0, EstimatedSequence::frames)
     }
 
-    /// The body whose poses the sequence `index` has; `body` is the tracker's of the set.
+    /// The body of the poses of sequence `index`; `body` is the set's tracker body.
     pub fn body<'a>(&'a self, index: usize, body: &'a Humanoid) -> &'a Humanoid {
         self.bodies.get(index).unwrap_or(body)
     }
 
-    /// The bytes of `poses.npz`; `body` is the tracker's. Without a truth, the `truth_` arrays are left out; what is
-    /// not known of the estimates is left out too, and a frame without an estimate is NaN.
+    /// The bytes of `poses.npz`; `body` is the tracker's. Unknown arrays are left out, without a truth the `truth_`
+    /// arrays; a frame without an estimate is NaN.
     ///
     /// # Errors
-    /// [`SetError::Inconsistent`] unless every seed has as many frames, known alike, as every other (and as the truth),
-    /// of that body; [`SetError::Malformed`] beyond 4 GiB.
+    /// [`SetError::Inconsistent`] unless all seeds have the same number of frames (that of the truth), the same kind of
+    /// articulation and the angles of `body`; [`SetError::Malformed`] beyond 4 GiB.
     pub fn to_bytes(&self, file: &str, body: &Humanoid, truth: Option<&GroundTruth>) -> Result<Vec<u8>, SetError> {
         self.check(file, body, truth)?;
         let seeds = self.seeds.iter().map(|seed| i64::try_from(*seed)).collect::<Result<Vec<_>, _>>();
@@ -209,8 +209,8 @@ impl Estimates {
     }
 }
 
-/// Adds where the joints are along the axes `shape`, NaN without a pose, and their names; `poses` come with the body
-/// that they are of.
+/// Adds the joint positions along the axes `shape`, NaN without a pose, and the joint names. Each pose comes with its
+/// body.
 fn push_joints<'a>(
     npz: &mut Npz,
     prefix: &str,
@@ -234,7 +234,7 @@ fn push_markers<'a>(npz: &mut Npz, prefix: &str, shape: &[usize], markers: impl 
     npz.push(&format!("{prefix}markers"), Array::new(&[shape, &[LANDMARKS.len(), 3]].concat(), numbers));
 }
 
-/// A position; `None` if all its numbers are NaN.
+/// A position; `None` if all its coordinates are NaN.
 pub(super) type Position = Option<Point3<f64>>;
 
 #[cfg(test)]
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn estimates_are_read_back_and_the_truth_stands_beside_them() {
+    fn estimates_are_read_back_and_the_truth_is_written_with_them() {
         let truth = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
         let bytes = sample().to_bytes("poses.npz", &person(), Some(&truth)).unwrap();
         assert_eq!(Estimates::from_bytes("poses.npz", &bytes, &person()).unwrap(), sample());
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn covariances_are_read_back_and_must_be_symmetric_and_no_less_than_nothing() {
+    fn covariances_are_read_back_and_must_be_symmetric_and_positive_semidefinite() {
         let mut estimates = sample();
         for (index, sequence) in estimates.sequences.iter_mut().enumerate() {
             let of_frame = |frame: usize| {
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_of_calibrated_bodies_put_markers_and_joints_where_those_bodies_have_them() {
+    fn markers_and_joints_of_calibrated_bodies_are_those_of_their_own_bodies() {
         let longer = person().reshaped(&crate::body::BodyShape::random_mismatch(&person(), 3, 0.2, 0.1));
         let mut estimates = sample();
         estimates.bodies = vec![person(), longer.clone()];
@@ -296,9 +296,9 @@ mod tests {
         let bytes = estimates.to_bytes("poses.npz", &person(), None).unwrap();
         let read = Estimates::from_bodies("poses.npz", &bytes, &person(), estimates.bodies.clone()).unwrap();
         assert_eq!(read, estimates);
-        // With another body than that of the poses the markers of the file do not agree.
+        // with another body the markers of the file do not agree
         let error = Estimates::from_bytes("poses.npz", &bytes, &person()).unwrap_err().to_string();
-        assert!(error.contains("mm from where"), "{error}");
+        assert!(error.contains("mm from its position by"), "{error}");
         let error = Estimates::from_bodies("poses.npz", &bytes, &person(), vec![longer]).unwrap_err().to_string();
         assert!(error.contains("1 bodies for 2 seeds"), "{error}");
     }

@@ -1,4 +1,4 @@
-//! Reads `poses.npz` of any program: columns are ordered by name, NaN means no estimate.
+//! Reads `poses.npz` of any program: columns are matched by name, NaN means no estimate.
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
@@ -11,38 +11,36 @@ use crate::npz::Npz;
 
 mod seed_axis;
 
-/// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
+/// Tolerance between two values of one position, metres: above the rounding of single precision far out.
 const AGREEMENT_M: f64 = 0.001;
-/// No joint turns so far, radians, or slides so far, metres.
+/// Greatest joint angle, radians, or displacement of a sliding joint, metres.
 const FARTHEST_ANGLE: f64 = 1e6;
-/// Letters of a name that a message quotes.
+/// Characters of a name that a message quotes.
 const QUOTED: usize = 60;
 
 impl Estimates {
-    /// The estimates of a `poses.npz` for the tracker's body. What the arrays may be stands at the head of
-    /// `benchmark_set/estimates.rs`: numbers of any type, columns in any order with their names, NaN where there is no
-    /// estimate.
+    /// The estimates of a `poses.npz` for the tracker's body. The arrays are described in `docs/sets.md`: numbers of
+    /// any type, named columns in any order, NaN for a missing estimate.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
-    /// be.
+    /// [`SetError::Malformed`] naming the array and the column, or the seed and frame, that is invalid.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
         Self::from_bodies(file, bytes, body, Vec::new())
     }
 
-    /// As [`Self::from_bytes`], where the poses of each seed are of a body of its own: `bodies`, one a seed, which have
-    /// the joints and degrees of freedom of `body`. Without any, all are of `body`.
+    /// As [`Self::from_bytes`], with one body per seed for its poses; `bodies` must have the joints and degrees of
+    /// freedom of `body`. If `bodies` is empty, all poses are of `body`.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] as there, and where the bodies do not fit.
+    /// [`SetError::Malformed`] as there, and if the bodies do not fit.
     pub fn from_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         Self::from_npz(file, Npz::from_bytes(file, bytes)?, body, bodies)
     }
 
-    /// As [`Self::from_bodies`], of an archive that has been read.
+    /// As [`Self::from_bodies`], for an archive that was read before.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Self::from_bodies`].
     #[doc(hidden)]
     pub fn from_npz(file: &str, npz: Npz, body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = with_seed_axis(file, npz)?;
@@ -50,17 +48,17 @@ impl Estimates {
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
         let frames_per_second = npz.numbers(file, "fps", rate)?[0];
         let seeds: Result<Vec<u64>, _> = npz.whole_numbers(file, "seeds")?.into_iter().map(u64::try_from).collect();
-        let seeds = seeds.map_err(|_| refuse("seeds: expected numbers >= 0"))?;
+        let seeds = seeds.map_err(|_| refuse("seeds: expected integers >= 0"))?;
         let first = ["estimate_root", "estimate_markers", "estimate_joints"].into_iter().find_map(|name| npz.get(name));
         let first = first.ok_or_else(|| {
             refuse(
-                "holds no estimate; expected estimate_root and estimate_angles, or estimate_markers with marker_names, or \
+                "contains no estimate; expected estimate_root and estimate_angles, or estimate_markers with marker_names, or \
                  estimate_joints with estimate_joint_names",
             )
         })?;
         let frames = first.shape.get(1).copied().unwrap_or(0);
         if seeds.is_empty() || frames == 0 {
-            return Err(refuse("holds no frame of any seed"));
+            return Err(refuse("contains no frame"));
         }
         check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
         let mut reader =
@@ -79,9 +77,10 @@ fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<()
         let degrees: Vec<String> = of.degrees_of_freedom.iter().map(|degree| degree.name.clone()).collect();
         (degrees, of.joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>())
     };
-    match bodies.iter().all(|of| names(of) == names(body)) {
-        true => Ok(()),
-        false => Err(format!("the joints of its bodies differ from those of the set's tracker body {:?}", body.name)),
+    if bodies.iter().all(|of| names(of) == names(body)) {
+        Ok(())
+    } else {
+        Err(format!("the joints of its bodies differ from those of the set's tracker body {:?}", body.name))
     }
 }
 
@@ -89,26 +88,26 @@ struct EstimatesReader<'a> {
     file: &'a str,
     npz: &'a Npz,
     body: &'a Humanoid,
-    /// One a seed, or none.
+    /// One per seed, or empty.
     bodies: &'a [Humanoid],
     seeds: &'a [u64],
     frames: usize,
     notes: Vec<String>,
 }
 
-/// Whether a place is where a body may be.
-fn is_near(place: &[f64]) -> bool {
+/// Whether a position is within the allowed distance from the origin.
+fn is_in_range(place: &[f64]) -> bool {
     place.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M)
 }
 
-fn too_far(who: &str, place: &[f64]) -> String {
+fn too_far(what: &str, place: &[f64]) -> String {
     format!(
-        "{who} is at {place:?}; expected at most {FARTHEST_M} m from the origin along each axis; check its units and frames \
-         without an estimate, which are NaN"
+        "{what} is at {place:?}; expected at most {FARTHEST_M} m from the origin along each axis; check the unit, and use \
+         NaN for frames without an estimate"
     )
 }
 
-/// Whether a matrix is finite, symmetric and has no negative eigenvalue, but for rounding.
+/// Whether a matrix is finite, symmetric and positive semidefinite up to rounding.
 fn is_covariance(matrix: &Matrix3<f64>) -> bool {
     let scale = matrix.abs().max();
     let symmetric = (matrix - matrix.transpose()).abs().max() <= 1e-5 * scale;
@@ -117,9 +116,9 @@ fn is_covariance(matrix: &Matrix3<f64>) -> bool {
         && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
 }
 
-/// Places of named points, one row for every frame of every seed.
+/// Positions of named points, one row for every frame of every seed.
 struct PointColumns {
-    /// For every column, which of the known points it is.
+    /// Index of the known point of every column.
     points: Vec<usize>,
     places: Vec<Position>,
 }
@@ -131,12 +130,12 @@ impl PointColumns {
     }
 }
 
-/// What names are looked up among.
-struct Known<'a> {
+/// The names that columns may have.
+struct KnownNames<'a> {
     names: Vec<&'a str>,
-    /// The kind of the known names, as in `"x" is not ...`.
+    /// What the names are, as in `"x" is not ...`.
     kind: &'static str,
-    /// Whether every one needs a column.
+    /// Whether every name needs a column.
     all: bool,
 }
 
@@ -144,10 +143,11 @@ impl EstimatesReader<'_> {
     fn sequences(&mut self) -> Result<Vec<EstimatedSequence>, SetError> {
         let roots = self.roots()?;
         let angles = self.angles(roots.as_deref())?;
-        let landmarks = Known { names: LANDMARKS.map(|l| l.name()).to_vec(), kind: "a marker of HumanEva", all: false };
+        let landmarks =
+            KnownNames { names: LANDMARKS.map(|l| l.name()).to_vec(), kind: "a marker of HumanEva", all: false };
         let markers = self.places("estimate_markers", "marker_names", &landmarks)?;
         let names = self.body.joints.iter().map(|joint| joint.name.as_str()).collect();
-        let joints = Known { names, kind: "a joint of the tracker's body (start/body.json)", all: false };
+        let joints = KnownNames { names, kind: "a joint of the tracker's body (start/body.json)", all: false };
         let joints = self.places("estimate_joints", "estimate_joint_names", &joints)?;
         let poses = match (&roots, angles) {
             (Some(roots), Some(angles)) => Some(self.poses(roots, angles)?),
@@ -159,7 +159,7 @@ impl EstimatesReader<'_> {
             roots: roots.as_deref().filter(|_| poses.is_none()),
             poses: poses.as_deref(),
         };
-        self.tell(&given);
+        self.note_missing_markers(&given);
         let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
         for (index, _) in self.seeds.iter().enumerate() {
@@ -183,7 +183,7 @@ impl EstimatesReader<'_> {
         }
         let numbers = self.numbers(NAME, &[Some(7)])?;
         let root = |(row, numbers): (usize, &[f64; 7])| match self.is_given(NAME, row, numbers)? {
-            true if !is_near(&numbers[..3]) => Err(self.refuse_row(NAME, row, &too_far("the root", &numbers[..3]))),
+            true if !is_in_range(&numbers[..3]) => Err(self.refuse_row(NAME, row, &too_far("the root", &numbers[..3]))),
             true => rigid::from_rounded_row(numbers).map(Some).map_err(|e| self.refuse_row(NAME, row, &e)),
             false => Ok(None),
         };
@@ -198,26 +198,28 @@ impl EstimatesReader<'_> {
         if self.npz.get(NAME).is_none() {
             return Ok(None);
         }
-        let roots = roots.ok_or_else(|| self.refuse("estimate_angles needs estimate_root beside it"))?;
+        let roots = roots.ok_or_else(|| self.refuse("estimate_angles needs estimate_root"))?;
         let degrees = self.body.degrees_of_freedom.len();
         let numbers = self.numbers(NAME, &[Some(degrees)])?;
         let names = self.body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect();
-        let known = Known { names, kind: "a degree of freedom of the tracker's body (start/start.json)", all: true };
+        let known =
+            KnownNames { names, kind: "a degree of freedom of the tracker's body (start/start.json)", all: true };
         let order = match self.npz.names(self.file, "estimate_angle_names")? {
             Some(names) => self.order("estimate_angle_names", names, &known)?,
             None => {
-                let note = "has no estimate_angle_names: the order of angle_names in start/start.json is assumed";
+                let note = "has no estimate_angle_names; assuming the order of angle_names in start/start.json";
                 self.notes.push(format!("{} {note}", self.file));
                 (0..degrees).collect()
             }
         };
         let of_row = |row: usize| {
             let found = &numbers[row * degrees..(row + 1) * degrees];
-            // a body without joints is where its root is
+            // a body without joints has an estimate wherever its root has one
             let given = if degrees == 0 { roots[row].is_some() } else { self.is_given(NAME, row, found)? };
             if given && found.iter().any(|angle| angle.abs() > FARTHEST_ANGLE) {
-                let detail =
-                    format!("an angle is beyond {FARTHEST_ANGLE} radians, or a sliding joint beyond as many metres");
+                let detail = format!(
+                    "an angle is beyond {FARTHEST_ANGLE} radians, or a sliding joint beyond {FARTHEST_ANGLE} metres"
+                );
                 return Err(self.refuse_row(NAME, row, &detail));
             }
             let mut angles = DVector::zeros(degrees);
@@ -239,14 +241,14 @@ impl EstimatesReader<'_> {
             _ => Err(self.refuse_row(
                 "estimate_root",
                 row,
-                "one of root and angles is NaN and the other is not; in a frame without an estimate both must be NaN",
+                "only one of root and angles is NaN; in a frame without an estimate both must be NaN",
             )),
         });
         pose.collect()
     }
 
-    /// The places of an array whose columns have names.
-    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<PointColumns>, SetError> {
+    /// The positions of an array with named columns.
+    fn places(&self, name: &str, names_array: &str, known: &KnownNames<'_>) -> Result<Option<PointColumns>, SetError> {
         if self.npz.get(name).is_none() {
             return Ok(None);
         }
@@ -256,9 +258,9 @@ impl EstimatesReader<'_> {
         let points = self.order(names_array, names, known)?;
         let numbers = self.numbers(name, &[Some(points.len()), Some(3)])?;
         let place = |(index, numbers): (usize, &[f64; 3])| match self.is_given(name, index / points.len(), numbers) {
-            Ok(true) if !is_near(numbers) => {
-                let who = format!("{:?}", names[index % points.len()]);
-                Err(self.refuse_row(name, index / points.len(), &too_far(&who, numbers)))
+            Ok(true) if !is_in_range(numbers) => {
+                let what = format!("{:?}", names[index % points.len()]);
+                Err(self.refuse_row(name, index / points.len(), &too_far(&what, numbers)))
             }
             Ok(given) => Ok(given.then(|| Point3::from(*numbers))),
             Err(_) => {
@@ -273,8 +275,8 @@ impl EstimatesReader<'_> {
         Ok(Some(PointColumns { points, places }))
     }
 
-    /// How uncertain the markers are, for every frame of every seed; `None` where the file does not tell.
-    fn covariances(&self, known: &Known<'_>) -> Result<Option<Vec<MarkerCovariances>>, SetError> {
+    /// Covariances of the markers for every frame of every seed; `None` if the file has none.
+    fn covariances(&self, known: &KnownNames<'_>) -> Result<Option<Vec<MarkerCovariances>>, SetError> {
         const NAME: &str = "estimate_covariance";
         if self.npz.get(NAME).is_none() {
             return Ok(None);
@@ -303,8 +305,8 @@ impl EstimatesReader<'_> {
         Ok(Some(found))
     }
 
-    /// Which of the known each name is.
-    fn order(&self, array: &str, names: &[String], known: &Known<'_>) -> Result<Vec<usize>, SetError> {
+    /// Index of every name among the known ones.
+    fn order(&self, array: &str, names: &[String], known: &KnownNames<'_>) -> Result<Vec<usize>, SetError> {
         let quoted = |name: &str| format!("{:?}", name.chars().take(QUOTED).collect::<String>());
         let mut taken = vec![false; known.names.len()];
         let mut order = Vec::new();
@@ -327,7 +329,7 @@ impl EstimatesReader<'_> {
         }
     }
 
-    /// The body that the pose of a row is of.
+    /// The body of the pose of a row.
     fn body_of(&self, row: usize) -> &Humanoid {
         self.bodies.get(row / self.frames).unwrap_or(self.body)
     }
@@ -335,19 +337,19 @@ impl EstimatesReader<'_> {
     /// The marker positions in one frame, from all sources.
     fn markers(&self, given: &EstimateArrays<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
-        let mut said_by = "";
+        let mut source = "";
         if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
             let body = self.body_of(row);
             found = body.markers(&body.link_frames(pose));
-            said_by = "estimate_root and estimate_angles";
+            source = "estimate_root and estimate_angles";
         }
         for (landmark, place) in given.markers.iter().flat_map(|columns| columns.row(row)) {
-            self.put(&mut found, landmark, place, row, ["estimate_markers", said_by])?;
+            self.put(&mut found, landmark, place, row, ["estimate_markers", source])?;
         }
-        said_by = if said_by.is_empty() { "estimate_markers" } else { said_by };
+        source = if source.is_empty() { "estimate_markers" } else { source };
         for (joint, place) in given.joints.iter().flat_map(|columns| columns.row(row)) {
             for landmark in self.body_of(row).markers_on_joint(joint) {
-                self.put(&mut found, landmark, place, row, ["estimate_joints", said_by])?;
+                self.put(&mut found, landmark, place, row, ["estimate_joints", source])?;
             }
         }
         if let Some(root) = given.roots.and_then(|roots| roots[row]) {
@@ -365,24 +367,24 @@ impl EstimatesReader<'_> {
         landmark: usize,
         place: Position,
         row: usize,
-        [who, before]: [&str; 2],
+        [array, before]: [&str; 2],
     ) -> Result<(), SetError> {
         let Some(place) = place else { return Ok(()) };
         let apart = found[landmark].map_or(0.0, |there| (there - place).norm());
         if apart > AGREEMENT_M {
             let detail = format!(
-                "puts {} {:.1} mm from where {before} puts it; leave out one of the two, or make them agree",
+                "{} is {:.1} mm from its position by {before}; leave out one of the two, or make them agree",
                 LANDMARKS[landmark].name(),
                 1000.0 * apart
             );
-            return Err(self.refuse_row(who, row, &detail));
+            return Err(self.refuse_row(array, row, &detail));
         }
         found[landmark] = found[landmark].or(Some(place));
         Ok(())
     }
 
-    /// Notes the markers that are given by positions only.
-    fn tell(&mut self, given: &EstimateArrays<'_>) {
+    /// Notes which markers the file lacks, unless it has poses.
+    fn note_missing_markers(&mut self, given: &EstimateArrays<'_>) {
         if given.poses.is_some() {
             return;
         }
@@ -409,7 +411,7 @@ impl EstimatesReader<'_> {
     fn numbers(&self, name: &str, rest: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
         let shape = self.npz.get(name).map(|array| array.shape.as_slice()).unwrap_or_default();
         if shape.len() != 2 + rest.len() {
-            // an axis is missing or too many: which lengths are meant is unknown
+            // with a wrong number of axes the intended lengths are unknown
             let rest = rest.iter().map(|length| length.map_or("any".to_owned(), |length| length.to_string()));
             let seeds = format!("{} seed(s)", self.seeds.len());
             let expected: Vec<String> = [seeds, "frames".to_owned()].into_iter().chain(rest).collect();
@@ -418,7 +420,7 @@ impl EstimatesReader<'_> {
         Ok(self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())?)
     }
 
-    /// Whether a row holds an estimate: all of it finite, or all of it NaN.
+    /// Whether a row has an estimate: all numbers finite, or all NaN.
     fn is_given(&self, name: &str, row: usize, numbers: &[f64]) -> Result<bool, SetError> {
         if numbers.iter().all(|number| number.is_finite()) {
             return Ok(true);
@@ -427,8 +429,7 @@ impl EstimatesReader<'_> {
             None => Ok(false),
             Some(column) => {
                 let detail = format!(
-                    "expected finite numbers, or NaN throughout for a frame without an estimate; column {column} is {} among NaN \
-                     or infinite ones",
+                    "expected only finite numbers, or only NaN for a frame without an estimate; column {column} is {}",
                     numbers[column]
                 );
                 Err(self.refuse_row(name, row, &detail))
@@ -451,7 +452,7 @@ struct EstimateArrays<'a> {
     poses: Option<&'a [Option<Pose>]>,
     markers: Option<PointColumns>,
     joints: Option<PointColumns>,
-    /// Where there are no poses.
+    /// If there are no poses.
     roots: Option<&'a [Option<Isometry3<f64>>]>,
 }
 

@@ -1,17 +1,17 @@
-//! Optional ground-truth images, one OpenEXR file per camera and frame; the only use of the crate `exr`.
+//! Optional ground-truth images, one OpenEXR file per camera and frame. No other file uses the crate `exr`.
 //!
 //! | channels | type | meaning, at the centre of each pixel |
 //! |---|---|---|
 //! | `depth.Z` | float | metres along the camera's z axis, +inf without geometry |
 //! | `id.part` | unsigned | index of the link in `truth.npz`'s `link_names` plus 1, 0 without geometry |
 //! | `normal.X`, `.Y`, `.Z` | float | outward unit normal in the world, 0 without geometry |
-//! | `forward.u`, `.v` | float | pixels to the place of the same surface point in the next frame, NaN without |
+//! | `forward.u`, `.v` | float | displacement of the surface point in the next frame, pixels, NaN without geometry |
 //! | `A` | float | share of 4 x 4 samples of the pixel that see the body |
 //! | `R`, `G`, `B`; `Y` if grey | half | brightness of the scene before the sensor, 0 to 1 |
 //!
-//! All are 32 bits but brightness, of 16 bits and good for a sixteenth of a grey value. The data window is the bounding
-//! box of what shows the body, with colour the whole image; the display window is the image. Outside the data window
-//! there is no geometry.
+//! Brightness has 16 bits, which resolve a sixteenth of a grey value; all other channels have 32. The data window is
+//! the bounding box of the body, or the whole image with colour; the display window is the image. There is no geometry
+//! outside the data window.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -30,13 +30,13 @@ use super::shown_rows::{ShownRow, ends, shown_rows};
 use crate::input::foreign;
 use crate::observing::LayerImages;
 
-/// A truth image that can be asked for.
+/// A kind of truth image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// Depth of each pixel.
+    /// Depth of every pixel.
     Depth,
-    /// Which link it belongs to.
+    /// Link visible at every pixel.
     Parts,
     /// Surface normals.
     Normals,
@@ -48,19 +48,37 @@ pub enum Layer {
     Colour,
 }
 
-/// Where the layers of a camera and frame lie.
+/// Path of the layers of a camera and frame.
 pub(super) fn path(camera: usize, frame: usize) -> String {
     format!("{LAYERS}cam{camera:02}/{frame:06}.exr")
 }
 
-/// The EXR file of some layers of an image.
+/// The EXR file with these layers of an image.
 pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
     let image = &images.depth;
     let window = DataWindow::new(images, layers);
+    let mut chosen = layers.to_vec();
+    chosen.dedup();
+    let encoding =
+        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let attributes =
+        LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
+    let channels = AnyChannels::sort(chosen.iter().flat_map(|layer| channels(*layer, images, &window)).collect());
+    let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
+    let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = Image { attributes: ImageAttributes::new(whole), layer_data: layer };
+    let written = picture.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
+    Ok(bytes.into_inner())
+}
+
+/// The channels of a layer, cropped to the data window.
+fn channels(layer: Layer, images: &LayerImages, window: &DataWindow) -> Vec<AnyChannel<FlatSamples>> {
     let floats = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
-    let channels_of = |layer: &Layer| match layer {
-        Layer::Depth => vec![floats("depth.Z", window.crop(&image.depth, |v| v))],
-        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part, |v| v)))],
+    match layer {
+        Layer::Depth => vec![floats("depth.Z", window.crop(&images.depth.depth, |v| v))],
+        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&images.depth.part, |v| v)))],
         Layer::Normals => {
             let names = ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate();
             names.map(|(axis, name)| floats(name, window.crop(&images.normals, |v| v[axis]))).collect()
@@ -75,29 +93,15 @@ pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Resu
             let halves = |plane: &Vec<f32>| FlatSamples::F16(window.crop(plane, f16::from_f32));
             names.iter().zip(&images.colour).map(|(name, plane)| AnyChannel::new(*name, halves(plane))).collect()
         }
-    };
-    let mut chosen = layers.to_vec();
-    chosen.dedup();
-    let encoding =
-        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let attributes =
-        LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
-    let channels = AnyChannels::sort(chosen.iter().flat_map(channels_of).collect());
-    let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
-    let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
-    let mut bytes = Cursor::new(Vec::new());
-    let picture = Image { attributes: ImageAttributes::new(whole), layer_data: layer };
-    let written = picture.write().non_parallel().to_buffered(&mut bytes);
-    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
-    Ok(bytes.into_inner())
+    }
 }
 
-/// Whether a path is that of a truth image.
+/// Whether this is the path of a truth image.
 pub(super) fn is_layer(path: &str) -> bool {
     path.starts_with(LAYERS) && path.ends_with(".exr")
 }
 
-/// The channels of a whole image, row by row from the top, as far as its file has them.
+/// The channels of a whole image, row by row from the top; only those in its file.
 pub(super) struct LayerImage {
     pub(super) width: u32,
     pub(super) height: u32,
@@ -105,11 +109,11 @@ pub(super) struct LayerImage {
     pub(super) depth: Option<Vec<f32>>,
     /// 0 outside the data window.
     pub(super) part: Option<Vec<u32>>,
-    /// The other channels of [`FLOATS`] by name; outside the data window what stands there.
+    /// The other channels by name, with the values of [`FLOATS`] outside the data window.
     floats: BTreeMap<&'static str, Vec<f32>>,
 }
 
-/// Channels of floats besides depth, and their value where there is no geometry.
+/// Floating-point channels other than depth, and their value without geometry.
 const FLOATS: [(&str, f32); 10] = [
     ("normal.X", 0.0),
     ("normal.Y", 0.0),
@@ -124,14 +128,14 @@ const FLOATS: [(&str, f32); 10] = [
 ];
 
 impl LayerImage {
-    /// Several channels that belong together; `None` unless all are there.
+    /// Several channels; `None` unless the image has all of them.
     pub(super) fn floats<const N: usize>(&self, names: [&str; N]) -> Option<[&[f32]; N]> {
         let found = names.map(|name| self.floats.get(name).map(Vec::as_slice));
         found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
     }
 }
 
-/// Reads what [`encode`] wrote; other channels are left out.
+/// Reads a file of [`encode`]; other channels are ignored.
 pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
     let malformed = |detail: String| SetError::malformed(file, detail);
     let meta = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| malformed(foreign(e)))?;
@@ -147,7 +151,7 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| malformed(foreign(e)))?;
-    let layer = read.layer_data.into_iter().next().ok_or_else(|| malformed("it has no layer".to_owned()))?;
+    let layer = read.layer_data.into_iter().next().ok_or_else(|| malformed("the file has no layer".to_owned()))?;
     let (at, window) = (layer.attributes.layer_position, layer.size);
     let inside = |x: usize, y: usize| {
         let (x, y) = (i64::from(at.x()) + x as i64, i64::from(at.y()) + y as i64);
@@ -194,11 +198,10 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
 /// Greatest width and height of an image that is read.
 const MOST_PIXELS_A_SIDE: usize = crate::camera::MAX_IMAGE_SIZE as usize;
 
-/// Names of the channels of a set's truth images, those of the first camera and frame; none where the set has no
-/// images.
+/// Names of the channels in the truth image of the first camera and frame; none if the set has no truth images.
 ///
 /// # Errors
-/// [`SetError`] where that image cannot be read or is no OpenEXR file.
+/// [`SetError`] if that image cannot be read or is not an OpenEXR file.
 pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetError> {
     let (file, files) = (path(0, 0), SetFiles::open(directory)?);
     if !files.has(&file) {
@@ -211,7 +214,7 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
     Ok(channels.map(|channel| channel.name.to_string()).collect())
 }
 
-/// The smallest rectangle around the figure; one pixel if it is empty, because EXR has no empty window.
+/// The bounding box of the body; one pixel without a body, because EXR has no empty window.
 struct DataWindow {
     left: usize,
     top: usize,
@@ -243,7 +246,7 @@ impl DataWindow {
         Self { left, top, width: right - left, height: bottom - top, image_width }
     }
 
-    /// What the rectangle has of an image.
+    /// The part of an image inside the window.
     fn crop<T: Copy, S>(&self, pixels: &[T], sample: impl Fn(T) -> S) -> Vec<S> {
         let mut cropped = Vec::with_capacity(self.width * self.height);
         for row in pixels.chunks(self.image_width).skip(self.top).take(self.height) {
@@ -285,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn the_data_window_holds_the_figure_and_the_display_window_the_image() {
+    fn the_data_window_is_the_bounding_box_of_the_body_and_the_display_window_the_image() {
         let file = read_back(encode("x", &image(), &[super::Layer::Parts, super::Layer::Depth]).unwrap());
         assert_eq!(file.attributes.display_window, IntegerBounds::from_dimensions((9, 7)));
         let layer = &file.layer_data[0];
@@ -299,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_without_a_figure_is_one_empty_pixel_and_bytes_never_change() {
+    fn an_image_without_a_body_is_one_empty_pixel_and_bytes_are_reproducible() {
         let empty = DepthImage { depth: vec![f32::INFINITY; 63], part: vec![0; 63], ..depth_image() };
         let file = read_back(encode("x", &empty.into(), &[super::Layer::Depth]).unwrap());
         assert_eq!(file.layer_data[0].size, Vec2(1, 1));

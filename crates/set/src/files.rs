@@ -1,8 +1,8 @@
-//! The files of a set, in memory or in a directory, each known by its SHA-256.
+//! The files of a set, in memory or in a directory, each identified by its SHA-256.
 //!
-//! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
-//! written last: a directory without it is not a set. Every read is checked against it. In sets with shards,
-//! silhouettes and truth images are read from there, by the same paths.
+//! `files.sha256` lists them in the format of `sha256sum`, so `sha256sum -c files.sha256` checks a set without this
+//! program. It is written last: a directory without it is not a set. Every read is checked against it. In sets with
+//! shards, silhouettes and truth images are read from the shards, by the same paths.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,26 +14,26 @@ use rayon::prelude::*;
 
 use super::SetError;
 use super::identity::{complete_lines, identity_lines};
-use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_of, unless};
+use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_of, stop_if_requested};
 use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
 use super::shard_plan::{is_packing, is_shard};
 use crate::input::{self, hex_sha256, hex_sha256_of, limits, listing_of};
 use crate::parallel;
 
-/// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
+/// Python's cache, written when `read_truth.py` is imported; it is not a fault.
 const PYTHON_CACHE: &str = "__pycache__/";
 
-/// Named bytes and their digests.
+/// The files with their digests.
 #[derive(Clone, Debug)]
 pub(super) struct SetFiles {
-    /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`. Of files of their own.
+    /// SHA-256 in hexadecimal by relative path with `/`, without files in shards.
     digests: BTreeMap<String, String>,
     /// The files in shards, if the set has any.
     packed: Option<Arc<PackedFiles>>,
-    /// The lines that the complete set is known by, in a set without its truth.
+    /// The identity of the complete set, for a set without its truth.
     complete: Option<String>,
-    /// SHA-256 of the list of files, as it is or would be on the disk.
+    /// SHA-256 of the list of files.
     listing_hash: String,
     place: FileStore,
 }
@@ -47,7 +47,7 @@ enum FileStore {
 impl SetFiles {
     pub(super) fn in_memory(files: BTreeMap<String, Vec<u8>>, stop: Stop<'_>) -> Result<Self, SetError> {
         let digest = |(path, bytes): (&String, &Vec<u8>)| {
-            unless(stop)?;
+            stop_if_requested(stop)?;
             Ok((path.clone(), hex_sha256(bytes)))
         };
         let digests = files.par_iter().map(digest).collect::<Result<BTreeMap<_, _>, SetError>>()?;
@@ -55,7 +55,7 @@ impl SetFiles {
         Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
     }
 
-    /// The files of a set on disk; their contents are read and checked when they are asked for.
+    /// The files of a set on disk. Contents are read and checked on demand.
     pub(super) fn open(directory: &Path) -> Result<Self, SetError> {
         let not_a_set = |detail: String| SetError::NotASet { path: directory.to_path_buf(), detail };
         let listing = match input::read_to_string(&directory.join(LISTING), limits::LISTING) {
@@ -75,7 +75,7 @@ impl SetFiles {
         Ok(files)
     }
 
-    /// Names of all files, those in shards too.
+    /// Paths of all files, including those in shards.
     pub(super) fn names(&self) -> BTreeSet<String> {
         self.digests.iter().chain(self.packed_digests()).map(|(name, _)| name.clone()).collect()
     }
@@ -109,7 +109,7 @@ impl SetFiles {
         }
     }
 
-    /// The verified bytes of a file.
+    /// The bytes of a file, checked against its SHA-256.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
         let has = |packed: &&Arc<PackedFiles>| !self.is_loose(path) && packed.digests().contains_key(path);
         if let Some(packed) = self.packed.as_ref().filter(has) {
@@ -137,14 +137,13 @@ impl SetFiles {
         }
     }
 
-    /// Whether this is a file of its own, or one of the shards and their list.
+    /// Whether this is a listed file, not one inside a shard.
     pub(super) fn is_loose(&self, path: &str) -> bool {
         self.digests.contains_key(path)
     }
 
-    /// Puts copies of the files that are `wanted` into a folder. No links: whoever writes into the copy must not change
-    /// the set.
-    pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
+    /// Copies the `wanted` files into a folder. They are not linked, so that writing to the copy cannot change the set.
+    pub(super) fn copy_to(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
         for path in self.paths().filter(|path| wanted(path)) {
             let target = folder.join(path);
             if let Some(parent) = target.parent() {
@@ -155,21 +154,18 @@ impl SetFiles {
         Ok(())
     }
 
-    /// SHA-256 by path of the files of their own that are `wanted`.
+    /// SHA-256 by path of the `wanted` files that are not in shards.
     pub(super) fn digests_where(&self, wanted: impl Fn(&str) -> bool) -> BTreeMap<String, String> {
         let digests = self.digests.iter().filter(|(path, _)| wanted(path));
         digests.map(|(path, digest)| (path.clone(), digest.clone())).collect()
     }
 
-    /// An error for a set on disk whose truth is kept apart.
+    /// An error if the set is on disk without its truth.
     pub(super) fn refuse_without_truth(&self) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return Ok(()) };
-        // sets of older versions list a truth that they do not hold
+        // sets of older versions list a truth that they do not contain
         let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
-        match is_gone || self.complete.is_some() {
-            true => Err(SetError::NoTruth { set: directory.clone() }),
-            false => Ok(()),
-        }
+        if is_gone || self.complete.is_some() { Err(SetError::NoTruth { set: directory.clone() }) } else { Ok(()) }
     }
 
     /// The same error with the file's path on disk.
@@ -180,12 +176,12 @@ impl SetFiles {
         }
     }
 
-    /// Size of the files that are in memory.
+    /// Size of the files in memory, bytes; 0 for a set on disk.
     pub(super) fn bytes(&self) -> usize {
         self.bytes_below("")
     }
 
-    /// The same of those whose paths begin like this.
+    /// Size of the files in memory whose paths have this prefix, bytes.
     pub(super) fn bytes_below(&self, prefix: &str) -> usize {
         match &self.place {
             FileStore::Memory(files) => {
@@ -200,24 +196,23 @@ impl SetFiles {
         hex_sha256(self.identity().as_bytes())
     }
 
-    /// SHA-256 of `files.sha256`: every file that is there, with layers and shards.
+    /// SHA-256 of `files.sha256`, which covers every file, layers and shards included.
     pub(super) fn full_hash(&self) -> &str {
         &self.listing_hash
     }
 
-    /// The lines that the complete set is known by.
+    /// The lines that identify the complete set.
     pub(super) fn identity(&self) -> String {
         let own = || identity_lines(&self.digests.iter().chain(self.packed_digests()).collect());
         self.complete.clone().unwrap_or_else(own)
     }
 
-    /// Whether nobody can confirm a guess of the truth by [`Self::identity`].
+    /// Whether [`Self::identity`] cannot be used to confirm a guess of the truth.
     pub(super) fn is_sealed(&self) -> bool {
         self.complete.is_some() || self.digests.contains_key(KEY_FILE)
     }
 
-    /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the
-    /// listing.
+    /// Writes every file below `folder`, unpacked from shards, then the files that `more` adds, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
@@ -231,22 +226,22 @@ impl SetFiles {
         writer.finish()
     }
 
-    /// Paths of the files of their own, then of those in shards, both in alphabetical order.
+    /// Paths of the listed files, then of those in shards, both in alphabetical order.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
         self.digests.keys().chain(self.packed_digests().map(|(path, _)| path)).map(String::as_str)
     }
 
-    /// Number of files of their own.
+    /// Number of listed files, without those in shards.
     pub(super) fn count(&self) -> usize {
         self.digests.len()
     }
 
-    /// Reads every listed file, and looks for files that are not listed: the first fault is the error.
+    /// The first of [`Self::faults`] as an error.
     pub(super) fn verify(&self) -> Result<(), SetError> {
         self.faults()?.into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Whether a listed file is as it was written. Shards are larger than memory may be, and read piece by piece.
+    /// Checks a listed file against its SHA-256. Shards may be larger than memory and are read in pieces.
     pub(super) fn check(&self, path: &str) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
         if !is_shard(path) {
@@ -262,18 +257,21 @@ impl SetFiles {
             found => found.map_err(SetError::io(&full, "read"))?,
         };
         let listed = &self.digests[path];
-        match found == *listed {
-            true => Ok(()),
-            false => Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found }),
+        if found == *listed {
+            Ok(())
+        } else {
+            Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found })
         }
     }
 
-    /// Every listed file that is missing or changed, in alphabetical order, then every file that is not listed.
+    /// Every listed file that is missing or changed, in alphabetical order, then those that links lead to outside the
+    /// directory, then every file that is not listed.
     pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
         let faults = parallel::map(paths.len(), |path| self.check(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
         if let FileStore::Directory(directory) = &self.place {
+            faults.extend(self.linked_outside(directory)?);
             let unlisted =
                 |path: &String| !self.digests.contains_key(path) && path != LISTING && !path.starts_with(PYTHON_CACHE);
             let files = files_of(directory)?.into_iter().filter(unlisted);
@@ -281,16 +279,30 @@ impl SetFiles {
         }
         Ok(faults)
     }
+
+    /// Listed files, and the listing, that symbolic links lead to outside `directory`. Hashes do not show them, but a
+    /// copy of the directory would lack their content.
+    fn linked_outside(&self, directory: &Path) -> Result<Vec<SetError>, SetError> {
+        let root = fs::canonicalize(directory).map_err(SetError::io(directory, "read"))?;
+        let paths: Vec<&str> = self.digests.keys().map(String::as_str).chain([LISTING]).collect();
+        let is_outside = |index: usize| {
+            // a missing file is reported as such
+            fs::canonicalize(root.join(paths[index])).is_ok_and(|found| !found.starts_with(&root))
+        };
+        let outside = parallel::map(paths.len(), is_outside);
+        let found = paths.into_iter().zip(outside).filter(|(_, is_outside)| *is_outside);
+        Ok(found.map(|(path, _)| SetError::LinkedOutside { file: path.to_owned() }).collect())
+    }
 }
 
-/// Whether `directory` holds the files that its listing names and no others.
+/// Whether `directory` contains all files of its listing and no others.
 pub(super) fn holds_only_listed(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
     let listed = |path: &String| path == LISTING || files.is_loose(path);
     files_of(directory).is_ok_and(|found| found.iter().all(listed))
 }
 
-/// The greatest size of a file of a set.
+/// Greatest size of a file of a set, bytes.
 fn limit_of(path: &str) -> u64 {
     match path.rsplit('.').next() {
         Some("toml" | "txt") => limits::SETTINGS,
@@ -361,6 +373,32 @@ mod tests {
         assert!(error.to_string().contains("a.txt: cannot read"), "{error}");
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn links_out_of_the_set_are_found_and_links_inside_it_are_not() {
+        use std::os::unix::fs::symlink;
+        let (directory, elsewhere) = (written(), tempfile::tempdir().unwrap());
+        let at = |path: &str| directory.path().join(path);
+        let faults = || {
+            let faults = SetFiles::open(directory.path()).unwrap().faults().unwrap();
+            faults.iter().map(ToString::to_string).collect::<Vec<String>>()
+        };
+        let linked = |path: &str| {
+            format!(
+                "{path} is a symbolic link that leads out of the set; replace it with the file itself (cp -rL copies a \
+                 set so)"
+            )
+        };
+        fs::rename(at("a.txt"), elsewhere.path().join("moved")).unwrap();
+        symlink(elsewhere.path().join("moved"), at("a.txt")).unwrap();
+        assert_eq!(faults(), [linked("a.txt")]);
+        fs::remove_file(at("a.txt")).unwrap();
+        fs::rename(elsewhere.path().join("moved"), at("deep/a.txt")).unwrap();
+        symlink("deep/a.txt", at("a.txt")).unwrap();
+        assert_eq!(faults().len(), 1, "the link stays inside, but its target is not listed");
+        assert!(faults()[0].starts_with("deep/a.txt is not one of the set's files"), "{:?}", faults());
+    }
+
     #[test]
     fn a_listing_cannot_lead_out_of_the_set() {
         let directory = tempfile::tempdir().unwrap();
@@ -372,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_and_what_is_said_of_formats_do_not_change_what_identifies_a_set() {
+    fn layers_and_the_description_of_formats_do_not_change_the_identity_of_a_set() {
         let directory = tempfile::tempdir().unwrap();
         let layer = format!("{LAYERS}cam00/000000.exr");
         let put = |writer: &SetWriter<'_>| writer.put(&layer, b"layer").and_then(|()| writer.put(FORMATS, b"said"));
@@ -394,7 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_told_to_stop_neither_hashes_nor_writes_another_file() {
+    fn after_a_request_to_stop_no_other_file_is_hashed_or_written() {
         use std::sync::atomic::{AtomicUsize, Ordering};
         let directory = tempfile::tempdir().unwrap();
         let asked = AtomicUsize::new(0);
@@ -407,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn a_directory_with_anything_else_than_what_is_listed_is_no_set_alone() {
+    fn a_directory_with_unlisted_files_does_not_hold_only_a_set() {
         let directory = written();
         assert!(holds_only_listed(directory.path()));
         fs::write(directory.path().join("deep/thesis.tex"), "years of work").unwrap();

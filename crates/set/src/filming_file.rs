@@ -1,5 +1,5 @@
-//! `truth/filming.json`: how the true cameras move and when they take their images, in sets whose cameras do either.
-//! `cameras.npz` is made of it; between its moments only this file knows where a camera is.
+//! `truth/filming.json`: motion and timing of the true cameras, in sets with moving cameras or own exposure times.
+//! `cameras.npz` is sampled from it; only this file defines the cameras between the samples.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ const FARTHEST: f64 = 1e6;
 #[serde(deny_unknown_fields)]
 struct FilmingFile {
     schema: String,
-    /// How a camera moves between keyframes, in words.
+    /// Description of the interpolation between keyframes.
     between_keyframes: String,
     cameras: Vec<FilmingRecord>,
 }
@@ -30,7 +30,7 @@ struct FilmingRecord {
     every: usize,
     offset_s: f64,
     line_delay_s: f64,
-    /// Empty for a camera that stands still.
+    /// Empty for a static camera.
     keyframes: Vec<CameraKeyframe>,
 }
 
@@ -48,12 +48,12 @@ pub(super) fn to_json(filming: &TimedRig) -> Result<Vec<u8>, SetError> {
     super::json::to_bytes(PATH, &FilmingFile { schema: SCHEMA.into(), between_keyframes: BETWEEN.into(), cameras })
 }
 
-/// How the cameras of `rig` film, which are those that saw the actor.
+/// Motion and timing of the cameras of `rig`, the true cameras.
 pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<TimedRig, SetError> {
     let file: FilmingFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
     let malformed = |detail: String| SetError::malformed(PATH, detail);
     if !file.cameras.iter().map(|camera| &camera.name).eq(rig.cameras.iter().map(|camera| &camera.name)) {
-        return Err(malformed("expected the cameras of cameras.json, in its order".to_owned()));
+        return Err(malformed("expected the cameras of cameras.json in the same order".to_owned()));
     }
     let (mut paths, mut timings) = (Vec::new(), Vec::new());
     for FilmingRecord { name, every, offset_s, line_delay_s, keyframes } in file.cameras {
@@ -62,11 +62,13 @@ pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<TimedRig, SetEr
             && offset_s.abs() <= FARTHEST
             && (0.0..=FARTHEST).contains(&line_delay_s);
         if !sound {
-            return Err(named("expected every of 1 to 1000000, and offset_s and line_delay_s in seconds"));
+            return Err(named(
+                "expected `every` from 1 to 1000000, and finite `offset_s` and `line_delay_s` in seconds",
+            ));
         }
         let far = |k: &CameraKeyframe| k.position.iter().chain(&k.look_at).any(|x| x.abs() > FARTHEST);
         if keyframes.iter().any(far) {
-            return Err(named("expected keyframes in metres"));
+            return Err(named("expected keyframes in metres, within 1000000 m"));
         }
         let path = (!keyframes.is_empty()).then(|| CameraPath::new(&name, keyframes)).transpose();
         paths.push(path.map_err(|e| malformed(e.to_string()))?);

@@ -24,7 +24,7 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
     with_parts(motion, |parts, observer| BenchmarkSet::assemble(parts, |frame| observer.observe(frame)))
 }
 
-/// What comes of the parts of a set of a motion of the test person.
+/// Calls `make` with the parts of a set of a motion of the test person.
 pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
     let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
     let start =
@@ -44,7 +44,7 @@ pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &O
     make(&parts, &Observer::new(&truth, &rig()))
 }
 
-/// One joint of each kind, one solid of each kind, numbers that no short decimal says.
+/// One joint and one solid of every kind, with numbers that have no short decimal form.
 pub(super) fn every_kind_of_body() -> Humanoid {
     let third = 1.0 / 3.0;
     let frame = Isometry3::from_parts(

@@ -1,4 +1,4 @@
-//! Readers of single files of a set, for `fuzz/`: in a set checksums would reject every random change.
+//! Readers of single files of a set, for `fuzz/`: inside a set, checksums would reject every random change.
 
 use super::manifest::BlindManifest;
 use super::{SetError, StepSpread, TrainingMotions, cameras_file, manifest, props_file};

@@ -1,9 +1,9 @@
-//! Grey PNG files, as all images of a set are.
+//! Grey PNG files, the format of all images of a set.
 
 use super::SetError;
 
-/// A PNG of grey pixels of that depth, big-endian, row by row; compressed as fast as the format allows, for these
-/// images need little. `file` is named in errors.
+/// A PNG of grey pixels of this bit depth, big-endian, row by row. It uses the fastest compression, which suffices for
+/// these images. `file` is named in errors.
 pub(super) fn encode(
     file: &str,
     [width, height]: [u32; 2],

@@ -1,12 +1,12 @@
-//! What a set is known by: the lines whose SHA-256 is its hash.
+//! The identity of a set: the lines whose SHA-256 is the set hash.
 //!
-//! A line a file, as `sha256sum` writes it. Truth images and shards do not count: they follow from the rest, and
-//! images in shards stand with the paths that they have without. Nor does what explains the files (`README.txt`,
-//! `FORMATS.txt` and `read_truth.py`): better explanations are no other test.
+//! There is one line per file in the format of `sha256sum`. Truth images and shards are excluded: they follow from the
+//! rest, and images in shards are listed by their paths in a set without shards. The files that explain a set
+//! (`README.txt`, `FORMATS.txt` and `read_truth.py`) are excluded too: better explanations do not change the test.
 //!
-//! In sets with a key (`truth/key.txt`) all lines of the truth are one, `truth`, the SHA-256 of these lines. The key is
-//! among them, so that nobody can compute that line, or the hash of the set, from a guess of the truth. A set without
-//! its truth has the lines of the complete one in `complete.sha256`.
+//! In sets with a key (`truth/key.txt`) all lines of the truth are replaced by one, `truth`, with their SHA-256. They
+//! include the key, so neither this line nor the set hash can be computed from a guess of the truth. A set without its
+//! truth has the lines of the complete set in `complete.sha256`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,21 +16,21 @@ use super::listing::{COMPLETE, FORMATS, KEY_FILE, LAYERS, LISTING, READER, READM
 use super::shard_plan::is_packing;
 use crate::input::{self, hex_sha256, limits, listing_of};
 
-/// What [`super::BlindSet::set_hash`] covers, in words.
+/// Description of what [`super::BlindSet::set_hash`] covers.
 pub const SET_HASH_COVERS: &str = "what is tested: observations, start, cameras and truth, without layers and shards";
 
-/// What [`super::BlindSet::full_hash`] covers, in words.
+/// Description of what [`super::BlindSet::full_hash`] covers.
 pub const FULL_HASH_COVERS: &str = "every file, layers and shards included; sha256sum files.sha256";
 
-/// The one line of a truth with a key.
+/// Name in the line that replaces the truth in sets with a key.
 const SEALED: &str = "truth";
 
-/// What sets with other people, and sets whose cameras film, have besides; `README.txt` explains it there.
+/// Additional files of sets with distractors, and of sets with moving or timed cameras; their `README.txt` differs.
 const DISTRACTORS: &str = "truth/distractors.npz";
 const MOMENTS: &str = "cameras.npz";
 
-/// SHA-256 of `README.txt` when sets were first known by their hash: without and with cameras that film, then the same
-/// with other people. Sets without a key are known by these, whatever the file explains since.
+/// SHA-256 of the first published `README.txt`: without and with moving cameras, then the same with distractors. The
+/// identity of sets without a key uses these, so that it stays the same when the file is edited.
 const FIRST_READMES: [[&str; 2]; 2] = [
     [
         "ec52a03f92ac218c00647563bf07594f0b5e3e9ec1cfdc45e0c65d6fe24d1fcb",
@@ -42,17 +42,18 @@ const FIRST_READMES: [[&str; 2]; 2] = [
     ],
 ];
 
-/// The same of `read_truth.py`.
+/// The same for `read_truth.py`.
 const FIRST_READER: &str = "cf953c013cc3b756720858845fc718df82e5669e017700ae77ea720e423c8348";
 
-/// Whether a file belongs to what a set is known by.
-fn counts(path: &str) -> bool {
+/// Whether a file belongs to the identity of a set.
+fn is_identifying(path: &str) -> bool {
     !path.starts_with(LAYERS) && !is_packing(path) && path != FORMATS
 }
 
-/// The lines of a complete set, of all its files, those in shards included.
+/// The identity of a complete set, from all its files including those in shards.
 pub(super) fn identity_lines(files: &BTreeMap<&String, &String>) -> String {
-    let counted = files.iter().filter(|(path, _)| counts(path)).map(|(path, digest)| (path.as_str(), digest.as_str()));
+    let counted =
+        files.iter().filter(|(path, _)| is_identifying(path)).map(|(path, digest)| (path.as_str(), digest.as_str()));
     if files.keys().any(|path| *path == KEY_FILE) {
         return sealed(counted);
     }
@@ -66,7 +67,7 @@ pub(super) fn identity_lines(files: &BTreeMap<&String, &String>) -> String {
     counted.map(as_first).collect()
 }
 
-/// The lines of a set with a key.
+/// The identity of a set with a key.
 fn sealed<'a>(files: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let (truth, others): (Vec<_>, Vec<_>) = files.partition(|(path, _)| path.starts_with("truth/"));
     let truth: String = truth.into_iter().map(|(path, digest)| line(path, digest)).collect();
@@ -79,8 +80,8 @@ fn line(path: &str, digest: &str) -> String {
     listing_of([(&path.to_owned(), &digest.to_owned())])
 }
 
-/// The lines of the complete set, in a set without its truth whose files are `listed`, those in shards included; each
-/// file that is there must be among them.
+/// The identity of the complete set, read from a set without its truth whose files are `listed`, including those in
+/// shards. Every present file must agree with it.
 pub(super) fn complete_lines(
     directory: &Path,
     own: Option<&String>,
@@ -96,16 +97,15 @@ pub(super) fn complete_lines(
     }
     let complete = digests_in(directory, COMPLETE, &text)?;
     let shared = |path: &str| {
-        let is_apart = path.starts_with("truth/") || [README, READER, COMPLETE, SEALED].contains(&path);
-        counts(path) && !is_apart
+        let is_separate = path.starts_with("truth/") || [README, READER, COMPLETE, SEALED].contains(&path);
+        is_identifying(path) && !is_separate
     };
     let here = listed.iter().map(|(path, digest)| (*path, *digest)).filter(|(path, _)| shared(path));
-    match here.eq(complete.iter().filter(|(path, _)| shared(path))) {
-        true => Ok(Some(text)),
-        false => {
-            let detail = format!("{LISTING} and {COMPLETE} list different files; get the set again");
-            Err(SetError::NotASet { path: directory.to_owned(), detail })
-        }
+    if here.eq(complete.iter().filter(|(path, _)| shared(path))) {
+        Ok(Some(text))
+    } else {
+        let detail = format!("{LISTING} and {COMPLETE} list different files; get the set again");
+        Err(SetError::NotASet { path: directory.to_owned(), detail })
     }
 }
 
@@ -129,7 +129,7 @@ mod tests {
     ];
 
     #[test]
-    fn explanations_layers_and_shards_do_not_change_what_a_set_is_known_by() {
+    fn explanations_layers_and_shards_do_not_change_the_identity_of_a_set() {
         let whole = lines_of(&PLAIN);
         let mut other = PLAIN;
         (other[0].1, other[2].1, other[3].1) = ("better words", "x", "y");

@@ -1,4 +1,4 @@
-//! The JSON files of a set: pretty, one schema tag each.
+//! The JSON files of a set: pretty-printed, each with a schema tag.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -11,12 +11,12 @@ pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, Se
     Ok(bytes)
 }
 
-/// The value of a file whose `schema` must be the one given.
+/// The value of a file with this `schema`.
 pub(super) fn from_bytes<T: DeserializeOwned>(file: &str, schema: &str, bytes: &[u8]) -> Result<T, SetError> {
     from_bytes_of_any(file, &[schema], bytes)
 }
 
-/// The value of a file whose `schema` must be one of those given.
+/// The value of a file with one of these `schemas`.
 pub(super) fn from_bytes_of_any<T: DeserializeOwned>(
     file: &str,
     schemas: &[&str],

@@ -1,5 +1,5 @@
-//! `truth/key.txt`: the secret that everything drawn for the observations depends on, 32 hexadecimal digits and a line
-//! feed. Absent with the public key. It also keeps hashes of the truth from confirming a guess.
+//! `truth/key.txt`: the secret key of all random numbers of the observations, 32 hexadecimal digits and a line feed.
+//! Absent with the public key. It also prevents that hashes of the truth confirm a guess.
 
 use std::str;
 
@@ -13,7 +13,7 @@ pub(super) fn to_text(key: ObservationKey) -> Vec<u8> {
     format!("{}\n", key.to_hex()).into_bytes()
 }
 
-/// The key of a set; the public one where it has none.
+/// The key of a set; the public key if it has none.
 pub(super) fn read(files: &SetFiles) -> Result<ObservationKey, SetError> {
     if !files.has(KEY_FILE) {
         return Ok(ObservationKey::PUBLIC);

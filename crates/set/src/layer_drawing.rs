@@ -1,4 +1,4 @@
-//! The truth images of a set, drawn while they are written.
+//! Renders the truth images of a set while writing them.
 
 use std::ops::Range;
 
@@ -10,39 +10,38 @@ use crate::parallel;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
-/// Memory limit of images while layers are written, unless a single image takes more: it bounds the number of drawing
-/// threads.
+/// Memory limit for images while layers are written, bytes. It bounds the number of rendering threads; a single image
+/// may take more.
 pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
 
-/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's
-/// bytes.
-const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
+/// Bytes per pixel of a thread that writes layers: ray, depth and part, their crops, and the file's bytes.
+const LAYER_BYTES_PER_PIXEL: usize = 16 + 8 + 8 + 8;
 
-/// What a thread holds for every pixel besides depth and parts: images, their crops and surface points.
-fn bytes_a_pixel(layer: &Layer) -> usize {
+/// Additional bytes per pixel for a layer: images, their crops and surface points.
+fn bytes_per_pixel(layer: &Layer) -> usize {
     match layer {
         Layer::Depth | Layer::Parts => 4,
         Layer::Normals | Layer::Flow => 120,
-        // sixteen rays, and depths where there are props
+        // sixteen rays, and depths if there are props
         Layer::Coverage => 16 * (16 + 8),
         Layer::Colour => 160,
     }
 }
 
-/// Images of every true camera and frame.
+/// Renders the images of every true camera and frame.
 pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
     pub(super) rig: &'a TimedRig,
-    /// How colour images look, and the seed of what is random in them.
+    /// Appearance of colour images, and the seed of their random numbers.
     pub(super) scene: (ImageSettings, KeyedSeed),
     pub(super) layers: &'a [Layer],
 }
 
 impl LayerDrawing<'_> {
-    /// Size of the images of one frame.
+    /// Size of the images of one frame, bytes.
     ///
     /// # Errors
-    /// [`SetError`] where an image cannot be encoded.
+    /// [`SetError`] if an image cannot be encoded.
     pub(super) fn bytes(&self, frame: usize) -> Result<usize, SetError> {
         let size = |camera: usize| {
             let Some(images) = self.observer(camera).look(frame) else { return Ok(0) };
@@ -51,10 +50,10 @@ impl LayerDrawing<'_> {
         (0..self.rig.cameras()).map(size).sum()
     }
 
-    /// Sees the images of one camera.
+    /// Renders the images of one camera.
     fn observer(&self, camera: usize) -> LayerObserver<'_> {
         let wanted = WantedLayers {
-            // coverage has their data window
+            // the data window of coverage depends on it
             depth: self.layers.iter().any(|layer| *layer != Layer::Colour),
             normals: self.layers.contains(&Layer::Normals),
             flow: self.layers.contains(&Layer::Flow),
@@ -64,8 +63,8 @@ impl LayerDrawing<'_> {
         LayerObserver::new(self.truth, self.rig, camera, wanted)
     }
 
-    /// Images of some frames, one camera after another. Each image is drawn, written and dropped, so memory does not
-    /// grow with their number. Images that are there stay. `tick` is told of every camera and frame that is done.
+    /// Writes the images of these frames, one camera after another. Each image is rendered, written and dropped, so
+    /// memory does not grow with their number. Existing images are kept. `tick` is called after every camera and frame.
     pub(super) fn write(
         &self,
         writer: &SetWriter<'_>,
@@ -77,7 +76,7 @@ impl LayerDrawing<'_> {
             let workers = workers(camera, self.layers);
             let work = |worker| {
                 frames.clone().skip(worker).step_by(workers).try_for_each(|frame| {
-                    writer.unless_stopped()?;
+                    writer.stop_if_requested()?;
                     self.write_one(writer, &observer, index, frame)?;
                     tick();
                     Ok::<(), SetError>(())
@@ -108,7 +107,7 @@ impl LayerDrawing<'_> {
     }
 }
 
-/// Where the files of one camera and frame lie.
+/// Paths of the files of one camera and frame.
 pub(super) fn layer_paths(camera: usize, frame: usize, layers: &[Layer]) -> Vec<String> {
     let png = layers.contains(&Layer::Depth).then(|| depth_png::path(camera, frame));
     let exr = (!layers.is_empty()).then(|| exr_layers::path(camera, frame));
@@ -131,11 +130,11 @@ fn layer_files(
     Ok(files)
 }
 
-/// How many threads may draw images of that camera at a time, at least one.
+/// Number of threads that may render images of this camera at the same time, at least one.
 fn workers(camera: &Camera, layers: &[Layer]) -> usize {
     let pixels = (camera.pinhole.width as usize * camera.pinhole.height as usize).max(1);
-    let more: usize = layers.iter().map(bytes_a_pixel).sum();
-    let bytes = pixels * (LAYER_BYTES_A_PIXEL + more);
+    let more: usize = layers.iter().map(bytes_per_pixel).sum();
+    let bytes = pixels * (LAYER_BYTES_PER_PIXEL + more);
     (LAYERS_MEMORY_BYTES / bytes).clamp(1, rayon::current_num_threads().max(1))
 }
 
@@ -151,11 +150,11 @@ mod tests {
     }
 
     #[test]
-    fn so_few_large_images_are_drawn_at_a_time_that_memory_is_bounded() {
+    fn the_number_of_threads_for_large_images_is_limited_by_memory() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(64).build().unwrap();
         let [small, large, largest] =
             pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| workers(&sized(w, h), &[])));
         assert_eq!((small, largest), (64, 1));
-        assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_A_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
+        assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_PER_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
     }
 }

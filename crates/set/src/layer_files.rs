@@ -1,4 +1,4 @@
-//! The truth images of a set on disk, one by one.
+//! Reads single truth images of a set on disk.
 
 use std::path::Path;
 
@@ -6,28 +6,27 @@ use super::exr_layers::{self, LayerImage, layer_channels};
 use super::files::SetFiles;
 use super::{Layer, SetError};
 
-/// The truth images of a set in a directory, in shards or in files of their own.
+/// The truth images of a set in a directory, in shards or as separate files.
 #[derive(Debug)]
 pub struct LayerFiles {
     files: SetFiles,
     layers: Vec<Layer>,
 }
 
-/// What a truth image has at every pixel, row by row from the top; only what was asked for, and nothing that the file
-/// lacks.
+/// The values of one layer at every pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LayerValues {
-    /// Metres along the camera's axis; infinite without a body.
+    /// Metres along the camera's z axis; infinite without a body.
     Depth(Vec<f32>),
     /// Index of the link plus 1; 0 without a body.
     Parts(Vec<u32>),
     /// Unit normals in the world; 0 without a body.
     Normals([Vec<f32>; 3]),
-    /// Pixels to the next frame; NaN without.
+    /// Displacement in the next frame, pixels; NaN without a body.
     Flow([Vec<f32>; 2]),
     /// Share of the pixel that sees the body.
     Coverage(Vec<f32>),
-    /// Red, green and blue, 0 to 1; three times the same of a grey image.
+    /// Red, green and blue, 0 to 1; three equal planes for a grey image.
     Colour([Vec<f32>; 3]),
 }
 
@@ -35,7 +34,7 @@ impl LayerFiles {
     /// Opens the set in `directory`.
     ///
     /// # Errors
-    /// [`SetError`] where it is no set, or its first truth image cannot be read.
+    /// [`SetError`] if it is not a set, or its first truth image cannot be read.
     pub fn open(directory: &Path) -> Result<Self, SetError> {
         let channels = layer_channels(directory)?;
         let has = |name: &str| channels.iter().any(|channel| channel == name);
@@ -56,10 +55,10 @@ impl LayerFiles {
         &self.layers
     }
 
-    /// All layers of a camera's image in a frame, in the order of [`Self::layers`]; `None` where there is no image.
+    /// All layers of a camera's image in a frame, in the order of [`Self::layers`]; `None` if there is no image.
     ///
     /// # Errors
-    /// [`SetError`] where the image cannot be read or is not as large as `size`.
+    /// [`SetError`] if the image cannot be read or does not have this `size` (width, height).
     pub fn read(&self, camera: usize, frame: usize, size: [u32; 2]) -> Result<Option<Vec<LayerValues>>, SetError> {
         self.parse(camera, frame, size).map_err(|error| self.files.locate(error))
     }
@@ -71,10 +70,13 @@ impl LayerFiles {
         }
         let image = exr_layers::decode(&path, &self.files.read(&path)?)?;
         if [image.width, image.height] != size {
-            let detail = format!("{} x {} pixels, its camera has {} x {}", image.width, image.height, size[0], size[1]);
+            let detail = format!(
+                "the image has {} x {} pixels, its camera {} x {}",
+                image.width, image.height, size[0], size[1]
+            );
             return Err(SetError::malformed(&path, detail));
         }
-        let lacks = |layer: &Layer| SetError::malformed(&path, format!("it lacks the channels of {layer:?}"));
+        let lacks = |layer: &Layer| SetError::malformed(&path, format!("the file lacks the channels of {layer:?}"));
         self.layers
             .iter()
             .map(|layer| values(&image, *layer).ok_or_else(|| lacks(layer)))

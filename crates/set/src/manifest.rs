@@ -14,21 +14,20 @@ use crate::rng::{KeyedSeed, ObservationKey};
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
 const SCHEMA: &str = "skiagraph.set/1";
-/// Of sets whose cameras move or take images at times of their own: they have `cameras.npz`, and no image in frames for
-/// which a camera took none.
+/// Schema of sets with moving cameras or own exposure times: they have `cameras.npz`, and may lack images of frames.
 const FILMED: &str = "skiagraph.set/2";
 
-/// Frames that a set may have: four and a half hours at 60 Hz.
+/// Greatest number of frames: four and a half hours at 60 Hz.
 pub(super) const MOST_FRAMES: usize = 1_000_000;
-/// Cameras that a set may have.
+/// Greatest number of cameras.
 const MOST_CAMERAS: usize = 999;
-/// Characters of a set's name.
+/// Greatest length of a set's name, characters.
 const LONGEST_NAME: usize = 200;
-/// Frames a second that a set may have.
+/// Range of frame rates, frames per second.
 const LEAST_RATE: f64 = 1e-3;
 const GREATEST_RATE: f64 = 1e5;
 
-/// The facts that a tracker may know.
+/// The facts that trackers may know.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct BlindManifest {
     pub(super) schema: String,
@@ -36,7 +35,7 @@ pub(super) struct BlindManifest {
     /// Version of the program that made the set.
     pub(super) version: String,
     pub(super) sequence: SequenceFacts,
-    /// How the observations were made; absent where they are exact, and in sets of older versions.
+    /// How the observations were made; absent if they are exact, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) observation: Option<ObservationFacts>,
 }
@@ -46,13 +45,16 @@ pub(super) struct SequenceFacts {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
     pub(super) cameras: usize,
-    /// The way the body of the start pose faces, a unit vector on the ground.
+    /// Heading of the body in the start pose, a horizontal unit vector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) forward: Option<[f64; 3]>,
 }
 
+/// The keys of [`SequenceFacts`].
+const SEQUENCE_KEYS: [&str; 4] = ["frames", "frames_per_second", "cameras", "forward"];
+
 impl SequenceFacts {
-    /// Checks these numbers.
+    /// Checks the ranges of these numbers.
     fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
         if forward.is_some_and(|forward| !forward.iter().all(|x| x.abs() <= 1.0)) {
@@ -71,53 +73,55 @@ impl SequenceFacts {
 
 /// Checks the frame rate of any file of a set.
 pub(super) fn check_rate(found: f64) -> Result<(), String> {
-    match (LEAST_RATE..=GREATEST_RATE).contains(&found) {
-        true => Ok(()),
-        false => Err(format!("expected {LEAST_RATE} to {GREATEST_RATE} frames a second, found {found}")),
+    if (LEAST_RATE..=GREATEST_RATE).contains(&found) {
+        Ok(())
+    } else {
+        Err(format!("expected {LEAST_RATE} to {GREATEST_RATE} frames a second, found {found}"))
     }
 }
 
-/// What is known about the truth beyond its numbers; for reports.
+/// Facts about the truth beyond its arrays, for reports.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TruthFacts {
-    /// Where the motion came from, with its licence.
+    /// Source of the motion, with its licence.
     pub motion: String,
     /// Whether the tracker's body is the actor's own.
     pub matched: bool,
-    /// How the bodies differ, in words; empty when matched.
+    /// Description of how the bodies differ; empty if matched.
     pub mismatch: String,
     /// Treatment of ground contact; absent if contact was neither measured nor changed, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
-    /// Seed of the observations and of colour images; absent where observations are exact and it is the usual 1, and in
-    /// sets of older versions.
+    /// Seed of the observations and of colour images; absent if observations are exact and it is the default of 1, and
+    /// in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
-    /// How colour images of the truth look, where silhouettes are not cut out of such images and the scenario says it.
+    /// Appearance of colour images of the truth; absent for the default, and if silhouettes are segmented from such
+    /// images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub images: Option<ImageSettings>,
-    /// How the recording fits the actor; absent in sets of older versions.
+    /// How well the recording fits the actor; absent in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retargeting: Option<RetargetFacts>,
 }
 
-/// Stands in the words for the mismatch before the name of the tracker's robot, where that is not the actor's.
+/// Precedes the name of the tracker's robot in the description of the mismatch, if it is not the actor's robot.
 pub const AGAINST_ROBOT: &str = " against tracker's ";
 
 impl TruthFacts {
-    /// Whether the tracker's body was made of the actor's robot; `false` where that is not known.
+    /// Whether the tracker's body was made from the actor's robot; `false` if unknown.
     pub(super) fn is_of_one_robot(&self) -> bool {
         self.matched || !(self.mismatch.is_empty() || self.mismatch.contains(AGAINST_ROBOT))
     }
 
-    /// The robot that the tracker's body was made of, where it is not the actor's.
+    /// The robot that the tracker's body was made from, if it is not the actor's.
     pub(super) fn trackers_robot(&self) -> Option<&str> {
         self.mismatch.split_once(AGAINST_ROBOT)?.1.split('`').nth(1)
     }
 
-    /// How images of the scene look, and the seed of what is random in them: those that silhouettes were cut out of,
-    /// else those that the truth alone has. `key` is the set's.
+    /// Appearance of images of the scene, and the seed of their random numbers: the images that silhouettes were
+    /// segmented from, otherwise those of the truth. `key` is the set's.
     pub(super) fn scene(
         &self,
         observation: Option<&ObservationFacts>,
@@ -127,14 +131,14 @@ impl TruthFacts {
         (images.unwrap_or_default(), self.keyed_seed(key))
     }
 
-    /// What streams of the observation are keyed by, in a set of this key.
+    /// The key and seed of all random streams of the observation, for a set with this key.
     pub(super) fn keyed_seed(&self, key: ObservationKey) -> KeyedSeed {
-        KeyedSeed { key, seed: self.observation_seed.unwrap_or(USUAL_SEED).into() }
+        KeyedSeed { key, seed: self.observation_seed.unwrap_or(DEFAULT_SEED).into() }
     }
 }
 
-/// Seed of observations in scenarios that do not say any.
-const USUAL_SEED: u32 = 1;
+/// Default seed of observations.
+const DEFAULT_SEED: u32 = 1;
 
 #[derive(Serialize)]
 struct Manifest<'a> {
@@ -170,18 +174,18 @@ impl BlindManifest {
         Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence, observation }
     }
 
-    /// Of a set whose cameras move or take images at times of their own, where `is_filmed`.
+    /// With the schema of sets with moving cameras or own exposure times, if `is_filmed`.
     pub(super) fn filmed(self, is_filmed: bool) -> Self {
         if is_filmed { Self { schema: FILMED.to_string(), ..self } } else { self }
     }
 
-    /// Whether cameras move or take images at times of their own.
+    /// Whether cameras move or have their own exposure times.
     pub(super) fn is_filmed(&self) -> bool {
         self.schema == FILMED
     }
 
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
-        // first, because another version may have other keys
+        // checked first, because another version may have other keys
         if let Some(detail) = another_format(bytes) {
             return Err(SetError::malformed(PATH, detail));
         }
@@ -199,10 +203,10 @@ impl BlindManifest {
     }
 }
 
-/// Refuses a set of another version of the format, changed or not: this program cannot say whether it is sound.
+/// Refuses a set of another version of the format, because this program cannot check it.
 ///
 /// # Errors
-/// [`SetError::Malformed`] naming both versions, [`SetError::NotASet`] where there is no `set.toml`.
+/// [`SetError::Malformed`] naming both versions, [`SetError::NotASet`] if there is no `set.toml`.
 pub(super) fn refuse_other_formats(directory: &Path) -> Result<(), SetError> {
     let path = directory.join(PATH);
     let bytes = match input::read(&path, limits::SETTINGS) {
@@ -219,7 +223,7 @@ pub(super) fn refuse_other_formats(directory: &Path) -> Result<(), SetError> {
     }
 }
 
-/// What is to be said of a `set.toml` of another version of the format.
+/// The error message for a `set.toml` of another version of the format.
 fn another_format(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(bytes);
     let found = text.lines().find_map(|line| line.strip_prefix("schema = \"")?.strip_suffix('"'))?;
@@ -231,17 +235,46 @@ fn another_format(bytes: &[u8]) -> Option<String> {
     })
 }
 
+/// Keys of `set.toml` and `truth/facts.toml` that the format does not define, each with its file. Files that cannot be
+/// parsed are reported elsewhere.
+pub(super) fn unknown_keys(files: &SetFiles) -> Vec<(&'static str, String)> {
+    let table =
+        |path: &str| -> Option<toml::Table> { toml::from_str(std::str::from_utf8(&files.read(path).ok()?).ok()?).ok() };
+    let manifest = table(PATH).unwrap_or_default();
+    let mut known = vec!["schema", "name", "version", "sequence", "observation", "convention"];
+    let has_facts = files.has(FACTS_PATH);
+    // sets of older versions have the facts in set.toml
+    if !has_facts {
+        known.push("truth");
+    }
+    let conventions = CONVENTIONS.map(|(key, _)| key);
+    let nested = [("sequence", &SEQUENCE_KEYS[..]), ("convention", &conventions)];
+    let mut unknown = keys_beyond(&manifest, "", &known);
+    for (name, known) in nested {
+        let inner = manifest.get(name).and_then(toml::Value::as_table);
+        unknown.extend(inner.into_iter().flat_map(|inner| keys_beyond(inner, &format!("{name}."), known)));
+    }
+    let facts = if has_facts { table(FACTS_PATH).unwrap_or_default() } else { toml::Table::new() };
+    let of_facts = keys_beyond(&facts, "", &["truth"]).into_iter().map(|key| (FACTS_PATH, key));
+    unknown.into_iter().map(|key| (PATH, key)).chain(of_facts).collect()
+}
+
+fn keys_beyond(table: &toml::Table, prefix: &str, known: &[&str]) -> Vec<String> {
+    let unknown = table.keys().filter(|key| !known.contains(&key.as_str()));
+    unknown.map(|key| format!("{prefix}{}", excerpt(key))).collect()
+}
+
 pub(super) fn to_toml(blind: &BlindManifest) -> Result<Vec<u8>, SetError> {
     let convention = CONVENTIONS.iter().map(|(key, meaning)| ((*key).to_string(), (*meaning).into())).collect();
     write(PATH, &Manifest { blind, convention })
 }
 
-/// What is known of the truth, as `truth/facts.toml` has it.
+/// The bytes of `truth/facts.toml`.
 pub(super) fn facts_to_toml(truth: &TruthFacts) -> Result<Vec<u8>, SetError> {
     write(FACTS_PATH, &TruthPart { truth: truth.clone() })
 }
 
-/// The facts of a set; sets that were made before have them in `set.toml`.
+/// The facts of a set; sets of older versions have them in `set.toml`.
 pub(super) fn truth_facts(files: &SetFiles) -> Result<TruthFacts, SetError> {
     let path = if files.has(FACTS_PATH) { FACTS_PATH } else { PATH };
     facts_from_toml(path, &files.read(path)?)
@@ -304,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn the_manifest_is_read_back_and_conventions_are_said() {
+    fn the_manifest_is_read_back_and_has_the_conventions() {
         let text = to_toml(&walk(3)).unwrap();
         assert_eq!(BlindManifest::from_toml(&text).unwrap(), walk(3));
         let text = String::from_utf8(text).unwrap();
@@ -327,6 +360,26 @@ mod tests {
         assert_eq!(truth_facts(&files(PATH, older)).unwrap(), without);
         let facts = TruthFacts { contact: Some(pushed_over()), ..without };
         assert_eq!(truth_facts(&files(FACTS_PATH, facts_to_toml(&facts).unwrap())).unwrap(), facts);
+    }
+
+    #[test]
+    fn keys_that_the_format_does_not_define_are_found() {
+        let found = |manifest: String, facts: Option<Vec<u8>>| {
+            let facts = facts.map(|bytes| (FACTS_PATH.to_owned(), bytes));
+            let files = [(PATH.to_owned(), manifest.into_bytes())].into_iter().chain(facts).collect();
+            unknown_keys(&SetFiles::in_memory(files, &|| false).unwrap())
+        };
+        let plain = String::from_utf8(to_toml(&walk(3)).unwrap()).unwrap();
+        let facts = facts_to_toml(&TruthFacts::default()).unwrap();
+        assert_eq!(found(plain.clone(), Some(facts.clone())), []);
+        let older = format!("{plain}\n{}", String::from_utf8(facts.clone()).unwrap());
+        assert_eq!(found(older.clone(), None), [], "an older set");
+        let own = |keys: &[&'static str]| keys.iter().map(|key| (PATH, (*key).to_owned())).collect::<Vec<_>>();
+        assert_eq!(found(older, Some(facts.clone())), own(&["truth"]));
+        let more = format!("pose = [0.1]\n{plain}").replace("cameras = 4", "cameras = 4\nlenses = 4");
+        assert_eq!(found(more, Some(facts.clone())), own(&["pose", "sequence.lenses"]));
+        let noted = [b"note = 1\n".to_vec(), facts].concat();
+        assert_eq!(found(plain, Some(noted)), [(FACTS_PATH, "note".to_owned())]);
     }
 
     #[test]

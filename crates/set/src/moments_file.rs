@@ -1,11 +1,11 @@
-//! `cameras.npz`: where the cameras are in every frame and when they took their images, for T frames and C cameras; in
-//! sets whose cameras move or take images at times of their own.
+//! `cameras.npz`: pose and exposure time of the cameras in every frame, for T frames and C cameras; in sets with moving
+//! cameras or own exposure times.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `camera_from_world` | (T, C, 7) | x y z, qw qx qy qz: the camera when the first row of its image was exposed |
-//! | `time_s` | (T, C) | when that was, seconds from frame 0; NaN where the camera has no new image in the frame |
-//! | `line_delay_s` | (C) | how much later every row is exposed than the row above it |
+//! | `camera_from_world` | (T, C, 7) | x y z, qw qx qy qz: the camera at the exposure of the first row of its image |
+//! | `time_s` | (T, C) | time of this exposure, seconds from frame 0; NaN if the camera has no image of the frame |
+//! | `line_delay_s` | (C) | delay of every row after the row above it, seconds |
 //! | `camera_names` | (C) | as in `cameras.json` |
 
 use nalgebra::{Isometry3, Point3};
@@ -24,41 +24,41 @@ pub(super) const PATH: &str = "cameras.npz";
 /// Greatest time and delay, seconds: a day.
 const LATEST_S: f64 = 86_400.0;
 
-/// What a tracker is told about the cameras of every frame.
+/// The cameras of every frame as given to trackers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigMoments {
-    /// One entry a frame.
+    /// One entry per frame.
     pub frames: Vec<RigMoment>,
-    /// How much later every row of a camera's image is exposed than the row above it, seconds; one entry a camera.
+    /// Delay of every row of the image after the row above it, seconds; one entry per camera.
     pub line_delay_s: Vec<f64>,
 }
 
 impl RigMoments {
-    /// What a tracker is told of `rig` in every frame of `truth`, with the errors of cameras that observations made so
-    /// have; `None` where all cameras stand still and take an image of every frame at its time.
-    pub fn told(
+    /// The cameras of `rig` in every frame of `truth`, with the camera errors of these observations; `None` if all
+    /// cameras are static and expose every frame at its own time.
+    pub fn for_tracker(
         rig: &TimedRig,
         truth: &GroundTruth,
         observation: Option<&ObservationFacts>,
         seed: KeyedSeed,
     ) -> Option<Self> {
         let corruption = observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras);
-        let told = |(frame, known): (usize, &TruthFrame)| {
+        let given = |(frame, known): (usize, &TruthFrame)| {
             let mut moment = rig.moment(frame, known.time_s)?;
             if let Some(corruption) = &corruption {
-                let told = tracker_rig(&rig.rig().at(&moment), corruption, seed);
-                moment.camera_from_world = told.cameras.iter().map(|camera| camera.camera_from_world).collect();
+                let given = tracker_rig(&rig.rig().at(&moment), corruption, seed);
+                moment.camera_from_world = given.cameras.iter().map(|camera| camera.camera_from_world).collect();
             }
             Some(moment)
         };
-        let frames = truth.frames.iter().enumerate().map(told).collect::<Option<_>>()?;
+        let frames = truth.frames.iter().enumerate().map(given).collect::<Option<_>>()?;
         let line_delay_s = (0..rig.cameras()).map(|camera| rig.timing(camera).line_delay_s).collect();
         Some(Self { frames, line_delay_s })
     }
 
-    /// How a camera, which the rig must have, moves and takes its images, in words; `None` for one that stands still
-    /// and takes an image of every frame at its time. `frames_per_second` is that of the frames.
-    pub fn in_words(&self, camera: usize, frames_per_second: f64) -> Option<String> {
+    /// Describes motion and timing of a camera, whose index must be valid; `None` if it is static and exposes every
+    /// frame at its own time. `frames_per_second` is the frame rate of the set.
+    pub fn describe(&self, camera: usize, frames_per_second: f64) -> Option<String> {
         let places: Vec<&Isometry3<f64>> = self.frames.iter().map(|moment| &moment.camera_from_world[camera]).collect();
         let centre = |place: &Isometry3<f64>| place.inverse_transform_point(&Point3::origin());
         let steps = places.windows(2).map(|pair| (centre(pair[1]) - centre(pair[0])).norm());
@@ -68,17 +68,15 @@ impl RigMoments {
         let fewer = (images < self.frames.len()).then(|| format!("images of {images} of {} frames", self.frames.len()));
         let exposed = self.frames.iter().enumerate().find_map(|(f, m)| Some((f, m.exposed_s[camera]?)));
         let late_ms = exposed.map_or(0.0, |(frame, time_s)| 1e3 * (time_s - frame as f64 / frames_per_second));
-        let late = (late_ms.abs() > 1e-6).then(|| match late_ms > 0.0 {
-            true => format!("{late_ms:.3} ms late"),
-            false => format!("{:.3} ms early", -late_ms),
-        });
+        let late = (late_ms.abs() > 1e-6)
+            .then(|| if late_ms > 0.0 { format!("{late_ms:.3} ms late") } else { format!("{:.3} ms early", -late_ms) });
         let delay_us = 1e6 * self.line_delay_s[camera];
         let rolling = (delay_us > 0.0).then(|| format!("rolling shutter, {delay_us:.3} us from row to row"));
-        let words: Vec<String> = [way, fewer, late, rolling].into_iter().flatten().collect();
-        (!words.is_empty()).then(|| words.join(", "))
+        let parts: Vec<String> = [way, fewer, late, rolling].into_iter().flatten().collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 
-    /// The last frame in which a camera, which the rig must have, took an image.
+    /// The last frame with an image of a camera, whose index must be valid.
     pub(super) fn last_image(&self, camera: usize) -> Option<usize> {
         self.frames.iter().rposition(|moment| moment.exposed_s[camera].is_some())
     }
@@ -97,7 +95,7 @@ pub(super) fn to_npz(moments: &RigMoments, rig: &CameraRig) -> Npz {
     ])
 }
 
-/// The file of a set whose cameras are those of `rig`; `None` of a set whose cameras stand still, which has none.
+/// Reads the file of a set with the cameras of `rig`; `None` for static cameras, which have no such file.
 pub(super) fn read(
     files: &SetFiles,
     manifest: &BlindManifest,
@@ -106,7 +104,7 @@ pub(super) fn read(
     match manifest.is_filmed() {
         true => from_npz(&Npz::from_bytes(PATH, &files.read(PATH)?)?, manifest.sequence.frames, rig).map(Some),
         false if files.has(PATH) => {
-            let detail = "set.toml's schema is that of sets whose cameras stand still, which have no such file";
+            let detail = "is only valid with the schema skiagraph.set/2; set.toml has that of static cameras";
             Err(SetError::malformed(PATH, detail.to_owned()))
         }
         false => Ok(None),
@@ -119,7 +117,7 @@ fn from_npz(npz: &Npz, frames: usize, rig: &CameraRig) -> Result<RigMoments, Set
     let names = rig.cameras.iter().map(|camera| &camera.name);
     match npz.get("camera_names").map(|array| &array.values) {
         Some(Values::Text(found)) if found.iter().eq(names) => {}
-        _ => return Err(malformed("camera_names: expected the names of cameras.json, in its order".to_owned())),
+        _ => return Err(malformed("camera_names: expected the names of cameras.json in the same order".to_owned())),
     }
     let places = npz.f64s(PATH, "camera_from_world", &[Some(frames), Some(cameras), Some(7)])?.as_chunks::<7>().0;
     let times = npz.f64s(PATH, "time_s", &[Some(frames), Some(cameras)])?;
@@ -142,7 +140,7 @@ fn from_npz(npz: &Npz, frames: usize, rig: &CameraRig) -> Result<RigMoments, Set
     match (0..cameras).find(|camera| moments.frames.first().is_some_and(|first| first.exposed_s[*camera].is_none())) {
         None => Ok(moments),
         Some(camera) => {
-            Err(malformed(format!("time_s: camera {camera} has no image in frame 0; every camera has one")))
+            Err(malformed(format!("time_s: camera {camera} has no image of frame 0; every camera needs one")))
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Files of a set on disk that lie in its tar shards, in place of files of their own.
+//! Files of a set on disk that are in its tar shards.
 //!
-//! `packed.sha256` lists them by the paths that they have in a set without shards. A shard is looked through once, when
-//! a file in it is asked for first; whatever is read is checked against the list.
+//! `packed.sha256` lists them by their paths in a set without shards. A shard is indexed once, when one of its files is
+//! first read. Every read is checked against the list.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,14 +22,15 @@ pub(super) struct PackedFiles {
     /// SHA-256 by path.
     digests: BTreeMap<String, String>,
     plan: ShardPlan,
-    /// By path: where the files are in each, or why nobody knows.
+    /// The index of every shard by path, or why it could not be made.
     tars: BTreeMap<String, OnceLock<Result<TarPlaces, ShardFault>>>,
-    /// SHA-256 of the list, as the set has it and as it is.
+    /// SHA-256 of the list according to `files.sha256`.
     listed: String,
+    /// SHA-256 of the list as found.
     found: String,
 }
 
-/// Why a shard cannot be looked through.
+/// Why a shard cannot be indexed.
 #[derive(Clone, Debug)]
 enum ShardFault {
     Missing,
@@ -37,7 +38,7 @@ enum ShardFault {
 }
 
 impl PackedFiles {
-    /// The files in the shards of the set in `directory`, whose other files are `listed`; `None` if it has no shards.
+    /// The files in the shards of the set in `directory`, whose other files are `listed`; `None` without shards.
     pub(super) fn open(directory: &Path, listed: &BTreeMap<String, String>) -> Result<Option<Self>, SetError> {
         let Some(own) = listed.get(PACKED) else { return Ok(None) };
         let path = directory.join(PACKED);
@@ -63,13 +64,13 @@ impl PackedFiles {
         &self.digests
     }
 
-    /// The verified bytes of a file, at most `limit` of them.
+    /// The bytes of a file of at most `limit` bytes, checked against its SHA-256.
     pub(super) fn read(&self, path: &str, limit: u64) -> Result<Vec<u8>, SetError> {
         if self.listed != self.found {
             let (listed, found) = (self.listed.clone(), self.found.clone());
             return Err(SetError::Tampered { file: PACKED.to_owned(), listed, found });
         }
-        let no_shard = || SetError::malformed(PACKED, format!("{path}: the set has no shard for it"));
+        let no_shard = || SetError::malformed(PACKED, format!("{path}: no shard of the set contains it"));
         let place = self.plan.place_of(path).ok_or_else(no_shard)?;
         let fault = |fault: &ShardFault| match fault {
             ShardFault::Missing => SetError::MissingShard { file: place.tar.clone(), shards: self.plan.shards },
@@ -78,28 +79,29 @@ impl PackedFiles {
         let broken = |detail: String| fault(&ShardFault::Broken(detail));
         let tar = self.tars.get(&place.tar).ok_or_else(no_shard)?;
         let full = self.directory.join(&place.tar);
-        let places = tar.get_or_init(|| looked_through(&full)).as_ref().map_err(fault)?;
+        let places = tar.get_or_init(|| index_of(&full)).as_ref().map_err(fault)?;
         let (at, size) = *places.get(&place.name).ok_or_else(|| broken(format!("it has no {}", place.name)))?;
         if size > limit {
             return Err(broken(format!("{}: {size} bytes, expected at most {limit}", place.name)));
         }
-        let bytes = part_of(&full, at, size).map_err(SetError::io(&full, "read"))?;
-        match self.digests.get(path).is_some_and(|listed| *listed == hex_sha256(&bytes)) {
-            true => Ok(bytes),
-            false => Err(broken(format!("{} in it was changed", place.name))),
+        let bytes = read_range(&full, at, size).map_err(SetError::io(&full, "read"))?;
+        if self.digests.get(path).is_some_and(|listed| *listed == hex_sha256(&bytes)) {
+            Ok(bytes)
+        } else {
+            Err(broken(format!("{} in it was changed", place.name)))
         }
     }
 }
 
-fn looked_through(path: &Path) -> Result<TarPlaces, ShardFault> {
+fn index_of(path: &Path) -> Result<TarPlaces, ShardFault> {
     File::open(path).and_then(|mut file| tar_places(&mut file)).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => ShardFault::Missing,
-        io::ErrorKind::UnexpectedEof => ShardFault::Broken("it was cut off".to_owned()),
+        io::ErrorKind::UnexpectedEof => ShardFault::Broken("it is truncated".to_owned()),
         _ => ShardFault::Broken(error.to_string()),
     })
 }
 
-fn part_of(path: &Path, at: u64, size: u64) -> io::Result<Vec<u8>> {
+fn read_range(path: &Path, at: u64, size: u64) -> io::Result<Vec<u8>> {
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(at))?;
     let mut bytes = Vec::new();

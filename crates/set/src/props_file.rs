@@ -1,4 +1,5 @@
-//! `truth/props.json`: the props; absent without props. Solids are written like a body's geometry, in the world frame.
+//! `truth/props.json`: the props, absent without props. Solids have the format of a body's geometry, in world
+//! coordinates.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +9,7 @@ use crate::body::{Prop, Solid};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "truth/props.json";
-/// Props that a set may have.
+/// Greatest number of props.
 const MOST_PROPS: usize = 1_000;
 const SCHEMA: &str = "skiagraph.props/1";
 
@@ -54,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn props_survive_the_file_and_a_broken_one_is_named() {
+    fn props_are_read_back_and_a_malformed_file_is_named() {
         let frame = Isometry3::new(Vector3::new(1.0, 2.0, 0.5), Vector3::new(0.0, 0.0, 0.3));
         let crate_ = Solid::Box { link_from_box: frame, half_extents: [0.5, 0.4, 0.3] };
         let pillar = Solid::Cylinder { link_from_cylinder: frame, radius: 0.2, half_length: 1.0 };
@@ -72,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prop_of_1e20_m_is_refused_with_its_limit() {
+    fn a_prop_of_1e20_m_is_refused_with_the_limit() {
         let ball = SolidRecord::TaperedCapsule { a: [0.0; 3], b: [0.0; 3], radius_a: 1e20, radius_b: 1e20 };
         let props = vec![PropRecord { name: "sun".to_owned(), solid: ball }];
         let bytes = super::super::json::to_bytes(PATH, &PropsRecord { schema: SCHEMA.to_owned(), props }).unwrap();

@@ -1,8 +1,8 @@
-//! A set without its truth, and the truth that is kept apart.
+//! A public set without its truth, and the complete set with the truth.
 //!
-//! Its `files.sha256` lists the files that are there. `complete.sha256` has the lines that the complete set is known
-//! by, whose SHA-256 is the hash of both: runs of the one are measured with the other. All lines of the truth are one,
-//! which depends on the set's key, too: with a hash of the truth alone a guess could be confirmed.
+//! The public set's `files.sha256` lists its own files. Its `complete.sha256` has the identity of the complete set; its
+//! SHA-256 is the set hash of both, so runs on one are measured with the other. The lines of the truth are combined to
+//! one that also depends on the set's key, because a hash of the truth alone could confirm a guess.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,16 +21,16 @@ exposed; NaN means that the camera took no image for the frame, and then there i
 line_delay_s[camera] * r seconds after the first. cameras.json has the same cameras as they are in frame 0.
 ";
 
-/// A set on disk, and where its truth is kept.
+/// A set on disk, and the location of its truth.
 #[derive(Clone, Copy, Debug)]
 pub struct SetPlace<'a> {
     /// Folder of the set.
     pub folder: &'a Path,
-    /// Folder of the complete set, where the set itself may lack its truth.
+    /// Folder of the complete set, for a set that may lack its truth.
     pub truth: Option<&'a Path>,
 }
 
-/// Whether the truth of the set in `directory` is kept apart.
+/// Whether the set in `directory` lacks its truth.
 pub fn is_public(directory: &Path) -> bool {
     SetFiles::open(directory).is_ok_and(|files| files.refuse_without_truth().is_err())
 }
@@ -45,8 +45,8 @@ impl SetPlace<'_> {
     /// Opens both sides.
     ///
     /// # Errors
-    /// As [`BenchmarkSet::read`]; [`SetError::NoTruth`] where it is needed and not given, [`SetError::OthersTruth`]
-    /// where it is that of another set.
+    /// As [`BenchmarkSet::read`]; [`SetError::NoTruth`] if the truth is needed and not given, [`SetError::OthersTruth`]
+    /// if it belongs to another set.
     pub fn read(self) -> Result<BenchmarkSet, SetError> {
         let own = SetFiles::open(self.folder)?;
         match self.complete(&own)? {
@@ -55,12 +55,12 @@ impl SetPlace<'_> {
         }
     }
 
-    /// The folders that are read.
+    /// All folders of the set.
     pub fn folders(self) -> impl Iterator<Item = PathBuf> {
         [Some(self.folder), self.truth].into_iter().flatten().map(Path::to_owned)
     }
 
-    /// The files of the complete set that was given for `own`.
+    /// The files of the complete set given for `own`; `None` if `own` has its truth.
     pub(super) fn complete(self, own: &SetFiles) -> Result<Option<SetFiles>, SetError> {
         let Some(folder) = self.truth else { return own.refuse_without_truth().map(|()| None) };
         let files = SetFiles::open(folder)?;
@@ -75,22 +75,21 @@ impl SetPlace<'_> {
 }
 
 impl BlindSet {
-    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too.
+    /// Writes the set without its truth into a folder. [`Self::read`] returns the same set, with the same set hash.
     ///
     /// # Errors
-    /// [`SetError`] if a file cannot be written; [`SetError::Inconsistent`] of a set without a key, whose hash would
+    /// [`SetError`] if a file cannot be written; [`SetError::Inconsistent`] for a set without a key, whose hash would
     /// confirm a guess of its truth.
     pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
         let files = self.files();
         if !files.is_sealed() {
-            let detail =
-                format!("a set whose truth is kept apart needs a key of its own, {KEY_FILE}; render it with one");
+            let detail = format!("a set without its truth needs its own key, {KEY_FILE}; render it with a key");
             return Err(SetError::inconsistent(detail));
         }
         let own = |path: &str| [README, READER, PACKED, COMPLETE].contains(&path);
-        let goes_along = |path: &str| !path.starts_with("truth/") && files.is_loose(path) && !own(path);
-        files.hand_out(folder, goes_along)?;
-        let mut listed = files.digests_where(goes_along);
+        let is_public = |path: &str| !path.starts_with("truth/") && files.is_loose(path) && !own(path);
+        files.copy_to(folder, is_public)?;
+        let mut listed = files.digests_where(is_public);
         let mut put = |path: &str, text: &str| {
             listed.insert(path.to_owned(), hex_sha256(text.as_bytes()));
             fs::write(folder.join(path), text).map_err(SetError::io(&folder.join(path), "write"))
@@ -107,8 +106,9 @@ impl BlindSet {
 
 fn readme(is_filmed: bool) -> String {
     let text = include_str!("readme_public.txt");
-    match is_filmed {
-        true => [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING].concat(),
-        false => text.to_owned(),
+    if is_filmed {
+        [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING].concat()
+    } else {
+        text.to_owned()
     }
 }

@@ -1,17 +1,16 @@
-//! `truth/recording.npz`: the recordings that the actor performs, and the fingerprints that identify their frames in
-//! any other file.
+//! `truth/recording.npz`: the recordings of the actor's motion, with fingerprints that identify their frames in other
+//! files.
 //!
-//! It is on the truth's side: with the fingerprint of a frame a guessed pose can be confirmed, even if it is hashed,
-//! because poses are few. Therefore `skiagraph track` does not compare; it records the sources of its models
-//! (`learned_from.npz` of a run, in the same format), and `skiagraph evaluate` refuses a run whose models learned from
-//! the test.
+//! It is part of the truth, because the fingerprint of a frame, even hashed, could confirm a guessed pose. Therefore
+//! `skiagraph track` does not compare fingerprints; it records the sources of its models (`learned_from.npz` of a run,
+//! in the same format), and `skiagraph evaluate` refuses a run whose models learned from the test.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `clip`, `sha256` | (n) | name and SHA-256 of every recording's file; empty where it is not known |
-//! | `frames` | (n, 2) | first and last frame used, as the file counts, from 1 |
-//! | `fingerprint` | (N, 16) | distances between landmarks in lengths of the legs, all frames of all recordings |
-//! | `fingerprint_rows` | (n) | frames of every recording in it; 0 where there is no fingerprint |
+//! | `clip`, `sha256` | (n) | name and SHA-256 of every recording's file; empty if unknown |
+//! | `frames` | (n, 2) | first and last frame used, in the file's numbering, from 1 |
+//! | `fingerprint` | (N, 16) | distances between landmarks in leg lengths, for all frames of all recordings |
+//! | `fingerprint_rows` | (n) | number of frames of every recording; 0 without a fingerprint |
 //! | `fingerprint_version` | () | 1 |
 
 use super::SetError;
@@ -20,30 +19,30 @@ use crate::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
 
 pub(super) const PATH: &str = "truth/recording.npz";
 
-/// Version of the fingerprint: what its distances are.
+/// Version of the definition of the fingerprint.
 const VERSION: i64 = 1;
 
-/// A recording, or a part of one, with everything that identifies the same frames elsewhere.
+/// A recording or a part of one, with all data that identify the same frames in other files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceRecording {
-    /// Its name, as it was asked for.
+    /// Its name as given by the user.
     pub clip: String,
     /// SHA-256 of its file.
     pub sha256: Option<String>,
-    /// First frame, as the file counts, from 1: that of the fingerprint's first row.
+    /// First frame in the file's numbering, from 1; the frame of the fingerprint's first row.
     pub first_frame: usize,
-    /// Last frame, included; `usize::MAX` for the recording's last where that is not known.
+    /// Last frame, included; `usize::MAX` for the unknown last frame of the recording.
     pub last_frame: usize,
     /// The fingerprint of its frames; `None` for models of older versions.
     pub fingerprint: Option<MotionFingerprint>,
 }
 
 impl SourceRecording {
-    /// First and last frame of this recording, as its file counts, that the other one has too; `None` where it has
+    /// First and last frame of this recording, in its file's numbering, that the other one also has; `None` if there is
     /// none.
     ///
-    /// The same file (by hash; by name where a hash or the fingerprint is missing) shares the frames of the same
-    /// numbers; in addition, frames are compared by content.
+    /// Parts of the same file (by hash, or by name if a hash is missing) share frames with the same numbers. In
+    /// addition, frames are compared by their fingerprints.
     pub fn shared_frames(&self, other: &Self) -> Option<(usize, usize)> {
         let name = |clip: &str| clip.rsplit(['/', '\\']).next().map(str::to_owned);
         let same_file = match (&self.sha256, &other.sha256) {
@@ -58,8 +57,8 @@ impl SourceRecording {
         Some((self.first_frame + shared.own.0, self.first_frame + shared.own.1))
     }
 
-    /// Name and frames, in words.
-    pub fn in_words(&self) -> String {
+    /// Describes name and frames.
+    pub fn describe(&self) -> String {
         match self.last_frame {
             usize::MAX if self.first_frame <= 1 => self.clip.clone(),
             usize::MAX => format!("{}, frames {} to the last", self.clip, self.first_frame),
@@ -86,10 +85,10 @@ pub fn recordings_to_npz(file: &str, recordings: &[SourceRecording]) -> Result<V
 
 pub(super) use self::{recordings_from_npz as from_npz, recordings_to_npz as to_npz};
 
-/// The recordings of such a file.
+/// Reads a file of [`recordings_to_npz`].
 ///
 /// # Errors
-/// [`SetError::Malformed`] for anything but what [`recordings_to_npz`] writes.
+/// [`SetError::Malformed`] for any other content.
 pub fn recordings_from_npz(file: &str, bytes: &[u8]) -> Result<Vec<SourceRecording>, SetError> {
     let npz = Npz::from_bytes(file, bytes)?;
     let malformed =
@@ -122,7 +121,7 @@ pub fn recordings_from_npz(file: &str, bytes: &[u8]) -> Result<Vec<SourceRecordi
     recordings.collect()
 }
 
-/// Adds `fingerprint`, `fingerprint_rows` and `fingerprint_version`, one after another.
+/// Adds `fingerprint`, `fingerprint_rows` and `fingerprint_version`, with the fingerprints concatenated.
 pub fn push_fingerprints<'a>(npz: &mut Npz, fingerprints: impl Iterator<Item = Option<&'a MotionFingerprint>> + Clone) {
     let rows: Vec<i64> = fingerprints.clone().map(|f| f.map_or(0, |f| f.rows.len() as i64)).collect();
     let values: Vec<f32> = fingerprints.flatten().flat_map(|f| f.rows.as_flattened().iter().copied()).collect();
@@ -131,10 +130,10 @@ pub fn push_fingerprints<'a>(npz: &mut Npz, fingerprints: impl Iterator<Item = O
     npz.push("fingerprint", Array::new(&[values.len() / FINGERPRINT_DISTANCES, FINGERPRINT_DISTANCES], values));
 }
 
-/// The fingerprints of `count` recordings; `None` for all where the file has none, or has them in another version.
+/// The fingerprints of `count` recordings; all `None` if the file has none, or has another version.
 ///
 /// # Errors
-/// [`SetError::Malformed`] where the arrays do not fit together.
+/// [`SetError::Malformed`] if the sizes of the arrays are inconsistent.
 pub fn read_fingerprints(file: &str, npz: &Npz, count: usize) -> Result<Vec<Option<MotionFingerprint>>, SetError> {
     let malformed = || SetError::malformed(file, "the fingerprints of its recordings have inconsistent sizes");
     let values = |name: &str| npz.get(name).map(|array| &array.values);
@@ -177,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_are_read_back_as_they_were() {
+    fn recordings_are_read_back_unchanged() {
         let all = [
             SourceRecording { fingerprint: Some(path(0, 7)), ..part("épaule.bvh", 3, 9) },
             part("old.amc", 1, usize::MAX),
@@ -195,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_one_file_share_the_frames_of_the_same_numbers_and_those_of_two_do_not() {
+    fn parts_of_one_file_share_frames_with_the_same_numbers_and_parts_of_two_files_do_not() {
         let test = part("a/walk.bvh", 100, 200);
         assert_eq!(part("walk.bvh", 150, usize::MAX).shared_frames(&test), Some((150, 200)));
         assert_eq!(part("walk.bvh", 1, 100).shared_frames(&test), Some((100, 100)));
@@ -207,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_known_by_what_they_hold_whatever_their_file_and_numbers() {
+    fn frames_are_identified_by_their_content_in_any_file_with_any_numbers() {
         let test = SourceRecording { fingerprint: Some(path(100, 101)), ..part("walk.bvh", 100, 200) };
         let copy = SourceRecording { fingerprint: Some(path(150, 90)), ..part("renumbered.bvh", 1, 90) };
         assert_eq!(copy.shared_frames(&test), Some((1, 51)));

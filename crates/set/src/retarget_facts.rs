@@ -1,4 +1,4 @@
-//! How the recording was given to the actor.
+//! How the recording was retargeted to the actor.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use crate::retarget::RetargetReport;
 pub struct RetargetFacts {
     /// Mean distance of the actor's landmarks from the recorded ones, over frames and landmarks of the first take.
     pub mean_residual_mm: f64,
-    /// The same of each landmark.
+    /// The same for every landmark.
     pub landmarks_mm: BTreeMap<String, f64>,
-    /// Joint angles that reached a limit, and in how many frames.
+    /// Joint angles that reached a limit, with the number of frames.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub limits_hit: BTreeMap<String, usize>,
     /// Guesses and repairs.
@@ -23,7 +23,7 @@ pub struct RetargetFacts {
 }
 
 impl RetargetFacts {
-    /// Of a retargeting's report.
+    /// From the report of a retargeting.
     pub fn new(report: &RetargetReport) -> Self {
         let rounded = |mm: f64| libm::round(1000.0 * mm) / 1000.0;
         let landmarks = report.landmarks.iter();
@@ -36,8 +36,8 @@ impl RetargetFacts {
         }
     }
 
-    /// For a reader: the fit, and the limits.
-    pub fn in_words(&self) -> String {
+    /// Describes the fit and the limits that were reached.
+    pub fn describe(&self) -> String {
         let worst = self.landmarks_mm.iter().max_by(|a, b| a.1.total_cmp(b.1));
         let worst = worst.map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
         let limits = match self.limits_hit.len() {

@@ -24,11 +24,11 @@ pub(super) fn to_row(transform: &Isometry3<f64>) -> [f64; 7] {
     [t.x, t.y, t.z, sign * q.w, sign * q.i, sign * q.j, sign * q.k]
 }
 
-/// The transform of a row of [`to_row`], to the bit; or what is wrong with it.
+/// The exact transform of a row of [`to_row`]; an error message for an invalid row.
 pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     let [x, y, z, w, i, j, k] = *row;
     let quaternion = Quaternion::new(w, i, j, k);
-    // a comparison that NaN fails
+    // the comparison is false for NaN
     if !((quaternion.norm() - 1.0).abs() < 1e-9 && [x, y, z].iter().all(|c| c.abs() <= FARTHEST)) {
         return Err(format!(
             "{row:?} is not a rigid transform; expected x y z within {FARTHEST} m and a unit quaternion w x y z"
@@ -37,7 +37,7 @@ pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), Unit::new_unchecked(quaternion)))
 }
 
-/// As [`from_row`], for a rounded row: a quaternion within a thousandth of unit length is normalised.
+/// As [`from_row`], for a rounded row: a quaternion whose length differs from 1 by less than 0.001 is normalised.
 pub(super) fn from_rounded_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     let [x, y, z, w, i, j, k] = *row;
     let norm = Quaternion::new(w, i, j, k).norm();
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_no_transform_are_refused() {
+    fn rows_that_are_not_a_transform_are_refused() {
         assert!(from_row(&[0.0; 7]).is_err());
         assert!(from_row(&[f64::NAN, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]).is_err());
         assert!(from_row(&[0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0]).is_err());

@@ -1,4 +1,4 @@
-//! Samples of a tar shard as WebDataset reads them: files of one key follow each other.
+//! Samples of a tar shard in the format of WebDataset: files with the same key are consecutive.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::camera::Camera;
 use crate::scene::TruthFrame;
 
-/// A shard on its way to `to`.
+/// Writes a shard.
 pub(super) struct ShardWriter<W: Write>(tar::Builder<W>);
 
 impl<W: Write> ShardWriter<W> {
@@ -16,12 +16,12 @@ impl<W: Write> ShardWriter<W> {
         Self(tar::Builder::new(to))
     }
 
-    /// Adds a file; its header depends on its name and size alone.
+    /// Adds a file; its header depends only on its name and size.
     pub(super) fn add(&mut self, name: &str, bytes: impl Read, size: u64) -> io::Result<()> {
         self.0.append_data(&mut header_of_size(size), name, bytes)
     }
 
-    /// The end of the shard.
+    /// Completes the shard.
     pub(super) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
     }
@@ -36,7 +36,7 @@ fn header_of_size(size: u64) -> tar::Header {
     header
 }
 
-/// The header that a file of a shard has.
+/// The header of a file in a shard.
 ///
 /// # Errors
 /// [`io::Error`] for a name that is too long for a header.
@@ -47,21 +47,21 @@ pub(super) fn tar_header(name: &str, size: u64) -> io::Result<Vec<u8>> {
     Ok(header.as_bytes().to_vec())
 }
 
-/// What follows the last file of a shard.
+/// The bytes after the last file of a shard.
 pub(super) fn tar_end() -> Vec<u8> {
     vec![0; 2 * BLOCK as usize]
 }
 
-/// First byte and size of every file of a shard, by its name.
+/// Offset and size of every file of a shard by name, bytes.
 pub(super) type TarPlaces = BTreeMap<String, (u64, u64)>;
 
-/// Size of a tar's blocks.
+/// Block size of tar files, bytes.
 const BLOCK: u64 = 512;
 
-/// Where the files of a shard lie. Headers alone are read.
+/// The offsets of the files of a shard. Only headers are read.
 ///
 /// # Errors
-/// [`io::ErrorKind::UnexpectedEof`] where it was cut off, [`io::ErrorKind::InvalidData`] where a header is none.
+/// [`io::ErrorKind::UnexpectedEof`] if it is truncated, [`io::ErrorKind::InvalidData`] for an invalid header.
 pub(super) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces> {
     let length = shard.seek(SeekFrom::End(0))?;
     let (mut places, mut at) = (TarPlaces::new(), 0_u64);
@@ -73,7 +73,7 @@ pub(super) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces
             return Ok(places);
         }
         let header = tar::Header::from_byte_slice(&block);
-        // the sum of all bytes, with spaces in place of the sum itself
+        // the sum of all bytes, with the checksum itself replaced by spaces
         let sum = block.iter().enumerate().map(|(i, byte)| if (148..156).contains(&i) { 32 } else { u32::from(*byte) });
         if header.cksum().ok() != Some(sum.sum()) {
             return Err(io::Error::new(
@@ -85,19 +85,19 @@ pub(super) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces
         let end = first.checked_add(size).filter(|end| *end <= length).ok_or(io::ErrorKind::UnexpectedEof)?;
         let name = String::from_utf8_lossy(&header.path_bytes()).into_owned();
         if let Some((before, _)) = places.insert(name, (first, size)) {
-            let detail = format!("the files at bytes {before} and {first} have one name");
+            let detail = format!("the files at bytes {before} and {first} have the same name");
             return Err(io::Error::new(io::ErrorKind::InvalidData, detail));
         }
         at = end.next_multiple_of(BLOCK);
     }
 }
 
-/// By which the files of a sample are known.
+/// The key of a sample, the common prefix of its files.
 pub(super) fn key(camera: usize, frame: usize) -> String {
     format!("{frame:06}_cam{camera:02}")
 }
 
-/// What a sample says of a camera and frame: OpenCV's camera, joints and markers in the world and in the image.
+/// The JSON of a sample: OpenCV's camera, joints and markers in the world and in the image.
 pub(super) fn facts(camera: &Camera, truth: &TruthFrame, camera_index: usize, frame_index: usize) -> Value {
     let place = |point: &nalgebra::Point3<f64>| json!([point.x, point.y, point.z]);
     let in_view = &truth.in_view[camera_index];
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_a_shard_are_found_where_the_crate_that_wrote_it_finds_them() {
+    fn files_of_a_shard_are_at_the_offsets_that_the_tar_crate_finds() {
         let long = vec![7; 1500];
         let bytes = shard(&[("a.json", b"one"), ("a.png", &long), ("empty", b""), ("deep/er/b.png", &long[..512])]);
         let places = tar_places(&mut Cursor::new(&bytes)).unwrap();
@@ -153,10 +153,10 @@ mod tests {
     }
 
     #[test]
-    fn shards_that_were_cut_or_are_none_are_refused() {
+    fn truncated_and_invalid_shards_are_refused() {
         let whole = shard(&[("a", &[1; 700]), ("b", &[2; 40])]);
         let kind = |bytes: &[u8]| tar_places(&mut Cursor::new(bytes)).unwrap_err().kind();
-        // amid a header, amid a file, after the last file
+        // within a header, within a file, after the last file
         for length in [0, 100, 1000, 1600, 2200, 2560] {
             assert_eq!(kind(&whole[..length]), io::ErrorKind::UnexpectedEof, "{length} of {}", whole.len());
         }
@@ -169,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_a_shard_holds_its_files_lie_in_it(changes in prop::collection::vec((0_usize..4096, any::<u8>()), 0..9)) {
+        fn files_of_any_changed_shard_are_within_it(changes in prop::collection::vec((0_usize..4096, any::<u8>()), 0..9)) {
             let mut bytes = shard(&[("a.json", b"one"), ("a.png", &[3; 900]), ("b", &[])]);
             for (at, value) in changes {
                 let length = bytes.len();

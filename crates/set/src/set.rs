@@ -24,18 +24,18 @@ use crate::parallel;
 use crate::rng::ObservationKey;
 use crate::scene::GroundTruth;
 
-/// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep
-/// times of their own `cameras.npz`.
+/// The entries of every set's directory. Sets with shards also have `packed.sha256`, sets with moving cameras or own
+/// exposure times `cameras.npz`.
 pub const SET_ENTRIES: [&str; 9] =
     [manifest::PATH, README, FORMATS, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
-/// What `README.txt` says besides in sets with other people.
+/// Addition to `README.txt` in sets with distractors.
 const OF_DISTRACTORS: &str = "
 Other people. truth/distractors.json and distractors.npz have the bodies and motions of people besides the actor. Silhouettes show
 them too, wherever they are; everything else below truth/ is the actor's alone, without what they hide (in views.npz: sight 2).
 ";
 
-/// What `README.txt` says besides in sets whose cameras move or keep times of their own.
+/// Addition to `README.txt` in sets with moving cameras or own exposure times.
 const OF_FILMING: &str = "
 Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
 camera_from_world (T, C, 7: x y z qw qx qy qz; x_camera = R x_world + t) and time_s (T, C), when the first row of the image was
@@ -53,13 +53,13 @@ fn readme(truth: &GroundTruth, is_filmed: bool) -> Vec<u8> {
     [&text, others, filmed].concat().into_bytes()
 }
 
-/// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
-/// same as a reader of the set on disk.
+/// A set in memory or on disk. In both cases all content was read from its files, so `run` uses exactly the same values
+/// as a reader of the set on disk.
 #[derive(Clone, Debug)]
 pub struct BenchmarkSet {
-    /// What a tracker may see.
+    /// The side that trackers may see.
     pub blind: BlindSet,
-    /// What a tracker may not see.
+    /// The side that trackers may not see.
     pub truth: TruthSet,
 }
 
@@ -67,17 +67,17 @@ pub struct BenchmarkSet {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TruthSet {
-    /// The actor's truth, frame by frame.
+    /// The truth of the actor, frame by frame.
     pub ground_truth: GroundTruth,
-    /// The motion of the tracker's body that comes nearest to the truth, where it is known: one pose a frame.
+    /// The motion of the tracker's body nearest to the truth, one pose per frame, if known.
     pub refitted: Option<Motion>,
-    /// What is known beyond the numbers.
+    /// Facts beyond the arrays.
     pub facts: TruthFacts,
-    /// The recordings that the actor performs, to detect models that learned from them; none in sets without them.
+    /// The recordings of the actor's motion, to detect models that learned from them; may be empty.
     pub recordings: Vec<SourceRecording>,
-    /// The cameras that saw the actor, whatever trackers are told, how they move and when they took their images.
+    /// The true cameras with their motion and timing, whatever cameras trackers are given.
     pub rig: TimedRig,
-    /// The secret that everything drawn for the observations depends on; the public key where there is none.
+    /// The key of all random numbers of the observations; the public key if the set has none.
     pub key: ObservationKey,
 }
 
@@ -88,19 +88,19 @@ pub struct SetParts<'a> {
     pub name: &'a str,
     /// The true cameras.
     pub rig: &'a TimedRig,
-    /// What the tracker is told.
+    /// The start that trackers are given.
     pub start: &'a Start,
     /// The truth.
     pub ground_truth: &'a GroundTruth,
-    /// The tracker's body brought nearest to the truth; one pose a frame.
+    /// The motion of the tracker's body nearest to the truth, one pose per frame.
     pub refitted: Option<&'a Motion>,
     /// Facts for reports.
     pub facts: &'a TruthFacts,
-    /// The recordings that the actor performs, where they are known.
+    /// The recordings of the actor's motion, if known.
     pub recordings: &'a [SourceRecording],
-    /// How the observations were made, with the errors of what a tracker is told; `None` where they are exact.
+    /// How the observations were made, with the errors of start and cameras for trackers; `None` if they are exact.
     pub observation: Option<&'a ObservationFacts>,
-    /// The secret that everything drawn for them depends on, which is kept with the truth; the public key is not.
+    /// The key of all random numbers of the observations. It is written with the truth, unless it is the public key.
     pub key: ObservationKey,
 }
 
@@ -108,7 +108,7 @@ impl TruthSet {
     /// Reads the truth of a set on disk.
     ///
     /// # Errors
-    /// [`SetError`] naming the file that is missing, changed or not what its format says.
+    /// [`SetError`] naming the file that is missing, changed or malformed.
     pub fn read(directory: &Path) -> Result<Self, SetError> {
         Self::from_files(&SetFiles::open(directory)?)
     }
@@ -125,24 +125,26 @@ impl TruthSet {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
         }
-        let recordings = match files.has(recording_file::PATH) {
-            true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
-            false => Vec::new(),
+        let recordings = if files.has(recording_file::PATH) {
+            recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?
+        } else {
+            Vec::new()
         };
-        // where trackers are told other cameras than the true ones, these have a file of their own
+        // if trackers are given other cameras than the true ones, these are in a separate file
         let own = files.has(cameras_file::TRUTH_PATH);
         let path = if own { cameras_file::TRUTH_PATH } else { cameras_file::PATH };
         let cameras = cameras_file::from_file(path, &files.read(path)?)?;
-        let rig = match files.has(filming_file::PATH) {
-            true => filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?,
-            false => TimedRig::from(&cameras),
+        let rig = if files.has(filming_file::PATH) {
+            filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?
+        } else {
+            TimedRig::from(&cameras)
         };
         let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
         Ok(Self { ground_truth, refitted, facts, recordings, rig, key })
     }
 }
 
-/// The truth of a set, props and other people included, and the refitted motion where there is one.
+/// The truth of a set with props and distractors, and the refitted motion if there is one.
 pub(super) fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
     let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
     let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
@@ -156,16 +158,16 @@ pub(super) fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTrut
 }
 
 impl BenchmarkSet {
-    /// Makes a set in memory. `observe(frame)` is what the cameras saw; it is called once for every frame, on any
-    /// thread.
+    /// Makes a set in memory. `observe(frame)` returns the observation of the cameras; it is called once for every
+    /// frame, on any thread.
     ///
     /// # Errors
-    /// [`SetError`] when the parts do not fit together.
+    /// [`SetError`] if the parts are inconsistent.
     pub fn assemble(parts: &SetParts<'_>, observe: impl Fn(usize) -> Observation + Sync) -> Result<Self, SetError> {
         Self::assemble_unless(parts, &|| false, observe)
     }
 
-    /// As [`Self::assemble`]; no frame and no file is begun once `stop` answers `true`.
+    /// As [`Self::assemble`]; starts no other frame or file once `stop` returns `true`.
     ///
     /// # Errors
     /// As [`Self::assemble`], and [`SetError::Stopped`].
@@ -175,18 +177,16 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<Self, SetError> {
         parts.check()?;
-        let of_frame = |frame| match stop() {
-            true => Err(SetError::Stopped),
-            false => silhouette_files(parts, frame, &observe(frame)),
-        };
+        let of_frame =
+            |frame| if stop() { Err(SetError::Stopped) } else { silhouette_files(parts, frame, &observe(frame)) };
         let frames = parts.ground_truth.frames.len();
         let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
-        let mut files = parts.files_beside_observations()?;
+        let mut files = parts.files_without_observations()?;
         files.extend(of_frames.into_iter().flatten());
         Self::from_files(SetFiles::in_memory(files, stop)?)
     }
 
-    /// Opens a whole set on disk.
+    /// Opens a complete set on disk.
     ///
     /// # Errors
     /// As [`BlindSet::read`] and [`TruthSet::read`].
@@ -194,7 +194,7 @@ impl BenchmarkSet {
         Self::from_files(SetFiles::open(directory)?)
     }
 
-    /// A set whose truth lies elsewhere.
+    /// A set whose truth is in another directory.
     pub(super) fn from_sides(blind: SetFiles, complete: &SetFiles) -> Result<Self, SetError> {
         let truth = TruthSet::from_files(complete)?;
         Ok(Self { blind: BlindSet::from_files(Arc::new(blind))?, truth })
@@ -205,8 +205,8 @@ impl BenchmarkSet {
         Ok(Self { blind: BlindSet::from_files(Arc::new(files))?, truth })
     }
 
-    /// Writes the set into `folder`, where none of its files may be yet; everything is on the disk when this returns.
-    /// The list of files comes last, so an unfinished directory is not a set; for an atomic result, write to a
+    /// Writes the set into `folder`, which must contain none of its files; all data is synchronised to disk on return.
+    /// The list of files is written last, so an unfinished directory is not a set. For an atomic result, write to a
     /// directory next to the target and rename it.
     ///
     /// # Errors
@@ -224,25 +224,25 @@ impl BenchmarkSet {
         self.write_unless(folder, layers, &|| false)
     }
 
-    /// Size of all files of a set in memory, layers left out; 0 for a set on disk.
+    /// Size of all files of a set in memory without layers, bytes; 0 for a set on disk.
     pub fn bytes(&self) -> usize {
         self.blind.files().bytes()
     }
 
-    /// What silhouettes have of [`Self::bytes`].
+    /// The part of [`Self::bytes`] that is silhouettes.
     pub fn silhouette_bytes(&self) -> usize {
         self.blind.files().bytes_below("observations/")
     }
 
-    /// Size of the truth images of one frame, which the set must have.
+    /// Size of the truth images of one frame of the set, bytes.
     ///
     /// # Errors
-    /// [`SetError`] where an image cannot be encoded.
+    /// [`SetError`] if an image cannot be encoded.
     pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
         if layers.is_empty() { Ok(0) } else { self.layer_drawing(layers).bytes(frame) }
     }
 
-    /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
+    /// As [`Self::write_with_layers`]; starts no other image or file once `stop` returns `true`.
     ///
     /// # Errors
     /// As [`Self::write`], and [`SetError::Stopped`].
@@ -252,9 +252,12 @@ impl BenchmarkSet {
         layers: &[Layer],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), SetError> {
-        self.blind.files().write(folder, stop, |writer| match layers.is_empty() {
-            true => Ok(()),
-            false => self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {}),
+        self.blind.files().write(folder, stop, |writer| {
+            if layers.is_empty() {
+                Ok(())
+            } else {
+                self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {})
+            }
         })
     }
 
@@ -264,7 +267,7 @@ impl BenchmarkSet {
     }
 }
 
-/// Whether `directory` holds a set and nothing else.
+/// Whether `directory` contains a set and nothing else.
 pub fn holds_only_a_set(directory: &Path) -> bool {
     files::holds_only_listed(directory)
 }
@@ -274,10 +277,10 @@ pub fn is_set(directory: &Path) -> bool {
     directory.join(LISTING).is_file()
 }
 
-/// Names of all files of the set in `directory`, those in shards too.
+/// Names of all files of the set in `directory`, including those in shards.
 ///
 /// # Errors
-/// [`SetError`] naming the list that is missing or none.
+/// [`SetError`] naming the list that is missing or malformed.
 pub fn listed_files(directory: &Path) -> Result<BTreeSet<String>, SetError> {
     SetFiles::open(directory).map(|files| files.names())
 }
@@ -285,7 +288,8 @@ pub fn listed_files(directory: &Path) -> Result<BTreeSet<String>, SetError> {
 /// Reads every file of the set in `directory` and compares it with its SHA-256.
 ///
 /// # Errors
-/// [`SetError`] naming the first file (in alphabetical order) that is missing or changed, else one that is not listed.
+/// [`SetError`] naming the first file (in alphabetical order) that is missing or changed, otherwise one that is a link
+/// out of the set or not listed.
 pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
     let files = SetFiles::open(directory)?;
     files.verify().map_err(|e| files.locate(e))
@@ -299,7 +303,7 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to {}", manifest::MOST_FRAMES)));
         }
         if truth.frames.iter().any(|f| f.in_view.len() != cameras || f.visible.len() != cameras) {
-            return Err(SetError::inconsistent(format!("the ground truth does not fit these {cameras} cameras")));
+            return Err(SetError::inconsistent(format!("the ground truth does not match these {cameras} cameras")));
         }
         if let Some(motion) = self.refitted.filter(|m| m.poses.len() != frames) {
             let detail = format!("{} refitted poses for {frames} frames", motion.poses.len());
@@ -317,24 +321,24 @@ impl SetParts<'_> {
 }
 
 impl SetParts<'_> {
-    /// The cameras that a tracker is told, where they differ from the true ones.
-    fn told_rig(&self) -> Option<CameraRig> {
+    /// The cameras for trackers, if they differ from the true ones.
+    fn tracker_rig(&self) -> Option<CameraRig> {
         let corruption = self.observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras)?;
         Some(tracker_rig(self.rig.rig(), &corruption, self.facts.keyed_seed(self.key)))
     }
 
-    /// All files but the silhouettes.
-    fn files_beside_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
+    /// All files except the silhouettes.
+    fn files_without_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
         let mut files = BTreeMap::new();
-        self.each_file_beside_observations(&mut |path, content| {
+        self.each_file_without_observations(&mut |path, content| {
             files.insert(path.to_owned(), content.into_bytes(path)?);
             Ok(())
         })?;
         Ok(files)
     }
 
-    /// Every file but the silhouettes. Each is made, taken and forgotten: together they may be larger than memory.
-    pub(super) fn each_file_beside_observations(
+    /// Passes every file except the silhouettes to `take`, one at a time: together they may be larger than memory.
+    pub(super) fn each_file_without_observations(
         &self,
         take: &mut dyn FnMut(&str, FileContent) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
@@ -342,15 +346,18 @@ impl SetParts<'_> {
         let bytes = FileContent::Bytes;
         take(manifest::PATH, bytes(self.manifest()?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
-        let moments = RigMoments::told(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
+        let moments = RigMoments::for_tracker(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
         take(README, bytes(readme(truth, moments.is_some())))?;
         take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
-        let (rig, other) = (self.rig.rig(), self.told_rig());
-        let told = other.as_ref().unwrap_or(rig);
-        take(cameras_file::PATH, bytes(cameras_file::to_json(told, moments.is_some().then_some(moments_file::PATH))?))?;
+        let (rig, other) = (self.rig.rig(), self.tracker_rig());
+        let given = other.as_ref().unwrap_or(rig);
+        take(
+            cameras_file::PATH,
+            bytes(cameras_file::to_json(given, moments.is_some().then_some(moments_file::PATH))?),
+        )?;
         if let Some(moments) = &moments {
-            take(moments_file::PATH, FileContent::Arrays(moments_file::to_npz(moments, told)))?;
+            take(moments_file::PATH, FileContent::Arrays(moments_file::to_npz(moments, given)))?;
             take(filming_file::PATH, bytes(filming_file::to_json(self.rig)?))?;
         }
         take(start_file::PATH, bytes(self.start.to_json()?))?;
@@ -396,7 +403,7 @@ impl SetParts<'_> {
     }
 }
 
-/// The silhouettes of one frame, with their paths; none of cameras that took no image.
+/// The silhouettes of one frame with their paths, without cameras that took no image.
 pub(super) fn silhouette_files(
     parts: &SetParts<'_>,
     frame: usize,
@@ -405,7 +412,7 @@ pub(super) fn silhouette_files(
     let sizes = parts.rig.rig().cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
     if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
         return Err(SetError::inconsistent(format!(
-            "the observation of set frame {frame} (from 0) does not fit the cameras"
+            "the observation of set frame {frame} (from 0) does not match the cameras"
         )));
     }
     let taken = observation.silhouettes.iter().enumerate().filter(|(camera, _)| parts.rig.has_image(*camera, frame));

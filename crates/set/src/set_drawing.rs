@@ -1,4 +1,4 @@
-//! A set drawn straight to disk, frame by frame, and gone on with after an interruption.
+//! Renders a set directly to disk, frame by frame, and resumes after an interruption.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,20 +12,20 @@ use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
 use crate::observation::Observation;
 use crate::parallel;
 
-/// How a set is drawn to disk.
+/// How a set is rendered to disk.
 #[derive(Clone, Copy)]
 pub struct SetDrawing<'a> {
-    /// Truth images to draw besides the silhouettes.
+    /// Truth images to render in addition to the silhouettes.
     pub layers: &'a [Layer],
-    /// In how many tar shards silhouettes and truth images lie, in place of files of their own.
+    /// Number of tar shards for silhouettes and truth images; `None` for separate files.
     pub shards: Option<usize>,
-    /// A file outside the set's folder that remembers what is whole. With it a drawing goes on where the same one was
-    /// interrupted, however that ended.
+    /// A file outside the set's folder that records complete files. With it, rendering resumes after an interruption of
+    /// any kind.
     pub journal: Option<&'a Path>,
-    /// No frame and no file is begun once this answers `true`.
+    /// No other frame or file is started once this returns `true`.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Told of every frame whose silhouettes are written, and of every camera and frame whose layers are; of those that
-    /// were there too. Silhouettes come before the layers of the same shard.
+    /// Called after the silhouettes of every frame, and after the layers of every camera and frame, also if they
+    /// already exist. Silhouettes are written before the layers of the same shard.
     pub tick: &'a (dyn Fn() + Sync),
 }
 
@@ -36,13 +36,13 @@ impl Default for SetDrawing<'_> {
 }
 
 impl BenchmarkSet {
-    /// Draws a set straight into `folder`: a frame is observed, written and forgotten, so that memory does not grow
-    /// with the images. The same bytes as those of [`Self::write_unless`] after [`Self::assemble`]. Without a journal
-    /// none of the files may be there yet; with one, whole files stay and all others in `folder` are removed first.
-    /// Returns how many frames were observed before.
+    /// Renders a set directly into `folder`, one frame at a time, so memory does not grow with the number of images.
+    /// The bytes are those of [`Self::write_unless`] after [`Self::assemble`]. Without a journal, `folder` must contain
+    /// none of the files; with one, complete files are kept and all others in `folder` are removed first. Returns how
+    /// many frames already existed.
     ///
     /// # Errors
-    /// As [`Self::assemble_unless`] and [`Self::write`]; [`SetError::Differs`] where a journal is that of other parts.
+    /// As [`Self::assemble_unless`] and [`Self::write`]; [`SetError::Differs`] if the journal belongs to other parts.
     pub fn draw_into(
         folder: &Path,
         parts: &SetParts<'_>,
@@ -51,7 +51,7 @@ impl BenchmarkSet {
     ) -> Result<usize, SetError> {
         parts.check()?;
         if drawing.shards.is_some() && !parts.rig.is_still() {
-            let detail = "--shards: expected cameras that stand still and take every frame at its own time, found rig.motion or \
+            let detail = "--shards: only valid with static cameras that expose every frame at its own time, but the scenario has rig.motion or \
                           rig.timing; leave out --shards";
             return Err(SetError::inconsistent(detail.to_owned()));
         }
@@ -61,25 +61,25 @@ impl BenchmarkSet {
             Some(journal) => SetWriter::resuming(folder, drawing.stop, journal, plan)?,
             None => SetWriter::new(folder, drawing.stop),
         };
-        parts.each_file_beside_observations(&mut |path, content| writer.put_same(path, &content))?;
-        let mut there = 0;
+        parts.each_file_without_observations(&mut |path, content| writer.put_same(path, &content))?;
+        let mut existing = 0;
         if let Some(plan) = plan {
             shards::write_readmes(&writer)?;
             let packing = Packing { writer: &writer, folder, parts, layers: drawing.layers, plan };
             for shard in 0..plan.shards {
-                there += draw_frames(&writer, parts, drawing, &observe, plan.frames_of(shard))?;
+                existing += draw_frames(&writer, parts, drawing, &observe, plan.frames_of(shard))?;
                 packing.pack(shard)?;
             }
             packing.remove_empty_folders();
         } else {
-            there = draw_frames(&writer, parts, drawing, &observe, 0..frames)?;
+            existing = draw_frames(&writer, parts, drawing, &observe, 0..frames)?;
         }
         writer.finish()?;
-        Ok(there)
+        Ok(existing)
     }
 }
 
-/// Draws some frames and their layers; how many frames were there.
+/// Renders these frames and their layers. Returns how many of the frames already existed.
 fn draw_frames(
     writer: &SetWriter<'_>,
     parts: &SetParts<'_>,
@@ -87,24 +87,12 @@ fn draw_frames(
     observe: &(impl Fn(usize) -> Observation + Sync),
     frames: Range<usize>,
 ) -> Result<usize, SetError> {
-    let cameras = parts.rig.cameras();
-    let of_frame = |index: usize| {
-        let frame = frames.start + index;
-        writer.unless_stopped()?;
-        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
-        let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
-        let whole = !taken.is_empty() && taken.iter().all(has);
-        if !whole {
-            for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
-                if !writer.has(&path) {
-                    writer.put(&path, &bytes)?;
-                }
-            }
-        }
+    let draw = |index: usize| {
+        let existed = draw_frame(writer, parts, observe, frames.start + index)?;
         (drawing.tick)();
-        Ok(usize::from(whole))
+        Ok(usize::from(existed))
     };
-    let there: Vec<usize> = parallel::map(frames.len(), of_frame).into_iter().collect::<Result<_, SetError>>()?;
+    let existing: Vec<usize> = parallel::map(frames.len(), draw).into_iter().collect::<Result<_, SetError>>()?;
     if !drawing.layers.is_empty() {
         let layers = LayerDrawing {
             truth: parts.ground_truth,
@@ -114,7 +102,28 @@ fn draw_frames(
         };
         layers.write(writer, frames, drawing.tick)?;
     }
-    Ok(there.iter().sum())
+    Ok(existing.iter().sum())
+}
+
+/// Renders the silhouettes of a frame that do not exist. Returns whether all existed.
+fn draw_frame(
+    writer: &SetWriter<'_>,
+    parts: &SetParts<'_>,
+    observe: &impl Fn(usize) -> Observation,
+    frame: usize,
+) -> Result<bool, SetError> {
+    writer.stop_if_requested()?;
+    let taken: Vec<usize> = (0..parts.rig.cameras()).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
+    let exists = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
+    if !taken.is_empty() && taken.iter().all(exists) {
+        return Ok(true);
+    }
+    for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
+        if !writer.has(&path) {
+            writer.put(&path, &bytes)?;
+        }
+    }
+    Ok(false)
 }
 
 #[cfg(test)]
@@ -131,7 +140,7 @@ mod tests {
 
     const FRAMES: usize = 7;
 
-    /// The listing of a drawing that is stopped, or runs into something else, after so many ticks, and how it ended.
+    /// Renders with a stop after this number of ticks.
     fn draw(root: &Path, layers: &[Layer], stop_after: usize) -> Result<usize, SetError> {
         let (folder, journal) = (root.join("set"), root.join("finished.sha256"));
         fs::create_dir_all(&folder).unwrap();
@@ -155,13 +164,13 @@ mod tests {
     }
 
     #[test]
-    fn a_drawing_that_is_stopped_anywhere_goes_on_and_ends_with_the_bytes_of_an_undisturbed_one() {
+    fn a_rendering_stopped_anywhere_resumes_and_gives_the_bytes_of_an_uninterrupted_one() {
         let layers = [Layer::Depth];
         let whole = tempfile::tempdir().unwrap();
         assert_eq!(draw(whole.path(), &layers, usize::MAX).unwrap(), 0);
         let root = tempfile::tempdir().unwrap();
         for stop_after in [1, 2, 3, 5, 8, 12, 17, 22] {
-            // what was there counts too: every try gets farther, the last one beyond all silhouettes
+            // existing files tick too: every attempt gets farther, the last one beyond all silhouettes
             assert!(matches!(draw(root.path(), &layers, stop_after), Err(SetError::Stopped)), "{stop_after}");
             assert!(!is_set(&root.path().join("set")));
         }
@@ -173,7 +182,7 @@ mod tests {
             let whole = fs::read(&shard).unwrap();
             fs::remove_file(&shard).unwrap();
             let missing = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
-            assert!(missing.contains("000001.tar: this shard is missing, of 3 that the set lists"), "{missing}");
+            assert!(missing.contains("000001.tar: this shard is missing; the set lists 3"), "{missing}");
             fs::write(&shard, &whole[..whole.len() / 2]).unwrap();
             let changed = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
             assert!(changed.contains(&format!("{kind}/shards/000001.tar was changed or truncated")), "{changed}");
@@ -182,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_set_with_shards_has_no_image_of_its_own_and_is_read_as_one_without() {
+    fn a_set_with_shards_has_no_separate_images_and_is_read_like_one_without() {
         let (layers, root) = ([Layer::Depth, Layer::Parts], tempfile::tempdir().unwrap());
         draw(root.path(), &layers, usize::MAX).unwrap();
         let place = root.path().join("set");
@@ -195,17 +204,17 @@ mod tests {
         let seen = |set: &BenchmarkSet| set.blind.observations().collect::<Result<Vec<_>, _>>().unwrap();
         assert_eq!(seen(&packed), seen(&own));
         assert_eq!(layer_channels(&place).unwrap(), ["depth.Z", "id.part"]);
-        // from there, files of their own again
+        // written from shards, the images are separate files again
         let (written, plain) = (root.path().join("written"), root.path().join("plain"));
         packed.write(&written).unwrap();
         own.write_with_layers(&plain, &layers).unwrap();
         let listing = |folder: &Path| fs::read_to_string(folder.join("files.sha256")).unwrap();
         assert!(listing(&written) == listing(&plain));
         let (handed, of_own) = (root.path().join("handed"), root.path().join("of own"));
-        packed.blind.hand_out(&handed).unwrap();
-        own.blind.hand_out(&of_own).unwrap();
+        packed.blind.copy_to(&handed).unwrap();
+        own.blind.copy_to(&of_own).unwrap();
         assert_eq!(files_of(&handed).unwrap(), files_of(&of_own).unwrap());
-        // without the truth the shards stay
+        // a public set keeps its shards
         let public = root.path().join("public");
         packed.blind.write_without_truth(&public).unwrap();
         let public_set = BlindSet::read(&public).unwrap();
@@ -218,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn shards_that_are_missing_cut_or_changed_are_named_and_all_others_are_read() {
+    fn missing_truncated_and_changed_shards_are_named_and_the_others_can_be_read() {
         let root = tempfile::tempdir().unwrap();
         draw(root.path(), &[], usize::MAX).unwrap();
         let shard = root.path().join("set/observations/shards/000001.tar");
@@ -235,9 +244,9 @@ mod tests {
         for (bytes, words) in [
             (
                 &whole[..whole.len() / 2],
-                "observations/shards/000001.tar: this shard is damaged: it was cut off; get it again",
+                "observations/shards/000001.tar: this shard is damaged: it is truncated; get it again",
             ),
-            (&[][..], "this shard is damaged: it was cut off"),
+            (&[][..], "this shard is damaged: it is truncated"),
             (&[7; 4096][..], "at byte 0: expected the header of a file"),
             (&changed, "observations/cam00/silhouette/000002.png in it was changed"),
         ] {
@@ -247,7 +256,7 @@ mod tests {
         fs::write(&shard, fs::read(root.path().join("set/observations/shards/000000.tar")).unwrap()).unwrap();
         assert!(read().contains("it has no observations/cam00/silhouette/000002.png"), "{}", read());
         fs::remove_file(&shard).unwrap();
-        assert!(read().contains("000001.tar: this shard is missing, of 3 that the set lists"), "{}", read());
+        assert!(read().contains("000001.tar: this shard is missing; the set lists 3"), "{}", read());
         fs::write(&shard, &whole).unwrap();
         let list = root.path().join("set/packed.sha256");
         let lines = fs::read_to_string(&list).unwrap();
@@ -258,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_is_hidden_in_a_shard_of_silhouettes_is_found() {
+    fn a_pose_hidden_in_a_shard_of_silhouettes_is_found() {
         let root = tempfile::tempdir().unwrap();
         draw(root.path(), &[], usize::MAX).unwrap();
         let shard = root.path().join("set/observations/shards/000000.tar");
@@ -273,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn shards_leave_the_hash_of_a_set_alone_and_do_not_depend_on_threads() {
+    fn shards_do_not_change_the_set_hash_or_depend_on_threads() {
         let drawn = |threads: usize, shards| {
             let root = tempfile::tempdir().unwrap();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -292,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_was_cut_or_changed_meanwhile_is_drawn_again() {
+    fn a_truncated_or_changed_file_is_rendered_again() {
         let root = tempfile::tempdir().unwrap();
         draw(root.path(), &[], usize::MAX).unwrap();
         let whole = listing(root.path());

@@ -1,5 +1,5 @@
-//! The files of a set on their way to a directory, in any order and from any thread; and the journal of those that are
-//! whole: a line for each as soon as it is written, as `sha256sum` writes it.
+//! Writes the files of a set to a directory, in any order and from any thread, with a journal of complete files: one
+//! line per file in the format of `sha256sum`, added when the file is complete.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -10,32 +10,32 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 use super::SetError;
-use super::listing::{LISTING, Stop, files_of, unless};
+use super::listing::{LISTING, Stop, files_of, stop_if_requested};
 use super::shard_plan::{PACKED, ShardPlan};
 use crate::input::{self, HashingWriter, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
 use crate::npz::Npz;
 use crate::parallel;
 
-/// From so many files on, the whole file system is synchronised at once: one by one takes milliseconds a file.
+/// From this number of files on, the whole file system is synchronised at once; single files take milliseconds each.
 const MANY: usize = 200;
 
-/// Writes files that are not there yet, and last their listing.
+/// Writes new files, and their listing last.
 pub(super) struct SetWriter<'a> {
     folder: &'a Path,
     stop: Stop<'a>,
     journal: Option<Journal>,
     whole: Mutex<WholeFiles>,
-    /// Folders that are there.
+    /// Folders that exist.
     folders: Mutex<BTreeSet<String>>,
 }
 
 impl<'a> SetWriter<'a> {
-    /// Writes into `folder`, where none of the files may be yet.
+    /// Writes into `folder`, which must contain none of the files.
     pub(super) fn new(folder: &'a Path, stop: Stop<'a>) -> Self {
         Self { folder, stop, journal: None, whole: Mutex::default(), folders: Mutex::default() }
     }
 
-    /// Goes on with what the journal says to be whole, some of it in the shards of `plan`.
+    /// Continues with the files that are complete according to the journal, some of them in the shards of `plan`.
     pub(super) fn resuming(
         folder: &'a Path,
         stop: Stop<'a>,
@@ -46,18 +46,18 @@ impl<'a> SetWriter<'a> {
         Ok(Self { journal: Some(journal), whole: Mutex::new(whole), ..Self::new(folder, stop) })
     }
 
-    /// Whether the caller wants to stop.
-    pub(super) fn unless_stopped(&self) -> Result<(), SetError> {
-        unless(self.stop)
+    /// [`SetError::Stopped`] if the caller wants to stop.
+    pub(super) fn stop_if_requested(&self) -> Result<(), SetError> {
+        stop_if_requested(self.stop)
     }
 
-    /// Whether this file is whole, be it in a shard.
+    /// Whether this file is complete, possibly in a shard.
     pub(super) fn has(&self, path: &str) -> bool {
         let whole = self.whole();
         whole.loose.contains_key(path) || whole.packed.contains_key(path)
     }
 
-    /// Removes a file that is whole in a shard now; it is listed apart.
+    /// Removes a file that is now complete in a shard, and lists it as packed.
     pub(super) fn pack(&self, path: &str) -> Result<(), SetError> {
         let Some(digest) = self.whole().loose.remove(path) else { return Ok(()) };
         self.whole().packed.insert(path.to_owned(), digest);
@@ -65,18 +65,18 @@ impl<'a> SetWriter<'a> {
         fs::remove_file(&full).map_err(SetError::io(&full, "remove"))
     }
 
-    /// Writes a file that is not there yet.
+    /// Writes a new file.
     pub(super) fn put(&self, path: &str, bytes: &[u8]) -> Result<(), SetError> {
         self.create(path, |file| file.write_all(bytes).map(|()| hex_sha256(bytes)))
     }
 
-    /// Writes a file piece by piece; `write` gives its SHA-256.
+    /// Writes a new file in pieces; `write` returns its SHA-256.
     pub(super) fn create(
         &self,
         path: &str,
         write: impl FnOnce(&mut File) -> std::io::Result<String>,
     ) -> Result<(), SetError> {
-        self.unless_stopped()?;
+        self.stop_if_requested()?;
         self.make_folder_of(path)?;
         let full = self.folder.join(path);
         let digest = File::create_new(&full).and_then(|mut file| write(&mut file));
@@ -89,7 +89,7 @@ impl<'a> SetWriter<'a> {
         Ok(())
     }
 
-    /// Writes a file, or makes sure that the one that is there is the same.
+    /// Writes a file, or checks that the existing one has the same content.
     pub(super) fn put_same(&self, path: &str, content: &FileContent) -> Result<(), SetError> {
         let there = self.whole().loose.get(path).cloned();
         if let Some(there) = there {
@@ -103,7 +103,7 @@ impl<'a> SetWriter<'a> {
             let mut to = HashingWriter::new(BufWriter::new(file));
             refused = hash_into(&mut to, &self.folder.join(path), content);
             if refused.is_err() {
-                // told below; what was written is not whole
+                // the error is returned below; the file is incomplete
                 return Err(std::io::ErrorKind::Other.into());
             }
             let (mut file, digest) = to.finish();
@@ -112,7 +112,7 @@ impl<'a> SetWriter<'a> {
         refused.and(written)
     }
 
-    /// Makes sure that every file is on the disk, then writes the listing.
+    /// Synchronises all files to disk, then writes the listing.
     pub(super) fn finish(self) -> Result<(), SetError> {
         let packed = listing_of(&self.whole().packed);
         if !packed.is_empty() {
@@ -120,11 +120,11 @@ impl<'a> SetWriter<'a> {
         }
         let digests = self.whole.into_inner().unwrap_or_else(PoisonError::into_inner).loose;
         // syncing after all writes lets one journal commit serve many files
-        unless(self.stop)?;
+        stop_if_requested(self.stop)?;
         if digests.len() < MANY || !sync_file_system(self.folder)? {
             let paths: Vec<&String> = digests.keys().collect();
             paths.par_iter().try_for_each(|path| {
-                unless(self.stop)?;
+                stop_if_requested(self.stop)?;
                 sync(&self.folder.join(path))
             })?;
         }
@@ -140,7 +140,7 @@ impl<'a> SetWriter<'a> {
         if self.folders().contains(name) {
             return Ok(());
         }
-        // joined with nothing, a path would end in a slash
+        // joining an empty name would add a trailing slash
         let folder = if name.is_empty() { self.folder.to_owned() } else { self.folder.join(name) };
         fs::create_dir_all(&folder).map_err(SetError::io(&folder, "create the directory"))?;
         self.folders().insert(name.to_owned());
@@ -161,14 +161,14 @@ fn hash_into<W: Write>(to: &mut HashingWriter<W>, path: &Path, content: &FileCon
     content.write_to(&name, &mut |part| to.write_all(part).map_err(SetError::io(path, "write")))
 }
 
-/// Makes sure that everything on the file system of `folder` is on the disk; `false` where the system cannot.
+/// Synchronises the file system of `folder` to disk; `false` if the platform does not support it.
 #[cfg(any(target_os = "linux", target_os = "android"))]
 fn sync_file_system(folder: &Path) -> Result<bool, SetError> {
     let synced = File::open(folder).and_then(|folder| Ok(rustix::fs::syncfs(folder)?));
     synced.map(|()| true).map_err(SetError::io(folder, "write"))
 }
 
-/// Makes sure that everything on the file system of `folder` is on the disk; `false` where the system cannot.
+/// Synchronises the file system of `folder` to disk; `false` if the platform does not support it.
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
 fn sync_file_system(_: &Path) -> Result<bool, SetError> {
     Ok(false)
@@ -178,16 +178,16 @@ fn sync(path: &Path) -> Result<(), SetError> {
     File::open(path).and_then(|file| file.sync_all()).map_err(SetError::io(path, "write"))
 }
 
-/// SHA-256 of whole files, by their paths.
+/// SHA-256 of complete files by path.
 #[derive(Debug, Default)]
 struct WholeFiles {
-    /// Of files of their own.
+    /// Separate files.
     loose: BTreeMap<String, String>,
-    /// Of those in shards.
+    /// Files in shards.
     packed: BTreeMap<String, String>,
 }
 
-/// A journal that lines are added to, from any thread.
+/// A journal that any thread can append to.
 #[derive(Debug)]
 struct Journal {
     path: PathBuf,
@@ -195,9 +195,9 @@ struct Journal {
 }
 
 impl Journal {
-    /// Goes on with the journal at `path` of the files in `folder`, or begins one: the files that are whole, by the
-    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written. Files that lie
-    /// in whole shards of `plan` are whole, too.
+    /// Continues or creates the journal at `path` of the files in `folder`, and returns the complete files: those with
+    /// the SHA-256 of the journal, and those in complete shards of `plan`. All other files in `folder` are removed,
+    /// because they may be incomplete.
     fn resume(
         path: &Path,
         folder: &Path,
@@ -211,7 +211,7 @@ impl Journal {
             !stop() && found.is_ok_and(|found| found == *digest)
         };
         let are_whole = parallel::map(listed.len(), is_whole);
-        unless(stop)?;
+        stop_if_requested(stop)?;
         let (loose, others): (Vec<_>, Vec<_>) = listed.into_iter().zip(are_whole).partition(|(_, whole)| *whole);
         let loose: BTreeMap<String, String> = loose.into_iter().map(|(line, _)| line).collect();
         for file in files_of(folder)?.iter().filter(|file| !loose.contains_key(*file)) {
@@ -222,7 +222,7 @@ impl Journal {
         let is_packed = |path: &String| tars(path).is_some_and(|tars| tars.iter().all(|tar| loose.contains_key(tar)));
         let packed = others.into_iter().map(|(line, _)| line).filter(|(path, _)| is_packed(path)).collect();
         let whole = WholeFiles { loose, packed };
-        // written anew: the last line may be cut
+        // rewritten, because the last line may be truncated
         let lines = listing_of(whole.loose.iter().chain(&whole.packed));
         let meanwhile = path.with_extension("writing");
         let written = fs::write(&meanwhile, lines).and_then(|()| fs::rename(&meanwhile, path));
@@ -231,7 +231,7 @@ impl Journal {
         Ok((Self { path: path.to_owned(), file }, whole))
     }
 
-    /// A file is whole.
+    /// Adds a complete file.
     fn add(&self, path: &String, digest: &String) -> Result<(), SetError> {
         let line = listing_of([(path, digest)]);
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -239,7 +239,7 @@ impl Journal {
     }
 }
 
-/// The whole lines of a journal: digests by path; none where there is no journal.
+/// Digests by path from the complete lines of a journal; empty if there is no journal.
 fn lines_of(path: &Path) -> Result<BTreeMap<String, String>, SetError> {
     let bytes = match input::read(path, limits::LISTING) {
         Ok(bytes) => bytes,
@@ -250,14 +250,14 @@ fn lines_of(path: &Path) -> Result<BTreeMap<String, String>, SetError> {
     Ok(text.split_inclusive('\n').filter_map(|line| listed_in(line.strip_suffix('\n')?)).collect())
 }
 
-/// What a file holds, before it is bytes.
+/// Content of a file before serialisation.
 pub(super) enum FileContent {
     Bytes(Vec<u8>),
     Arrays(Npz),
 }
 
 impl FileContent {
-    /// All bytes in order, in parts.
+    /// Writes all bytes in order, in parts.
     pub(super) fn write_to(
         &self,
         path: &str,
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_that_are_cut_changed_or_not_listed_are_drawn_again_and_a_cut_line_is_none() {
+    fn truncated_changed_and_unlisted_files_are_removed_and_a_truncated_line_is_ignored() {
         let root = tempfile::tempdir().unwrap();
         let (folder, path) = (root.path().join("set"), root.path().join("finished.sha256"));
         fs::create_dir_all(folder.join("deep")).unwrap();

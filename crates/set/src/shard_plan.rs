@@ -1,45 +1,45 @@
-//! Which files of a set lie in which of its tar shards, and under what name.
+//! Assignment of files to tar shards, and their names in the shards.
 
 use std::ops::Range;
 
 use super::listing::LAYERS;
 
-/// Tar shards of silhouettes, which trackers may read.
+/// Path prefix of tar shards with silhouettes, which trackers may read.
 pub(super) const OBSERVED: &str = "observations/shards/";
 
-/// Tar shards of samples with their truth.
+/// Path prefix of tar shards with samples including truth.
 pub(super) const WITH_TRUTH: &str = "truth/shards/";
 
-/// The list of the files that lie in shards, by the paths that they have in a set without shards.
+/// The list of the files in shards, by their paths in a set without shards.
 pub(super) const PACKED: &str = "packed.sha256";
 
-/// How frames are divided among shards: as many in each as can be.
+/// How frames are divided among shards, as evenly as possible.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShardPlan {
     pub(super) shards: usize,
     pub(super) frames: usize,
 }
 
-/// Where a file lies.
+/// Location of a file.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct ShardPlace {
-    /// The tar, by its path in the set.
+    /// Path of the tar file in the set.
     pub(super) tar: String,
-    /// What the file is called in it.
+    /// Name of the file in it.
     pub(super) name: String,
 }
 
-/// Where a shard of that kind lies.
+/// Path of a shard of this kind.
 pub(super) fn tar_path(kind: &str, shard: usize) -> String {
     format!("{kind}{shard:06}.tar")
 }
 
-/// Whether a path is that of a tar shard.
+/// Whether this is the path of a tar shard.
 pub(super) fn is_shard(path: &str) -> bool {
     path.ends_with(".tar") && (path.starts_with(OBSERVED) || path.starts_with(WITH_TRUTH))
 }
 
-/// Whether a file is there only because the set has shards: it holds what the set has without them, too.
+/// Whether a file exists only because the set has shards; its content is also in the set without shards.
 pub(super) fn is_packing(path: &str) -> bool {
     path == PACKED || path.starts_with(OBSERVED) || path.starts_with(WITH_TRUTH)
 }
@@ -55,13 +55,13 @@ impl ShardPlan {
         (frame < self.frames && self.shards > 0).then(|| ((frame + 1) * self.shards - 1) / self.frames)
     }
 
-    /// Where a silhouette or a truth image lies; `None` for any other file.
+    /// Location of a silhouette or a truth image; `None` for any other file.
     pub(super) fn place_of(&self, path: &str) -> Option<ShardPlace> {
         let (kind, frame, name) = name_in_shard(path)?;
         Some(ShardPlace { tar: tar_path(kind, self.shard_of(frame)?), name })
     }
 
-    /// The shards without which a silhouette or a truth image is needed as a file of its own.
+    /// The shards that must be complete before a silhouette or a truth image can be removed as a separate file.
     pub(super) fn tars_of(&self, path: &str) -> Option<[String; 2]> {
         let (_, frame, _) = name_in_shard(path)?;
         let shard = self.shard_of(frame)?;
@@ -74,8 +74,8 @@ pub(super) fn frame_of(path: &str) -> Option<usize> {
     name_in_shard(path).map(|(_, frame, _)| frame)
 }
 
-/// Kind of shard, frame, and name in the shard. Silhouettes keep their paths, so that `tar` can unpack them to where a
-/// set without shards has them; truth images belong to samples.
+/// Kind of shard, frame, and name in the shard. Silhouettes keep their paths, so that `tar` unpacks them to their
+/// location in a set without shards; truth images are named as parts of samples.
 fn name_in_shard(path: &str) -> Option<(&'static str, usize, String)> {
     if let Some((camera, file)) = path.strip_prefix(LAYERS).and_then(|rest| rest.split_once('/')) {
         let (frame, extension) = match file.strip_suffix(".exr") {
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn images_are_found_by_the_keys_of_samples_and_silhouettes_by_their_paths() {
+    fn images_are_named_by_the_keys_of_samples_and_silhouettes_by_their_paths() {
         let plan = ShardPlan { shards: 3, frames: 7 };
         let place = |path: &str| plan.place_of(path).map(|place| (place.tar, place.name));
         let key = samples::key(11, 3);

@@ -1,9 +1,9 @@
-//! The images of a set as WebDataset's tar shards, in place of files of their own.
+//! The images of a set as WebDataset's tar shards instead of separate files.
 //!
-//! A shard holds frames that follow each other, all cameras of each. Silhouettes lie in shards that trackers may read;
-//! for those who train, other shards hold whole samples: the silhouettes again, the truth, and truth images. The images
-//! of a shard are drawn as files of their own first, so that an interruption loses none of them. Then they are packed
-//! by one thread, so the bytes depend on nothing else, and removed.
+//! A shard contains consecutive frames with all cameras. Silhouettes are in shards that trackers may read. Other
+//! shards, for training, contain complete samples: the silhouettes again, the truth, and truth images. The images of a
+//! shard are first rendered as separate files, so that an interruption loses none of them. Then they are packed by one
+//! thread, so that the bytes are reproducible, and removed.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -41,7 +41,7 @@ layers.exr   truth images, where the set has them; their channels are named in t
 depth.png    depth in millimetres, 16-bit grey, 0 without geometry, where the set has depth
 ";
 
-/// An error where there are more shards than frames.
+/// The plan for a number of shards; an error if there are more shards than frames.
 pub(super) fn plan(shards: Option<usize>, frames: usize) -> Result<Option<ShardPlan>, SetError> {
     match shards {
         Some(count) if !(1..=frames).contains(&count) => {
@@ -52,7 +52,7 @@ pub(super) fn plan(shards: Option<usize>, frames: usize) -> Result<Option<ShardP
     }
 }
 
-/// Says what shards are.
+/// Writes the descriptions of the shards.
 pub(super) fn write_readmes(writer: &SetWriter<'_>) -> Result<(), SetError> {
     for (kind, text) in [(OBSERVED, README_OBSERVED), (WITH_TRUTH, README_WITH_TRUTH)] {
         writer.put_same(&format!("{kind}README.txt"), &FileContent::Bytes(text.as_bytes().to_vec()))?;
@@ -60,7 +60,7 @@ pub(super) fn write_readmes(writer: &SetWriter<'_>) -> Result<(), SetError> {
     Ok(())
 }
 
-/// What is packed, and from where.
+/// Packs images into shards.
 pub(super) struct Packing<'a> {
     pub(super) writer: &'a SetWriter<'a>,
     pub(super) folder: &'a Path,
@@ -72,11 +72,11 @@ pub(super) struct Packing<'a> {
 /// Camera and frame of an image.
 type ImagePlace = (usize, usize);
 
-/// A shard on its way to a file.
+/// Writer of a shard to a file.
 type ShardFile<'a> = ShardWriter<HashingWriter<BufWriter<&'a mut File>>>;
 
 impl Packing<'_> {
-    /// Writes a shard of the files of its frames, unless it is there, and removes these files.
+    /// Writes a shard of the files of its frames, unless it exists, and removes these files.
     pub(super) fn pack(&self, shard: usize) -> Result<(), SetError> {
         self.write(&tar_path(OBSERVED, shard), shard, &|to, (camera, frame)| {
             let path = silhouette_path(camera, frame);
@@ -90,14 +90,14 @@ impl Packing<'_> {
         Ok(())
     }
 
-    /// Removes the folders in which nothing is left.
+    /// Removes empty folders.
     pub(super) fn remove_empty_folders(&self) {
         let of_camera = |camera: usize| {
             let own = observations_directory(camera);
             [format!("{own}/silhouette"), own, format!("{LAYERS}cam{camera:02}")]
         };
         let folders = (0..self.parts.rig.cameras()).flat_map(of_camera).chain([LAYERS.to_owned()]);
-        // one that is not there, or not empty, is no fault
+        // folders that are missing or not empty are ignored
         folders.for_each(|folder| fs::remove_dir(self.folder.join(folder)).unwrap_or_default());
     }
 
@@ -119,7 +119,7 @@ impl Packing<'_> {
         let written = self.writer.create(path, |file| {
             let mut to = ShardWriter::new(HashingWriter::new(BufWriter::new(file)));
             for place in self.images(shard) {
-                if self.writer.unless_stopped().is_err() {
+                if self.writer.stop_if_requested().is_err() {
                     stopped.set(true);
                     return Err(io::Error::other("stopped"));
                 }
@@ -135,8 +135,8 @@ impl Packing<'_> {
     fn add_sample<W: Write>(&self, to: &mut ShardWriter<W>, (camera, frame): ImagePlace) -> io::Result<()> {
         let key = samples::key(camera, frame);
         let truth = &self.parts.ground_truth.frames[frame];
-        let said = samples::facts(&self.parts.rig.rig().cameras[camera], truth, camera, frame).to_string();
-        to.add(&format!("{key}.json"), said.as_bytes(), said.len() as u64)?;
+        let json = samples::facts(&self.parts.rig.rig().cameras[camera], truth, camera, frame).to_string();
+        to.add(&format!("{key}.json"), json.as_bytes(), json.len() as u64)?;
         self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
         for path in layer_paths(camera, frame, self.layers) {
             let extension = if path.ends_with(".png") { "depth.png" } else { "layers.exr" };

@@ -30,15 +30,15 @@ pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
     grey_png::encode(file, [mask.width(), mask.height()], png::BitDepth::Eight, &pixels)
 }
 
-/// The PNG of a mask, as sets have it; `file` is named in errors.
+/// The PNG of a mask in the format of sets; `file` is named in errors.
 ///
 /// # Errors
-/// [`SetError::Malformed`] where the image cannot be encoded.
+/// [`SetError::Malformed`] if the image cannot be encoded.
 pub fn to_png(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
     encode(file, mask)
 }
 
-/// The mask of a PNG, which must have the camera's size and no greys.
+/// The mask of a PNG, which must have the camera's size and only the values 0 and 255.
 pub(super) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Result<Mask, SetError> {
     let malformed = |e: png::DecodingError| SetError::malformed(file, foreign(e));
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(malformed)?;
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn other_sizes_greys_and_cut_files_are_refused_by_name() {
+    fn other_sizes_greys_and_truncated_files_are_refused_by_name() {
         let bytes = encode("cam00/000000.png", &Mask::new(20, 10)).unwrap();
         let message = |bytes: &[u8], width| decode("cam00/000000.png", bytes, width, 10).unwrap_err().to_string();
         assert!(message(&bytes, 30).contains("20 x 10 pixels") && message(&bytes, 30).contains("expected 30 x 10"));

@@ -1,11 +1,11 @@
-//! `start/spread.npz`: the spread of changes from frame to frame, for sets without training motion. It reveals no pose:
-//! it contains root mean squares over all frames of the test, one per number of a step.
+//! `start/spread.npz`: the spread of changes from frame to frame, for sets without training motion. It reveals no pose,
+//! because it contains only root mean squares over all frames of the test, one per coordinate of a step.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
 //! | `change` | (6 + n) | root mean square of the difference between successive frames, m and rad |
-//! | `change_of_change` | (6 + n) | the same of the difference between successive differences |
-//! | `names` | (6 + n) | root x y z (world), root's turn about its own x y z, then the angles |
+//! | `change_of_change` | (6 + n) | the same for the difference between successive differences |
+//! | `names` | (6 + n) | root x y z (world), root rotation about its own x y z, then the angles |
 //!
 //! The two horizontal directions share one value, so the direction of travel is not revealed.
 
@@ -15,33 +15,36 @@ use crate::npz::{Array, Npz};
 
 pub(super) const PATH: &str = "start/spread.npz";
 
-/// What the first numbers of a step are.
+/// Names of the first coordinates of a step.
 const ROOT_NAMES: [&str; ROOT_STEP] =
     ["root_x", "root_y", "root_z", "root_turn_about_x", "root_turn_about_y", "root_turn_about_z"];
 
-/// Root mean squares of what changes from frame to frame, in the order of a step of the tracker's body: root
+/// Root mean squares of changes from frame to frame, in the order of a step of the tracker's body: root
 /// translation (world x y z, metres), root rotation (about its own x y z, radians), then one per degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepSpread {
-    /// Of the difference between successive frames.
+    /// Root mean squares of the difference between successive frames.
     pub change: Vec<f64>,
-    /// Of the difference between successive differences.
+    /// Root mean squares of the difference between successive differences.
     pub change_of_change: Vec<f64>,
 }
 
-/// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
+/// Least number of differences for a spread; a root mean square of fewer would reveal the differences.
 const LEAST_DIFFERENCES: usize = 10;
 
 impl StepSpread {
-    /// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to
-    /// frame. Of a motion of very few frames not even that, but what is usual for a human.
+    /// The spread of the test's own motion, the only information about it that trackers may have. For a motion of very
+    /// few frames it is replaced by a typical human spread.
     ///
     /// # Errors
-    /// [`TooFewFrames`] where the motion has too few frames.
+    /// [`TooFewFrames`] if the motion has too few frames.
     pub fn of_motion(body: &Humanoid, motion: &Motion) -> Result<Self, TooFewFrames> {
-        let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
-            true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
-            false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),
+        let of = |prediction: Prediction| {
+            if motion.poses.len() > LEAST_DIFFERENCES + 1 {
+                ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction)
+            } else {
+                Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order())
+            }
         };
         Ok(Self { change: of(Prediction::None)?, change_of_change: of(Prediction::ConstantVelocity)? })
     }
@@ -67,9 +70,10 @@ impl StepSpread {
 
     fn check(&self, length: usize) -> Result<(), String> {
         let sound = |values: &[f64]| values.len() == length && values.iter().all(|v| v.is_finite() && *v >= 0.0);
-        match sound(&self.change) && sound(&self.change_of_change) {
-            true => Ok(()),
-            false => Err(format!("the spread needs {length} root mean squares, each a number >= 0")),
+        if sound(&self.change) && sound(&self.change_of_change) {
+            Ok(())
+        } else {
+            Err(format!("the spread needs {length} root mean squares, each a number >= 0"))
         }
     }
 }

@@ -1,5 +1,5 @@
-//! `start/`: the tracker's start. `body.json` is its body, `start.json` its start pose; `training.npz` has motions to
-//! learn from, or else `spread.npz` the spread of changes from frame to frame.
+//! `start/`: the start of a tracker. `body.json` is its body, `start.json` its start pose; `training.npz` has motions
+//! to learn from, or `spread.npz` has the spread of changes from frame to frame instead.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -13,16 +13,16 @@ pub(super) const PATH: &str = "start/start.json";
 pub(super) const BODY_PATH: &str = "start/body.json";
 const SCHEMA: &str = "skiagraph.start/1";
 
-/// The start of a tracker: everything it gets before the first frame.
+/// Everything that a tracker is given before the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     /// The tracker's own body.
     pub body: Humanoid,
     /// Its pose at frame 0.
     pub pose: Pose,
-    /// What proposals and motion models learn from, at the rate of the observations; never the motion of the test.
+    /// Training data for proposals and motion models, at the rate of the observations; never the motion of the test.
     pub training: Training,
-    /// Whether the tracker is to calibrate its body on what it sees before it tracks.
+    /// Whether the tracker must calibrate its body on the observations before tracking.
     pub calibrate: bool,
 }
 
@@ -35,7 +35,7 @@ struct StartRecord {
     root: RigidRecord,
     angle_names: Vec<String>,
     angles: Vec<f64>,
-    /// Absent where it is not asked for, so that such sets stay the same to the byte.
+    /// Absent if false, so that the bytes of such sets do not change.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     calibrate: bool,
 }
@@ -53,7 +53,7 @@ impl Start {
         super::json::to_bytes(PATH, &record)
     }
 
-    /// Path and bytes of the file to learn from.
+    /// Path and bytes of the training data.
     pub(super) fn training_file(&self) -> Result<(&'static str, Vec<u8>), SetError> {
         Ok(match &self.training {
             Training::Motions(training) => (training_file::PATH, training.to_npz(&self.body)?),
@@ -73,9 +73,10 @@ impl Start {
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
         let (pose, calibrate) =
             (Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) }, record.calibrate);
-        let training = match files.has(training_file::PATH) {
-            true => Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?),
-            false => Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?),
+        let training = if files.has(training_file::PATH) {
+            Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?)
+        } else {
+            Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?)
         };
         Ok(Self { body, pose, training, calibrate })
     }

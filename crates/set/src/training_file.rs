@@ -1,7 +1,7 @@
 //! `start/training.npz`: motions of the tracker's body for learning, not from the test. Arrays `fps`, `root`, `angles`
-//! and `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where there are
-//! several; and `sources`, which recordings they are, in words. Sets without such motions have [`super::StepSpread`] in
-//! its place.
+//! and `angle_names`, the frames of all motions concatenated; `lengths`, the number of frames of every motion, if there
+//! are several; and `sources`, descriptions of the recordings. Sets without such motions have [`super::StepSpread`]
+//! instead.
 
 use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
@@ -14,34 +14,34 @@ pub(super) const PATH: &str = "start/training.npz";
 /// The training data of a tracker. It never contains the motion of the test.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Training {
-    /// Motions other than the test's: what proposals and motion models learn from.
+    /// Motions other than the test's.
     Motions(TrainingMotions),
-    /// No motion: only the spread of changes from frame to frame, which is enough for a proposal.
+    /// Only the spread of changes from frame to frame, which suffices for a proposal.
     Spread(StepSpread),
 }
 
 /// Motions of the tracker's body from other recordings, or other parts of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrainingMotions {
-    /// Motions of the tracker's body, all at one rate, that of the observations.
+    /// Motions of the tracker's body, all at the rate of the observations.
     pub motions: Vec<Motion>,
-    /// Which recordings they are, in words; empty where it is not known.
+    /// Descriptions of the recordings; empty if unknown.
     pub sources: Vec<String>,
 }
 
 impl Training {
-    /// Of motions other than the test's.
+    /// From motions other than the test's.
     pub fn new(motions: Vec<Motion>) -> Self {
         Self::Motions(TrainingMotions { motions, sources: Vec::new() })
     }
 
-    /// Nothing to learn from: no motion, and a spread of zero, which leaves proposals at their least deviations.
+    /// No training data: no motion, and a spread of zero, which leaves proposals at their least deviations.
     pub fn none(body: &Humanoid) -> Self {
         let zeros = vec![0.0; body.step_len()];
         Self::Spread(StepSpread { change: zeros.clone(), change_of_change: zeros })
     }
 
-    /// The motions; none where there is only a spread.
+    /// The motions; empty if there is only a spread.
     pub fn motions(&self) -> &[Motion] {
         match self {
             Self::Motions(training) => &training.motions,
@@ -54,8 +54,8 @@ impl Training {
         self.motions().iter().map(|motion| motion.poses.len()).sum()
     }
 
-    /// What is learned from, in words, one entry a recording.
-    pub fn in_words(&self) -> Vec<String> {
+    /// Describes the training data, one entry per recording.
+    pub fn describe(&self) -> Vec<String> {
         match self {
             Self::Spread(_) => {
                 vec!["the spread of the test's own changes from frame to frame (no pose of it)".to_owned()]
@@ -104,7 +104,7 @@ impl TrainingMotions {
         };
         let total = lengths.iter().try_fold(0_usize, |sum, n| sum.checked_add(*n).filter(|_| *n > 0));
         if total != Some(poses.len()) {
-            let detail = format!("lengths: expected numbers above 0 whose sum is the {} rows of root", poses.len());
+            let detail = format!("lengths: expected positive numbers with the sum {}, the rows of root", poses.len());
             return Err(SetError::malformed(PATH, detail));
         }
         let motions = lengths.into_iter().map(|n| {
@@ -115,7 +115,7 @@ impl TrainingMotions {
         let sources = match npz.get("sources").map(|array| &array.values) {
             None => Vec::new(),
             Some(Values::Text(sources)) => sources.clone(),
-            Some(_) => return Err(SetError::malformed(PATH, "sources: expected texts")),
+            Some(_) => return Err(SetError::malformed(PATH, "sources: expected strings")),
         };
         Ok(Self { motions, sources })
     }
@@ -127,7 +127,7 @@ mod tests {
     use crate::test_bodies::{person, walk};
 
     #[test]
-    fn several_motions_are_read_back_apart() {
+    fn several_motions_are_read_back_separately() {
         let body = person();
         let degrees = body.degrees_of_freedom.len();
         for sources in [vec![], vec!["walk.bvh, frames 1 to 5".to_owned(), "run.bvh".to_owned()]] {
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_training_of_the_test_itself_as_older_versions_wrote_it_is_refused() {
+    fn training_on_the_test_as_written_by_older_versions_is_refused() {
         let body = person();
         let of_walk = TrainingMotions { motions: vec![walk(5)], sources: Vec::new() };
         let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
@@ -156,6 +156,6 @@ mod tests {
         npz.push("lengths", Array::new(&[2], vec![4_i64, 2]));
         let bytes = npz.to_bytes(PATH).unwrap();
         let error = TrainingMotions::from_npz(&bytes, body.degrees_of_freedom.len()).unwrap_err().to_string();
-        assert!(error.contains("lengths") && error.contains("5 rows"), "{error}");
+        assert!(error.contains("lengths") && error.contains("the sum 5, the rows of root"), "{error}");
     }
 }

@@ -1,16 +1,16 @@
-//! `truth/truth.npz`: everything known exactly, for T frames, n angles, L links, J = L - 1 joints, C cameras.
+//! `truth/truth.npz`: the exact truth, for T frames, n angles, L links, J = L - 1 joints, C cameras.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `fps` | () | frames a second |
+//! | `fps` | () | frames per second |
 //! | `root` | (T, 7) | `world_from_root`: x y z, qw qx qy qz |
 //! | `angles` | (T, n) | degrees of freedom, rad (m where prismatic) |
 //! | `link_frames` | (T, L, 7) | `world_from_link` |
-//! | `joints` | (T, J, 3) | where each joint is, m |
-//! | `parents` | (L) | the link that each link hangs on, -1 for the root |
-//! | `markers` | (T, 15, 3) | HumanEva's virtual markers, m; NaN where the body has none |
-//! | `in_view`, `visible` | (T, C, 15) | marker inside the image; and not hidden by the body |
-//! | `refitted_root`, `refitted_angles` | (T, 7), (T, m) | where known: the tracker's body brought nearest to the truth |
+//! | `joints` | (T, J, 3) | position of every joint, m |
+//! | `parents` | (L) | parent of every link, -1 for the root |
+//! | `markers` | (T, 15, 3) | HumanEva's virtual markers, m; NaN if the body lacks one |
+//! | `in_view`, `visible` | (T, C, 15) | marker inside the image; and not occluded by the body |
+//! | `refitted_root`, `refitted_angles` | (T, 7), (T, m) | if known: the pose of the tracker's body nearest to the truth |
 //!
 //! `angle_names`, `link_names`, `joint_names`, `marker_names`, `camera_names`, `refitted_angle_names` name the columns.
 
@@ -20,17 +20,16 @@ use super::manifest::check_rate;
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
-use crate::input::excerpt;
 use crate::npz::{Array, Npz, Values};
 use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "truth/truth.npz";
-/// A program that reads the file with NumPy alone; it lies in every set.
+/// A program in every set that reads the file using only NumPy.
 pub(super) const READER: &str = include_str!("read_truth.py");
 pub(super) const ACTOR_PATH: &str = "truth/actor.json";
 const MARKERS: usize = LANDMARKS.len();
 
-/// The arrays of the truth, with the refitted motion of the tracker's body where it is known.
+/// The arrays of the truth, with the refitted motion of the tracker's body if known.
 pub(super) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>, rig: &CameraRig) -> Npz {
     let (actor, frames) = (&truth.actor, truth.frames.as_slice());
     let (count, links) = (frames.len(), actor.links.len());
@@ -60,7 +59,7 @@ pub(super) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>
     npz
 }
 
-/// The texts of array `name`.
+/// The texts of the array `name`; `None` if it is missing or has another type.
 pub(super) fn names<'a>(npz: &'a Npz, name: &str) -> Option<&'a [String]> {
     match npz.get(name).map(|array| &array.values) {
         Some(Values::Text(texts)) => Some(texts),
@@ -68,28 +67,17 @@ pub(super) fn names<'a>(npz: &'a Npz, name: &str) -> Option<&'a [String]> {
     }
 }
 
-/// The first array of names whose names or order are not those of the actor and of the markers, in words.
-pub(super) fn wrong_names(npz: &Npz, actor: &Humanoid) -> Option<String> {
-    let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<String>>();
-    let expected = [
-        ("angle_names", own(actor.degrees_of_freedom.iter().map(|d| d.name.as_str()).collect())),
-        ("link_names", own(actor.links.iter().map(|l| l.name.as_str()).collect())),
-        ("joint_names", own(actor.joints.iter().map(|j| j.name.as_str()).collect())),
-        ("marker_names", own(LANDMARKS.map(|l| l.name()).to_vec())),
-    ];
-    expected.into_iter().find_map(|(array, expected)| {
-        let Some(found) = names(npz, array) else {
-            return Some(format!("{array} is missing or not an array of texts"));
-        };
-        if found.len() != expected.len() {
-            return Some(format!("{array} has {} names, expected {}", found.len(), expected.len()));
-        }
-        let (at, (found, expected)) = found.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b)?;
-        Some(format!("{array}[{at}] is {:?}, expected {expected:?}", excerpt(found)))
-    })
+/// The arrays of names of the actor and of the markers.
+pub(super) fn name_arrays(actor: &Humanoid) -> Npz {
+    Npz::from_iter([
+        ("angle_names", Array::names(actor.degrees_of_freedom.iter().map(|d| d.name.as_str()))),
+        ("link_names", Array::names(actor.links.iter().map(|l| l.name.as_str()))),
+        ("joint_names", Array::names(actor.joints.iter().map(|j| j.name.as_str()))),
+        ("marker_names", Array::names(LANDMARKS.map(|l| l.name()))),
+    ])
 }
 
-/// The truth out of its arrays, and the refitted motion where the file has one.
+/// Reads the truth from its arrays, and the refitted motion if the file has one.
 pub(super) fn from_npz(
     npz: &Npz,
     actor: Humanoid,
@@ -169,7 +157,7 @@ pub(super) fn poses_of(roots: &[[f64; 7]], angles: &[f64]) -> Result<Vec<Pose>, 
     roots.iter().enumerate().map(pose).collect()
 }
 
-/// Row `index` of rows of `length`.
+/// Row `index` of rows with this `length`.
 fn block<T>(values: &[T], index: usize, length: usize) -> &[T] {
     &values[index * length..(index + 1) * length]
 }
@@ -178,7 +166,7 @@ fn coordinates(point: &Point3<f64>) -> [f64; 3] {
     (*point).into()
 }
 
-/// Markers as numbers, NaN where there is none.
+/// Coordinates of the markers, NaN for missing ones.
 pub(super) fn marker_numbers(markers: &Markers) -> Vec<f64> {
     markers.iter().flat_map(|marker| marker.map_or([f64::NAN; 3], Into::into)).collect()
 }

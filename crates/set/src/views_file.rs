@@ -1,17 +1,15 @@
-//! `truth/views.npz`: where every camera sees joints and markers, and whether it does, for T frames, C cameras, J
-//! joints.
+//! `truth/views.npz`: pixels and visibility of joints and markers in every camera, for T frames, C cameras, J joints.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane, and where the camera took no image for the frame |
-//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop or a distractor alone, 3 out of view |
-//! | `sight_names` | (4) | the same in words |
+//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane, and without an image of the frame |
+//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 occluded by the body, 2 occluded only by a prop or a distractor, 3 out of view |
+//! | `sight_names` | (4) | names of these values |
 //!
-//! Pixels and sights are of the moment at which the camera exposes what it shows; without an image for the frame the
-//! sight is 3. `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links
-//! on both its sides, a marker to its own: their geometry, and solids that hold the point, do not hide it. Everything
-//! else hides it that the line from the point to the camera enters; of a body with a skin the skin does, not its
-//! solids.
+//! Pixels and sights are those at the time of exposure; without an image of the frame the sight is 3. `joint_names`,
+//! `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to its parent and child links, a marker
+//! to its own link: the geometry of these links, and solids that contain the point, do not occlude it. Everything else
+//! on the line from the point to the camera does. In a body with a skin the skin occludes and the solids do not.
 
 use crate::body::LANDMARKS;
 use crate::camera::TimedRig;
@@ -20,10 +18,12 @@ use crate::parallel;
 use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint, Sight};
 
 pub(super) const PATH: &str = "truth/views.npz";
-/// Words for the sights 0 to 3.
+/// Names of the sights 0 to 3.
 pub(super) const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
 
-/// Frames that are looked at together.
+/// Frames processed together.
+///
+/// Holding all frames twice would take most of the memory of a long set.
 const FRAMES_AT_A_TIME: usize = 256;
 
 /// Pixels and sights of one frame, or of many one after another.
@@ -36,8 +36,8 @@ struct FrameViews {
 }
 
 impl FrameViews {
-    /// Room for so many views of bodies with that many joints.
-    fn of_size(views: usize, joints: usize) -> Self {
+    /// Capacity for this number of views of a body with this number of joints.
+    fn with_capacity(views: usize, joints: usize) -> Self {
         Self {
             joints: Vec::with_capacity(views * joints * 2),
             joint_sights: Vec::with_capacity(views * joints),
@@ -52,8 +52,7 @@ pub(super) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     let rig = filming.rig();
     let clock = SceneClock::new(truth, filming);
     let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
-    let mut all = FrameViews::of_size(count * cameras, joints);
-    // frames by the hundred: all of them twice would be most of what a long set takes
+    let mut all = FrameViews::with_capacity(count * cameras, joints);
     for first in (0..count).step_by(FRAMES_AT_A_TIME) {
         let here = FRAMES_AT_A_TIME.min(count - first);
         for views in parallel::map(here, |frame| views_of(&clock, filming, first + frame)) {
@@ -95,7 +94,7 @@ fn views_of(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> FrameViews 
     views
 }
 
-/// Files have pixel centres at integers.
+/// Pixel coordinates with pixel centres at integers; NaN without a pixel.
 fn pixel(point: Option<&ShotPoint>) -> [f64; 2] {
     point.and_then(|point| point.pixel).map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5])
 }
@@ -112,7 +111,7 @@ mod tests {
     use crate::test_cameras::rig;
 
     #[test]
-    fn sights_and_pixels_stand_at_their_frame_camera_and_joint() {
+    fn sights_and_pixels_are_at_the_index_of_their_frame_camera_and_joint() {
         let truth = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
         let npz = to_npz(&truth, &TimedRig::from(&rig()));
         let joints = truth.actor.joints.len();

@@ -1,14 +1,14 @@
-//! Recordings given to humanoids, and what cameras see of them: exact ground truth and calibrated errors.
+//! Ground truth from motion recordings, and the observations that simulated cameras make of it, with calibrated errors.
 //!
 //! ```text
 //! recording --mocap--> Clip --retarget--> Motion of a Humanoid --editing--> scene --observing--> Observation
 //! ```
 //!
-//! [`mocap`] reads recordings, [`retarget`](mod@retarget) gives them to a body, [`editing`] joins, repeats and varies
-//! them. A [`scene::GroundTruth`] is the truth of every frame. [`observing`] makes what a tracker is given of it:
-//! exact, corrupted along calibrated axes, or cut out of simulated images.
+//! [`mocap`] reads recordings, [`retarget`](mod@retarget) transfers them to a body, [`editing`] joins, repeats and
+//! varies them. A [`scene::GroundTruth`] holds the true state of every frame. [`observing`] renders the tracker's input
+//! from it: exact, corrupted along calibrated axes, or segmented from simulated images.
 //!
-//! Trackers do not depend on this crate, and so cannot name the truth.
+//! Trackers do not depend on this crate, so they cannot access the truth.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};

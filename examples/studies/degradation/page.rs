@@ -1,4 +1,4 @@
-//! `results/degradation.md`, a plot for every axis, and all outcomes as numbers.
+//! Writes `results/degradation.md`, a plot for every axis, and all outcomes as numbers.
 
 use std::error::Error;
 use std::path::Path;

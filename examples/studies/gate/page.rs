@@ -1,4 +1,4 @@
-//! `results/gate.md`.
+//! Renders `results/gate.md`.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::simulated::Row;
 const MADE: &str =
     "\n## Method\n\nMade by `cargo run --release --example studies -- gate`; all digits are in `gate.json`.\n";
 
-/// Least and greatest of a share over some rows.
+/// Text with the minimum and maximum of a share over rows.
 fn range<'a>(rows: impl Iterator<Item = &'a Row>, of: fn(&Row) -> f64) -> String {
     let (low, high) = rows.map(of).fold((1.0, 0.0), |(low, high), share: f64| (share.min(low), share.max(high)));
     format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
@@ -62,9 +62,9 @@ pub(crate) fn render(study: &Study) -> String {
         "\nA test over frames gives false alarms for most pairs of equal trackers, because frames are correlated; \
         therefore the unit is the run. Cases that neither pass nor fail are inconclusive.\n",
     );
-    page.push_str(&what_seeds_decide(s));
+    page.push_str(&needed_seeds_section(s));
     if let Some(shapes) = &study.shapes {
-        page.push_str(&of_shapes(shapes));
+        page.push_str(&shapes_section(shapes));
     }
     let Some(real) = &study.real else { return page + MADE };
     write!(
@@ -114,16 +114,16 @@ pub(crate) fn render(study: &Study) -> String {
 const END: f64 = 1.960;
 const POWER: f64 = 0.842;
 
-/// The statistical power that these rows must show, and how many seeds a question needs.
-fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
+/// The section on statistical power and the number of seeds needed.
+fn needed_seeds_section(s: &super::simulated::Simulated) -> String {
     let frames = s.frames as f64;
     // the variance of a mean of correlated frames
     let of_frames = s.frame_sd_mm.powi(2) * (1.0 + s.frame_correlation) / (1.0 - s.frame_correlation) / frames;
     let run = (s.seed_sd_mm.powi(2) + of_frames).sqrt();
     let needed = |sd: f64| (2.0 * (END + POWER).powi(2) * sd.powi(2) / s.margin_mm.powi(2)).ceil();
     // Student's t of 18 degrees of freedom: 2.101 and 0.862
-    let bearable = s.margin_mm / ((2.101 + 0.862) * (2.0_f64 / 10.0).sqrt());
-    let seen = (2.101 + 0.862) * run * (2.0_f64 / 10.0).sqrt();
+    let max_sd = s.margin_mm / ((2.101 + 0.862) * (2.0_f64 / 10.0).sqrt());
+    let detectable = (2.101 + 0.862) * run * (2.0_f64 / 10.0).sqrt();
     format!(
         "\n## How many seeds a question needs\n\n\
         Here, the mean of a run has a standard deviation of sqrt({}^2 + {of_frames:.2}) = {run:.2} mm: that of the \
@@ -133,7 +133,7 @@ fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
         >= 2 ({END} + {POWER})^2 {run:.2}^2 / {}^2 = {:.0} runs a side\n\n\
         which is 6 clips x 9 seeds, in agreement with the rows of 6 x 10 seeds. **Ten seeds of one clip cannot give \
         a power of 80 % at this noise**, whatever the test. They reach it if runs have a standard deviation of at most \
-        {bearable:.1} mm or, at this noise, if the tracker is worse by the margin plus {seen:.1} mm. With only the seeds' noise of {} mm, one clip needs {:.0} seeds. Paired seeds, with a \
+        {max_sd:.1} mm or, at this noise, if the tracker is worse by the margin plus {detectable:.1} mm. With only the seeds' noise of {} mm, one clip needs {:.0} seeds. Paired seeds, with a \
         correlation of 0.5, need {:.0} runs a side. In between, the gate says INCONCLUSIVE, and how many more seeds \
         would decide.\n",
         s.seed_sd_mm,
@@ -152,7 +152,7 @@ fn percent(share: f64) -> String {
 }
 
 /// The sections on skewed errors and mixtures, on pairs, and on clips.
-fn of_shapes(shapes: &Shapes) -> String {
+fn shapes_section(shapes: &Shapes) -> String {
     let mut page = format!(
         "\n## Errors that are not normal\n\n\
         Both sides have errors of the same distribution; either the means are equal, or the run is worse by exactly \

@@ -1,13 +1,16 @@
-//! Real runs: the default tracker against itself with known defects, ten repetitions each.
+//! Real runs: the default tracker compared with itself with known defects, ten repetitions each.
 
 use std::error::Error;
 
 use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::BodyShape;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::{GateRules, GateVerdict, MeasuredClip, MeasuredRuns, gate};
-use skiagraph::experiment::{Measures, Models, NoProgress, draw, track};
+use skiagraph::experiment::{draw, track};
+use skiagraph::measure::Measures;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+use skiagraph::train::Models;
 
 const REPETITIONS: u64 = 10;
 const SEEDS: u64 = 10;

@@ -1,5 +1,5 @@
-//! Differences of runs whose errors are normal, skewed or a mixture: how often intervals cover the true difference, and
-//! how often the gate passes a run that is worse by the margin.
+//! Differences of runs with normal, skewed or mixed errors: coverage of the intervals, and rate at which the gate
+//! passes a run that is worse by the margin.
 
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -121,8 +121,8 @@ fn row(number: u64, (name, shape): (&str, ErrorShape), seeds: usize, sides: &str
             let clip = ClipValues { base: numbered(base, 0), other: numbered(other, if paired { 0 } else { 1000 }) };
             let found = difference(&[clip], paired, IntervalUnit::Seeds)?;
             let (ends, p) = (found.ci95?, found.p?);
-            let is_left_out = ends.low > 0.0 || ends.high < 0.0;
-            Some((held(ends), share(p < 0.05), share((p < 0.05) != is_left_out)))
+            let excludes_zero = ends.low > 0.0 || ends.high < 0.0;
+            Some((held(ends), share(p < 0.05), share((p < 0.05) != excludes_zero)))
         })
         .collect();
     let of_pairs = |rule: IntervalOfMean, repetitions: u64| {
@@ -150,7 +150,7 @@ fn share(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
 
-/// The true difference is 0; being worse by the margin shifts the interval and the margin alike.
+/// The true difference is 0; a run worse by the margin shifts interval and margin equally.
 fn held(ends: Interval) -> Held {
     Held {
         covered: share(ends.low <= 0.0 && 0.0 <= ends.high),

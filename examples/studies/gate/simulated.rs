@@ -34,7 +34,7 @@ pub(crate) struct Simulated {
 pub(crate) struct Row {
     pub(crate) clips: usize,
     pub(crate) seeds: usize,
-    /// Paired by seed; else other seeds.
+    /// Paired by seed, else with other seeds.
     pub(crate) paired: bool,
     /// Correlation of the seeds' own errors between the two sides.
     pub(crate) between_sides: f64,

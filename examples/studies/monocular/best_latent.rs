@@ -4,17 +4,18 @@ use faer::Mat;
 use rayon::prelude::*;
 use skiagraph::body::{Markers, Pose};
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::PreparedScene;
 use skiagraph::motion_model::gpdm_graph::GpdmGraph;
 use skiagraph::motion_model::pose_chart::PlanarRoot;
+use skiagraph::prepare::PreparedScene;
 
 /// Mean over frames of the least error of a latent point of `models` at the true root: a pattern search from the three
 /// best training latents of every model, with steps from a tenth of the latents' spread to a thousandth.
-pub(crate) fn best_latent(staged: &PreparedScene, models: &GpdmGraph) -> f64 {
-    let body = &staged.start.body;
-    let frames: Vec<usize> = (1..staged.frames()).collect();
+pub(crate) fn best_latent(prepared: &PreparedScene, models: &GpdmGraph) -> f64 {
+    let body = &prepared.start.body;
+    let frames: Vec<usize> = (1..prepared.frames()).collect();
     let of_frame = |&frame: &usize| {
-        let (truth, root) = (&staged.ground_truth.frames[frame].markers, staged.refitted.poses[frame].world_from_root);
+        let (truth, root) =
+            (&prepared.ground_truth.frames[frame].markers, prepared.refitted.poses[frame].world_from_root);
         let error = |segment: usize, latent: &[f64]| {
             let point = Mat::from_fn(1, latent.len(), |_, c| latent[c]);
             let row = models.segments[segment].gpdm.map_mean(point.as_ref());
@@ -40,7 +41,7 @@ pub(crate) fn best_latent(staged: &PreparedScene, models: &GpdmGraph) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// The least value that a pattern search finds from `z`, where `error` is `least`.
+/// Least error found by a pattern search from `z`, where the error is `least`.
 fn descended(error: &dyn Fn(&[f64]) -> f64, mut least: f64, mut z: Vec<f64>, spread: f64) -> f64 {
     let mut step = 0.1 * spread;
     while step > 1e-3 * spread {

@@ -5,9 +5,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::experiment::{Models, NoProgress, PreparedScene};
+use skiagraph::common::NoProgress;
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
+use skiagraph::train::Models;
 
 use super::best_latent::best_latent;
 
@@ -34,26 +36,26 @@ pub(crate) struct Learned {
 
 /// Learns from a scenario's training.
 pub(crate) fn learning(file: &ScenarioFile, mocap: &Path) -> Result<Learning, Box<dyn Error>> {
-    let staged = PreparedScene::new(file, Some(mocap))?;
+    let prepared = PreparedScene::new(file, Some(mocap))?;
     let one = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
-    let training = &staged.start.training;
+    let training = &prepared.start.training;
     Ok(Learning {
         frames: training.frames(),
         recordings: training.motions().len(),
-        one: learned(&staged, &one)?,
-        graph: learned(&staged, &GraphSettings::default())?,
+        one: learned(&prepared, &one)?,
+        graph: learned(&prepared, &GraphSettings::default())?,
     })
 }
 
-fn learned(staged: &PreparedScene, settings: &GraphSettings) -> Result<Learned, Box<dyn Error>> {
+fn learned(prepared: &PreparedScene, settings: &GraphSettings) -> Result<Learned, Box<dyn Error>> {
     let begin = Stopwatch::start();
-    let graph = Models::default().learn(settings, &staged.start.body, &staged.start.training, &NoProgress)?;
+    let graph = Models::default().learn(settings, &prepared.start.body, &prepared.start.training, &NoProgress)?;
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Learned {
         models: graph.segments.len(),
         reconstruction: graph.mean_reconstruction_error(),
         seconds,
-        best_latent_mm: best_latent(staged, &graph),
+        best_latent_mm: best_latent(prepared, &graph),
     })
 }
 

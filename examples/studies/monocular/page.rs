@@ -25,14 +25,14 @@ const INTRODUCTION: &str = "CMU recordings replace those of HumanEva, resampled 
     are clean. *The paper* is [GPDM graph]. Its figures are only a reference, because subjects, recordings and images differ. \
     [`monocular-notes.md`](monocular-notes.md) describes how settings were chosen, and on which takes.\n";
 
-const PROTOCOLS_IN_WORDS: &str = "Three protocols (combinations that are missing below were not measured):\n\n\
+const PROTOCOLS_TEXT: &str = "Three protocols (combinations that are missing below were not measured):\n\n\
     * **As in the paper** (matched body, root given): actor and tracker have the same body, and the trackers with learned models are given the \
     true root of every frame. Only the articulated pose is estimated. (`apf` and `frozen` are not given the root.)\n\
     * **Standard mismatch, root tracked**: the tracker's body has other solids and joints than the actor's, length errors up to 3 % and \
     girth errors up to 10 %.\n\
     * **Lengths known, root tracked**: the same, but with the lengths of the subject's segments.\n";
 
-const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 particles and one layer. `graph_refined` is the graph with \
+const METHODS_TEXT: &str = "`graph`, `original` and `switching_*` have 1000 particles and one layer. `graph_refined` is the graph with \
     `refinement = {}`: descent on the outline in the latent space. `graph_annealed` is the graph with 5 layers of 200. `apf` is the annealed \
     particle filter with 5 layers of 200 and no learned model beyond its proposal. `nearest_training_pose` and `truth_refitted` know the \
     truth, and `frozen` never moves: they are references. On the library and on three recordings, `original` is one GPDM of all of them, \
@@ -54,13 +54,13 @@ fn against_original(measured: &Measured) -> [usize; 3] {
     counts
 }
 
-/// The graph's errors with a protocol, on the paper's motions.
+/// The graph's errors under a protocol, on the paper's motions.
 fn of_graph(measured: &Measured, protocol: &str) -> String {
     let cases = each(measured).filter(|(subject, of, _)| of.name == protocol && subject.paper.is_some());
-    let told = cases.filter_map(|(subject, _, tracked)| {
+    let errors = cases.filter_map(|(subject, _, tracked)| {
         Some(format!("{} mm ({})", mean(tracked.methods.get("graph")?, ERROR, 1), subject.title))
     });
-    told.collect::<Vec<_>>().join(", ")
+    errors.collect::<Vec<_>>().join(", ")
 }
 
 /// The whole page.
@@ -83,9 +83,9 @@ pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
     for (subject, protocol, tracked) in each(measured) {
         text += &summary_row(subject, protocol, tracked);
     }
-    let _ = write!(text, "\n{PROTOCOLS_IN_WORDS}");
+    let _ = write!(text, "\n{PROTOCOLS_TEXT}");
     text += &learning_table(measured);
-    let _ = write!(text, "\n## Tracking\n\n{METHODS_IN_WORDS}\n");
+    let _ = write!(text, "\n## Tracking\n\n{METHODS_TEXT}\n");
     for (subject, protocol, tracked) in each(measured) {
         text += &table(subject, protocol, tracked);
     }

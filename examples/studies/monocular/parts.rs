@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use skiagraph::artefacts::Destination;
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Summary;
-use skiagraph::experiment::{Compared, NoProgress, PreparedScene, compare};
+use skiagraph::experiment::{Compared, compare};
+use skiagraph::prepare::PreparedScene;
 use skiagraph::report::ComparedMethod;
 use skiagraph::scenario::ScenarioFile;
 
@@ -17,7 +19,7 @@ use super::units::Unit;
 /// One motion tracked with one protocol by all methods.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Tracked {
-    /// Both bodies in words, as the program's own reports have them.
+    /// Description of both bodies, as in the program's reports.
     pub(crate) bodies: String,
     pub(crate) frames: usize,
     pub(crate) methods: BTreeMap<String, Method>,
@@ -45,7 +47,7 @@ struct Kept<T> {
     part: T,
 }
 
-/// The part of that name if it was made from this scenario, else the result of `make`, which is kept.
+/// The stored part with this name if it was made from this scenario, else the result of `make`, which is stored.
 pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
     folder: &Path,
     name: &str,
@@ -69,7 +71,7 @@ pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
 
 /// Tracks a motion under a protocol.
 pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Path) -> Result<Tracked, Box<dyn Error>> {
-    let staged = PreparedScene::new(file, Some(mocap))?;
+    let prepared = PreparedScene::new(file, Some(mocap))?;
     let out = runs.join(unit.name());
     let Compared { comparison, methods, .. } =
         compare(file, Some(mocap), Destination { path: &out, force: true }, &NoProgress)?;
@@ -87,7 +89,7 @@ pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Pat
         (compared.name, of)
     };
     let methods = methods.into_iter().map(method).collect();
-    Ok(Tracked { bodies: staged.facts.mismatch, frames: comparison.frames, methods })
+    Ok(Tracked { bodies: prepared.facts.mismatch, frames: comparison.frames, methods })
 }
 
 impl Tracked {

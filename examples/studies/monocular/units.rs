@@ -5,25 +5,25 @@ use std::path::Path;
 
 use skiagraph::scenario::ScenarioFile;
 
-/// A motion that is tracked.
+/// A tracked motion.
 pub(crate) struct Subject {
-    /// Its name in files.
+    /// Name in files.
     pub(crate) name: &'static str,
     /// The scenario, a file of `scenarios/monocular` without its ending.
     pub(crate) scenario: &'static str,
     /// Overrides of the scenario: frames to track.
     pub(crate) overrides: &'static [&'static str],
-    /// Its heading.
+    /// Heading.
     pub(crate) title: &'static str,
     /// The paper's Table 3, mm: original, switching, graph.
     pub(crate) paper: Option<[f64; 3]>,
 }
 
-/// What the tracker is given.
+/// The tracker's input.
 pub(crate) struct Protocol {
     /// Its name in files.
     pub(crate) name: &'static str,
-    /// A heading.
+    /// Heading.
     pub(crate) title: &'static str,
     overrides: &'static [&'static str],
     /// Whether trackers with learned models are given the true root of every frame.
@@ -142,7 +142,7 @@ impl Unit {
         units
     }
 
-    /// Its name in files.
+    /// Name in files.
     pub(crate) fn name(&self) -> String {
         format!("{}-{}", self.subject.name, self.protocol.name)
     }
@@ -153,7 +153,7 @@ impl Unit {
         self.protocol.name == "standard"
     }
 
-    /// Its scenario.
+    /// The scenario.
     pub(crate) fn file(&self, root: &Path, seeds: u32) -> Result<ScenarioFile, Box<dyn Error>> {
         let path = root.join(format!("scenarios/monocular/{}.toml", self.subject.scenario));
         let mut overrides = vec![format!("seeds={seeds}")];

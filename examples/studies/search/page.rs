@@ -1,13 +1,13 @@
-//! `results/search.md`.
+//! Renders `results/search.md`.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 use skiagraph::evaluation::{ValueRange, mean_interval};
 
-use super::spoiled::Condition;
+use super::condition::Condition;
 use super::units::{BODIES, Ledger, Outcome, mean};
-use super::{CALIBRATED, MOST_FRAMES, PAPER, REFINED, STRESS_FRAMES, STRESSED, takes};
+use super::{CALIBRATED, MAX_FRAMES, PAPER, REFINED, STRESS_FRAMES, STRESSED, takes};
 
 /// `[take][method]`.
 pub(crate) type Takes = BTreeMap<String, BTreeMap<String, Outcome>>;
@@ -82,7 +82,7 @@ fn averages(results: &Results, bodies: &str) -> String {
     names.filter_map(|method| Some(format!("{method} {:.1} mm", of(method)?))).collect::<Vec<_>>().join(", ")
 }
 
-/// Least and greatest value, with these digits.
+/// Text with the minimum and maximum, with this many digits.
 fn range(values: &[f64], digits: usize) -> String {
     let (low, high) = (values.iter().copied().reduce(f64::min), values.iter().copied().reduce(f64::max));
     format!("{:.digits$} to {:.digits$}", low.unwrap_or(f64::NAN), high.unwrap_or(f64::NAN))
@@ -114,7 +114,7 @@ fn found(results: &Results) -> String {
 }
 
 pub(crate) fn page(results: &Results, seeds: u32) -> String {
-    let listed: Vec<String> = takes::REPORTED.iter().map(takes::Take::in_words).collect();
+    let listed: Vec<String> = takes::REPORTED.iter().map(takes::Take::describe).collect();
     let mut text = found(results)
         + "\nTables: HumanEva error in mm, mean over seeds, with the 95 % interval over seeds below. *Paper* is Algorithm 1 as printed, \
            200 particles x 5 layers (`paper = true`). *Refined* is the default: 60 x 5, then descent on outlines and a search for lost limbs. \
@@ -150,7 +150,7 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
     text += &missing(results);
     text + &format!(
         "\n## Method\n\n\
-         Four clean views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MOST_FRAMES} frames of a take. Proposals were learned from other \
+         Four clean views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MAX_FRAMES} frames of a take. Proposals were learned from other \
          frames of the take, or from another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and \
          14_27, never on these takes. Frames of the files, counted from 1, at 120 Hz: {}.\n\n\
          Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, for every seed, \
@@ -167,7 +167,7 @@ const TRIED: &str = "
 * 40 steps of the calibration in place of 16: 13.2 to 13.1 mm (16_15, 02_01 and 14_24).
 ";
 
-/// What is in the plan but not in the results.
+/// Planned measurements without results.
 fn missing(results: &Results) -> String {
     let mut lacking = Vec::new();
     for (condition, bodies, method) in super::plan() {
@@ -184,10 +184,7 @@ fn missing(results: &Results) -> String {
             lacking.push(format!("- {}, {bodies}, {}: {which}", method.name, condition.name()));
         }
     }
-    match lacking.is_empty() {
-        true => String::new(),
-        false => format!("\n## Not measured yet\n\n{}\n", lacking.join("\n")),
-    }
+    if lacking.is_empty() { String::new() } else { format!("\n## Not measured yet\n\n{}\n", lacking.join("\n")) }
 }
 
 fn clean_table(takes: &Takes) -> String {
@@ -294,13 +291,13 @@ fn stress_table(stress: &BTreeMap<String, Takes>) -> String {
             (false, true) => format!("none of {}", both.len()),
             (false, false) => worse.join(", "),
         };
-        let told = |errors: &[Vec<f64>]| if errors.is_empty() { "-".to_owned() } else { with_interval(errors) };
+        let cell = |errors: &[Vec<f64>]| if errors.is_empty() { "-".to_owned() } else { with_interval(errors) };
         text += &format!(
             "| {} | {} | {} | **{}** | {} | {worse} |\n",
             condition.name(),
             refined.len(),
-            told(&paper),
-            told(&refined),
+            cell(&paper),
+            cell(&refined),
             each.join(", ")
         );
     }

@@ -1,4 +1,4 @@
-//! Recordings that are tracked, their frames, and those from which the proposals are learned.
+//! Tracked recordings and their frames, and the recordings from which proposals are learned.
 
 /// A take of CMU's database: test and training, frames of the file from 1 at 120 Hz.
 pub(crate) struct Take {
@@ -14,7 +14,7 @@ const fn take([name, what, clip, training]: [&'static str; 4], frames: [u32; 2],
     Take { name, what, clip, frames, training, training_frames }
 }
 
-/// Reported: none was used to develop the refinement.
+/// Reported takes; none was used to develop the refinement.
 pub(crate) const REPORTED: [Take; 9] = [
     take(["49_01", "walk", "49_01", "49_01"], [1, 300], [481, 652]),
     take(["02_03", "run", "02_03", "02_01"], [1, 173], [1, 343]),
@@ -27,7 +27,7 @@ pub(crate) const REPORTED: [Take; 9] = [
     take(["35_34", "walk", "35_34", "35_08"], [1, 240], [1, 445]),
 ];
 
-/// Those on which it was developed.
+/// Takes on which the refinement was developed.
 pub(crate) const TUNING: [Take; 7] = [
     take(["16_15", "walk", "16_15", "16_15"], [1, 240], [241, 471]),
     take(["35_02", "walk", "35_02", "35_02"], [1, 240], [241, 387]),
@@ -52,8 +52,8 @@ impl Take {
         format!("[motion]\n{test}\n[[training.clips]]\n{training}")
     }
 
-    /// In words, for the page.
-    pub(crate) fn in_words(&self) -> String {
+    /// Description for the page.
+    pub(crate) fn describe(&self) -> String {
         let part = |clip: &str, [first, last]: [u32; 2]| format!("{clip} {first}-{last}");
         format!(
             "{} ({}): {}, learned from {}",

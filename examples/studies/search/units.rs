@@ -1,4 +1,4 @@
-//! A unit of measurement, and the outcomes that are known already.
+//! One measured case, and the ledger of known outcomes.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -9,15 +9,19 @@ use serde::{Deserialize, Serialize};
 use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
 use skiagraph::camera::{CameraRig, TimedRig};
-use skiagraph::experiment::{Measures, Models, NoProgress, PreparedScene, track};
+use skiagraph::common::NoProgress;
+use skiagraph::experiment::track;
+use skiagraph::measure::Measures;
 use skiagraph::observation::Observer;
+use skiagraph::prepare::PreparedScene;
 use skiagraph::retarget::{FitOptions, fit_motion_to_markers};
 use skiagraph::rng::ObservationKey;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::GroundTruth;
 use skiagraph::tracker::CalibrationVerdict;
+use skiagraph::train::Models;
 
-use super::spoiled::Condition;
+use super::condition::Condition;
 use super::takes::Take;
 
 /// A take under a condition, with a kind of bodies.
@@ -25,8 +29,8 @@ pub(crate) struct Case<'a> {
     pub(crate) take: &'a Take,
     pub(crate) bodies: &'a str,
     pub(crate) condition: Condition,
-    /// Frames of the test at 60 Hz that are used.
-    pub(crate) most_frames: usize,
+    /// Number of test frames used, at 60 Hz.
+    pub(crate) max_frames: usize,
     pub(crate) size_px: [u32; 2],
 }
 
@@ -46,7 +50,7 @@ pub(crate) struct Outcome {
     /// Whether the calibrated body was kept; empty without calibration.
     #[serde(default)]
     pub(crate) kept: Vec<bool>,
-    /// Mean square of the residuals, and energy, each with the body as given and with the calibrated one.
+    /// Mean squared residual and energy, each with the given body and with the calibrated one.
     #[serde(default)]
     pub(crate) gate: Vec<[f64; 4]>,
 }
@@ -100,8 +104,8 @@ impl Case<'_> {
     fn key(&self, method: &Method, seeds: u32) -> String {
         let Method { name: tracker, settings, .. } = method;
         let [width, height] = self.size_px;
-        let (take, condition, most) = (self.take.name, self.condition.name(), self.most_frames);
-        format!("{take}|{}|{condition}|{tracker}|{settings}|{seeds}|{most}|{width}x{height}", self.bodies)
+        let (take, condition, frames) = (self.take.name, self.condition.name(), self.max_frames);
+        format!("{take}|{}|{condition}|{tracker}|{settings}|{seeds}|{frames}|{width}x{height}", self.bodies)
     }
 
     /// The outcome of a method, if it is known.
@@ -162,33 +166,33 @@ impl Case<'_> {
         Ok(ScenarioFile::parse(&text, "study", PathBuf::new(), &overrides)?)
     }
 
-    /// The set, in memory.
+    /// The benchmark set, in memory.
     fn set(&self, mocap: &Path) -> Result<BenchmarkSet, Box<dyn Error>> {
-        let mut staged = PreparedScene::new(&self.file("")?, Some(mocap))?;
-        let most = (self.most_frames as f64 * self.condition.frames_per_second() / 60.0) as usize;
-        let cameras = &staged.rig.rig().cameras;
+        let mut prepared = PreparedScene::new(&self.file("")?, Some(mocap))?;
+        let frames = (self.max_frames as f64 * self.condition.frames_per_second() / 60.0) as usize;
+        let cameras = &prepared.rig.rig().cameras;
         let rig = CameraRig { cameras: cameras.iter().take(self.condition.cameras()).cloned().collect() };
-        staged.rig = TimedRig::from(&rig);
-        let mut motion = staged.ground_truth.motion();
-        motion.poses.truncate(most);
-        staged.refitted.poses.truncate(most);
-        let GroundTruth { actor, props, .. } = staged.ground_truth;
-        staged.ground_truth = GroundTruth::among(actor, &motion, &staged.rig, props, Vec::new())?;
+        prepared.rig = TimedRig::from(&rig);
+        let mut motion = prepared.ground_truth.motion();
+        motion.poses.truncate(frames);
+        prepared.refitted.poses.truncate(frames);
+        let GroundTruth { actor, props, .. } = prepared.ground_truth;
+        prepared.ground_truth = GroundTruth::among(actor, &motion, &prepared.rig, props, Vec::new())?;
         let seed = self.take.name.bytes().fold(7, |hash: u64, byte| hash * 31 + u64::from(byte));
-        staged.start.pose = self.condition.start(&staged.start.body, &staged.start.pose, seed);
+        prepared.start.pose = self.condition.start(&prepared.start.body, &prepared.start.pose, seed);
         let parts = SetParts {
             name: self.take.name,
-            rig: &staged.rig,
-            start: &staged.start,
-            ground_truth: &staged.ground_truth,
-            refitted: Some(&staged.refitted),
-            facts: &staged.facts,
+            rig: &prepared.rig,
+            start: &prepared.start,
+            ground_truth: &prepared.ground_truth,
+            refitted: Some(&prepared.refitted),
+            facts: &prepared.facts,
             recordings: &[],
             observation: None,
             key: ObservationKey::default(),
         };
-        let observer = Observer::new(&staged.ground_truth, &staged.rig);
-        Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)
+        let observer = Observer::new(&prepared.ground_truth, &prepared.rig);
+        Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.corrupt(observer.observe(frame)))?)
     }
 }
 

@@ -5,11 +5,14 @@ use std::error::Error;
 use nalgebra::{Unit, Vector3};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, Markers, Pose};
+use skiagraph::common::NoProgress;
 use skiagraph::evaluation::Evaluation;
-use skiagraph::experiment::{Measures, Models, NoProgress, track};
+use skiagraph::experiment::track;
+use skiagraph::measure::Measures;
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::TruthFrame;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph::train::Models;
 
 use super::Outcome;
 
@@ -20,9 +23,9 @@ const LIMBS: [[Landmark; 2]; 4] = [
     [Landmark::LeftKnee, Landmark::LeftAnkle],
     [Landmark::RightKnee, Landmark::RightAnkle],
 ];
-/// Angles by which joints are turned away from the truth, degrees.
+/// Rotation angles of joints away from the truth, degrees.
 const TURNS: [f64; 7] = [-45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0];
-/// Interval at which the energy of turned joints is computed, frames.
+/// Interval of the frames in which the energy of rotated joints is computed.
 const EVERY: usize = 23;
 
 pub(super) fn track_once(set: &BenchmarkSet, file: &ScenarioFile, seed: u64) -> Result<Outcome, Box<dyn Error>> {
@@ -33,10 +36,10 @@ pub(super) fn track_once(set: &BenchmarkSet, file: &ScenarioFile, seed: u64) -> 
     let poses = tracked.estimates.sequences[0].poses().ok_or("poses")?;
     let (actor, own) = (&set.truth.ground_truth.actor, &set.blind.start.body);
     let truth = &set.truth.ground_truth.frames;
-    let (theirs, ours) = (Heading::of_head(actor)?, Heading::of_head(own)?);
+    let (true_heading, heading) = (Heading::of_head(actor)?, Heading::of_head(own)?);
     let head = |(truth, pose): (&TruthFrame, &Option<Pose>)| {
-        let estimate = pose.as_ref().map_or(f64::NAN, |pose| ours.of(&own.link_frames(pose)));
-        within_half_a_turn(estimate - theirs.of(&truth.link_frames)).to_degrees() as f32
+        let estimate = pose.as_ref().map_or(f64::NAN, |pose| heading.of(&own.link_frames(pose)));
+        within_half_a_turn(estimate - true_heading.of(&truth.link_frames)).to_degrees() as f32
     };
     let limb = |limb: [Landmark; 2]| -> Vec<f32> {
         let error = |(truth, estimate): (&Markers, &Markers)| {
@@ -98,8 +101,8 @@ impl Heading {
 /// An angle in degrees, and the mean increase of the energy for the head's rotation and for the left arm's abduction.
 pub(super) type TurnRises = (f64, f64, f64);
 
-/// Mean increase of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is
-/// turned.
+/// Mean increase of the energy, over some frames, when a joint of the true pose (refitted to the tracker's body) is
+/// rotated.
 pub(super) fn turns(set: &BenchmarkSet) -> Result<Vec<TurnRises>, Box<dyn Error>> {
     let body = &set.blind.start.body;
     let refitted = set.truth.refitted.as_ref().ok_or("a refitted truth")?;

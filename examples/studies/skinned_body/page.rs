@@ -1,4 +1,4 @@
-//! `results/skinned-body.md`, its plots and its numbers.
+//! Writes `results/skinned-body.md`, its plots and its numbers.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -12,9 +12,9 @@ use skiagraph::report::plots::{Colour, Line, LinePlot, Size, Stroke};
 use super::{BODIES, CASES, Case, Known, Outcome, SCENARIO, Turns};
 
 const LIMBS: [&str; 4] = ["left arm", "right arm", "left leg", "right leg"];
-/// A limb is mistracked if its outer markers are off by more than this for so many frames in a row.
-const ASTRAY_MM: f32 = 150.0;
-const IN_A_ROW: usize = 6;
+/// A limb is mistracked if its outer markers are off by more than this for this many consecutive frames.
+const MISTRACKED_MM: f32 = 150.0;
+const CONSECUTIVE_FRAMES: usize = 6;
 
 /// The numbers of a case in `skinned-body.json`: one value per seed.
 #[derive(Default, Serialize)]
@@ -38,7 +38,7 @@ pub(super) fn write(folder: &Path, known: &Known, turns: &Turns, seeds: u64) -> 
     let mut text = found(&done);
     table(&done, &mut text);
     over_time(folder, &done, &mut text)?;
-    astray(&done, &mut text);
+    mistracked(&done, &mut text);
     ambiguity(turns, &done, &mut text);
     text += &method(&done, seeds);
     let numbers: BTreeMap<String, Numbers> = done.iter().map(|(case, all)| (name(case), numbers(all))).collect();
@@ -187,11 +187,11 @@ fn line(body: &str, colour: Colour, found: &[&Outcome], of: fn(&Outcome) -> &[f3
 }
 
 /// The frames in which limbs are mistracked.
-fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
+fn mistracked(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
     write!(
         text,
-        "\n## Where limbs are mistracked\n\nA limb is mistracked if its two outer markers are off by more than {ASTRAY_MM} mm on average \
-         for {IN_A_ROW} frames in a row. The table has the share of all frames of all seeds, and the frame intervals of the worst seed. ([Skinned \
+        "\n## Where limbs are mistracked\n\nA limb is mistracked if its two outer markers are off by more than {MISTRACKED_MM} mm on average \
+         for {CONSECUTIVE_FRAMES} frames in a row. The table has the share of all frames of all seeds, and the frame intervals of the worst seed. ([Skinned \
          APF] shows the body of [Balan 2005] losing the right arm at frame 35 and the left leg at frame 135.)\n\n\
          | views | body | method | {} |\n|---:|---|---|{}\n",
         LIMBS.join(" | "),
@@ -207,9 +207,9 @@ fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
                 let frames: usize = found.iter().map(|outcome| outcome.error_mm.len() - 1).sum();
                 let share = 100.0 * all.iter().map(length).sum::<usize>() as f64 / frames as f64;
                 let worst = all.iter().max_by_key(|stretches| length(stretches)).cloned().unwrap_or_default();
-                let told: Vec<String> = worst.iter().take(4).map(|(a, b)| format!("{a}-{b}")).collect();
+                let intervals: Vec<String> = worst.iter().take(4).map(|(a, b)| format!("{a}-{b}")).collect();
                 let more = if worst.len() > 4 { ", ..." } else { "" };
-                if share == 0.0 { "none".to_owned() } else { format!("{share:.1} %: {}{more}", told.join(", ")) }
+                if share == 0.0 { "none".to_owned() } else { format!("{share:.1} %: {}{more}", intervals.join(", ")) }
             })
             .collect();
         writeln!(text, "| {} | {} | {} | {} |", case.views, case.body, case.method, cells.join(" | ")).ok();
@@ -218,17 +218,17 @@ fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
 
 fn stretches(errors: &[f32]) -> Vec<(usize, usize)> {
     let mut found: Vec<(usize, usize)> = Vec::new();
-    for (frame, _) in errors.iter().enumerate().filter(|(_, error)| **error > ASTRAY_MM) {
+    for (frame, _) in errors.iter().enumerate().filter(|(_, error)| **error > MISTRACKED_MM) {
         match found.last_mut() {
             Some((_, last)) if *last + 1 == frame => *last = frame,
             _ => found.push((frame, frame)),
         }
     }
-    found.retain(|(first, last)| last - first + 1 >= IN_A_ROW);
+    found.retain(|(first, last)| last - first + 1 >= CONSECUTIVE_FRAMES);
     found
 }
 
-/// How much turning the head increases the energy, compared with moving an arm.
+/// Increase of the energy by rotating the head, compared with moving an arm.
 fn ambiguity(turns: &Turns, done: &[(Case, Vec<&Outcome>)], text: &mut String) {
     *text += "\n## Orientation of the head\n\nFor seven cameras, [Skinned APF] (figure 7) reports that the head's orientation is not accurate, because \
               a head is close to a sphere. The table shows how much the energy increases, in thousandths, when the head of the true pose (refitted to \

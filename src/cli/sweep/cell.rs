@@ -10,12 +10,12 @@ use super::super::file_access::FileAccess;
 use super::super::progress::TerminalProgress;
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::sweep::{CellOptions, RunOptions, Status, run_cell, run_some, shard};
 
-/// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
+/// Run one cell or one shard of a sweep; cluster jobs call this
 ///
-/// Safe to repeat and to kill: a cell with a result is not run again, and no partial result is left. A tracker that
+/// Safe to repeat and to kill: a cell with a result is not run again, and no partial result remains. A tracker that
 /// loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2: bad
 /// input.
 #[derive(Args, Debug)]
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", required_unless_present = "shard", conflicts_with = "shard")]
     index: Option<usize>,
 
-    /// Shard K of M, from 1: neighbouring cells; shards have about the same work
+    /// Shard K of M, from 1: consecutive cells, about the same work in every shard
     #[arg(long, value_name = "K/M")]
     shard: Option<ListPart>,
 
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "shard")]
     report: bool,
 
-    /// Run it even if it has a result
+    /// Run the cell even if it has a result
     #[arg(long, conflicts_with = "shard")]
     again: bool,
 
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         detail: format!("expected 0 to {}, found {index}", cells.len().saturating_sub(1)),
     })?;
     let options = CellOptions { again: arguments.again, report: arguments.report };
-    // all work of a cell on one core, as in a sweep of many
+    // a cell runs on one core, as when a sweep runs many
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
     let done = pool.install(|| run_cell(&sweep, cell, options, &progress))?;
     drop(progress);

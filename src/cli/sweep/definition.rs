@@ -7,16 +7,15 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
-use super::super::CommandError;
 use super::super::file_access::FileAccess;
-use super::super::output;
 use super::super::volume::duration;
+use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::sweep::{Draft, Expansion, Planned, Sweep, SweepCost, SweepFile, sweep_cost};
 
-/// What is varied.
+/// Arguments that define a sweep.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Definition {
     /// Sweep file, or a scenario to vary [default: the built-in walk]
@@ -28,11 +27,11 @@ pub(super) struct Definition {
     #[arg(value_name = "KEY=VALUES")]
     assignments: Vec<String>,
 
-    /// First random seed, instead of the sweep's or the scenario's
+    /// First random seed, overriding the sweep or scenario
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
 
-    /// Number of seeds of every setting, instead of the sweep's or the scenario's
+    /// Number of seeds per setting, overriding the sweep or scenario
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
@@ -40,11 +39,11 @@ pub(super) struct Definition {
     #[arg(long)]
     zip: bool,
 
-    /// Keep only settings that meet this condition, such as "particles * layers <= 2000"; may be repeated
+    /// Keep only settings that satisfy this condition, such as "particles * layers <= 2000"; may be repeated
     #[arg(long, value_name = "CONDITION")]
     keep: Vec<String>,
 
-    /// Metric by which settings are compared [default: humaneva_mm]
+    /// Metric to compare settings by [default: humaneva_mm]
     #[arg(long, value_name = "METRIC")]
     objective: Option<String>,
 
@@ -61,7 +60,7 @@ pub(super) struct Definition {
 }
 
 impl Definition {
-    /// The cells that are defined.
+    /// Reads the definition and expands its cells.
     ///
     /// # Errors
     /// [`ExperimentError`] that names the file, key or option.
@@ -70,7 +69,7 @@ impl Definition {
         let base = file.sweep.base.as_ref().map_or_else(PathBuf::new, |base| file.folder.join(base));
         let folder = base.parent().unwrap_or(Path::new(""));
         let mut allowed = self.access.allowed(folder, &self.parts().1, self.mocap_directory().as_deref());
-        // a scenario that is varied
+        // the varied scenario itself
         self.parts().0.iter().for_each(|path| allowed.allow(path));
         let file = file.allowing(&allowed);
         Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))
@@ -139,7 +138,7 @@ pub(super) struct CheckArguments {
 }
 
 impl CheckArguments {
-    /// Says how many cells there are, and what they cost with so many at a time.
+    /// Prints the number of cells, and their cost with this many parallel jobs.
     pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
         let cost = sweep_cost(&self.definition.draft()?, jobs_or_all_cores(self.jobs))?;
         if self.json {
@@ -156,8 +155,8 @@ impl CheckArguments {
 #[command(
     after_help = "Examples:\n  skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                         skiagraph sweep plan scenarios/walk.toml particles=50,100 --seeds 10 --out sweeps/mine --extend\n\n\
-                        DIR then has plan.json and cells.jsonl. Run it with `skiagraph sweep run DIR`, cell by cell with\n\
-                        `skiagraph sweep cell DIR --index N`, or on a cluster."
+                        Writes DIR/plan.json and DIR/cells.jsonl. Run the sweep with `skiagraph sweep run DIR`, cell by\n\
+                        cell with `skiagraph sweep cell DIR --index N`, or on a cluster."
 )]
 pub(super) struct PlanArguments {
     #[command(flatten)]
@@ -167,7 +166,7 @@ pub(super) struct PlanArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Replace another plan in DIR and keep the results of cells that are in both
+    /// Replace a different plan in DIR, keeping the results of cells that are in both plans
     #[arg(long)]
     extend: bool,
 
@@ -227,7 +226,7 @@ fn describe_cost(cost: &SweepCost) -> String {
     let [least, most] = cost.cell_s;
     format!(
         "{} is valid: {} ({} x {}) on {}\n  cost     a cell takes {} to {} on one core (measured on {})\n  \
-         cost     all: about {} of one core, {} with {} at a time{learning}",
+         cost     all: about {} on one core, {} with {} in parallel{learning}",
         cost.name,
         output::counted(cost.cells, "cell"),
         output::counted(cost.settings, "setting"),

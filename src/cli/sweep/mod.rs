@@ -18,8 +18,8 @@ pub(super) use self::definition::check_file;
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///
-/// Without a subcommand: plan, run on this machine, gather and rank the settings. A value with commas is an axis, a
-/// value without applies to all settings. Cells that have results are not run again: repeat the command to resume.
+/// Without a subcommand: plan, run on this machine, gather and rank the settings. A value with commas is an axis; a
+/// value without commas applies to all settings. Cells with results are not run again: repeat the command to resume.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,

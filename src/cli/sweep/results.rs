@@ -10,7 +10,7 @@ use crate::sweep::{PlannedSweep, RUNS_LINES, RUNS_TABLE, TIMING_TABLE, gather, s
 
 /// List which cells of a sweep have results
 ///
-/// Counts result files only and does not ask the cluster's queue.
+/// Counts result files only; does not query the cluster's queue.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep status sweeps/mine\n  \
                         sbatch --array=$(skiagraph sweep status sweeps/mine --missing) cell.sh\n  \
@@ -53,12 +53,12 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<ExitCode, CommandErr
 
 /// Collect the results of all cells into one table
 ///
-/// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with their
-/// cost.
+/// Writes DIR/runs.csv and DIR/runs.jsonl, with the same bytes wherever the cells were run, and DIR/timing.csv with
+/// their cost.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep gather sweeps/mine\n  \
                         skiagraph sweep gather sweeps/mine --allow-partial\n\n\
-                        Exit code 1: cells are missing, and --allow-partial is not given.")]
+                        Exit code 1: cells are missing and --allow-partial is not given.")]
 pub(super) struct GatherArguments {
     /// Directory of the sweep
     #[arg(value_name = "DIR")]

@@ -14,8 +14,8 @@ use super::super::{CommandError, output};
 use super::definition::Definition;
 use super::jobs_or_all_cores;
 use crate::artefacts::ArtefactError;
+use crate::common::ExperimentError;
 use crate::evaluation::FEWEST_RUNS;
-use crate::experiment::ExperimentError;
 use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
 
 /// Number of settings in the table; `runs.csv` has all.
@@ -26,28 +26,28 @@ const FAILURES: usize = 5;
 /// Run all cells of a sweep that have no result, one cell per core
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep run sweeps/mine\n  skiagraph sweep run sweeps/mine -j 8\n\n\
-                        Stopped or killed, it resumes where it was: run the same command again. Exit code 1: some cells\n\
-                        cannot be run; their messages are in runs.csv.")]
+                        To resume after an interruption, run the same command again. Exit code 1: some cells cannot be\n\
+                        run; their messages are in runs.csv.")]
 pub(super) struct Arguments {
     /// Directory of the sweep
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
     #[command(flatten)]
-    how: How,
+    options: ExecutionOptions,
 
     #[command(flatten)]
     access: FileAccess,
 }
 
-/// Options of running.
+/// Options of a command that runs cells.
 #[derive(Args, Clone, Debug)]
-struct How {
+struct ExecutionOptions {
     /// Parallel jobs, each on one core [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Retry failed cells
+    /// Retry cells that could not be run
     #[arg(long)]
     retry_failed: bool,
 
@@ -59,16 +59,16 @@ struct How {
 /// Options of `skiagraph sweep` without a subcommand.
 #[derive(Args, Clone, Debug)]
 pub(super) struct Direct {
-    /// Directory of the sweep [default: sweeps/NAME, or sweeps/NAME-2 and so on if another sweep is there]
+    /// Directory of the sweep [default: sweeps/NAME, or sweeps/NAME-2 and so on if it holds another sweep]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
     #[command(flatten)]
-    how: How,
+    options: ExecutionOptions,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    work(&arguments.sweep, &arguments.how, arguments.access, volume)
+    run_and_rank(&arguments.sweep, &arguments.options, arguments.access, volume)
 }
 
 /// Plans, runs, gathers and ranks.
@@ -76,7 +76,7 @@ pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume)
     let draft = definition.draft()?;
     let root = freeze(&draft, direct.out.as_deref())?;
     let record = &draft.record;
-    if !volume.quiet && !direct.how.json {
+    if !volume.quiet && !direct.options.json {
         volume.notes(&[format!(
             "{}: {} ({} x {})",
             root.display(),
@@ -85,12 +85,12 @@ pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume)
             output::counted(record.seeds.len(), "seed"),
         )]);
     }
-    work(&root, &direct.how, definition.access, volume)
+    run_and_rank(&root, &direct.options, definition.access, volume)
 }
 
-/// Freezes the plan where the user asked, or in the first folder that is free or has the same plan.
-fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentError> {
-    if let Some(path) = asked {
+/// Writes the plan to `out`, or else to the first default folder that is free or has the same plan.
+fn freeze(draft: &Draft, out: Option<&Path>) -> Result<PathBuf, ExperimentError> {
+    if let Some(path) = out {
         draft.freeze(path, false)?;
         return Ok(path.to_owned());
     }
@@ -106,16 +106,21 @@ fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentErro
     Ok(first)
 }
 
-fn work(root: &Path, how: &How, access: FileAccess, volume: Volume) -> Result<ExitCode, CommandError> {
+fn run_and_rank(
+    root: &Path,
+    options: &ExecutionOptions,
+    access: FileAccess,
+    volume: Volume,
+) -> Result<ExitCode, CommandError> {
     let sweep = access.open_sweep(root)?;
-    let jobs = jobs_or_all_cores(how.jobs);
+    let jobs = jobs_or_all_cores(options.jobs);
     let progress = TerminalProgress::new(volume);
-    let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
+    let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: options.retry_failed }, &progress);
     drop(progress);
     let ran = ran.map_err(|error| resumable(error, root))?;
     gather(&sweep, false)?;
     let summary = SweepSummary::new(&sweep)?.averaged_over(&sweep.definition()?.sweep.average_over);
-    if how.json {
+    if options.json {
         output::print_json(&json!({
             "schema": "skiagraph.sweep_run/1",
             "run": ran.run,
@@ -125,12 +130,12 @@ fn work(root: &Path, how: &How, access: FileAccess, volume: Volume) -> Result<Ex
             "summary": summary,
         }))?;
     } else {
-        output::print(&told(root, &ran, &summary))?;
+        output::print(&describe(root, &ran, &summary))?;
     }
     Ok(if ran.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
+fn describe(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
     let had = if ran.cached > 0 { format!(", {} had results", ran.cached) } else { String::new() };
     let lost = if ran.diverged > 0 {
         format!(", the tracker lost the body in {}", output::counted(ran.diverged, "cell"))
@@ -156,29 +161,34 @@ fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
     }
 }
 
-/// The best settings, the best first.
+/// The best settings, best first.
 fn ranking(summary: &SweepSummary) -> String {
     let ranked = summary.ranked();
     let width = ranked.iter().take(SHOWN).map(|setting| setting.words.chars().count()).max().unwrap_or(0).max(8);
     let title = summary.metric().map_or(summary.objective.as_str(), |metric| metric.name);
     let mut lines = vec![format!(
         "  {:<width$}  {title:>14}   {:^20}  {:>11}  {:>12}  {:>4}",
-        "setting", "95 % interval", "evaluations", "processor ms", "lost"
+        "setting",
+        if summary.has_intervals() { "95 % interval" } else { "range over seeds" },
+        "evaluations",
+        "processor ms",
+        "lost"
     )];
-    lines.extend(ranked.iter().take(SHOWN).map(|setting| row(setting, width)));
+    lines.extend(ranked.iter().take(SHOWN).map(|setting| row(setting, width, summary.has_intervals())));
     if ranked.len() > SHOWN {
         lines.push(format!("  and {} more", output::counted(ranked.len() - SHOWN, "setting")));
     }
     lines.push(format!(
-        "\n  means over {}{}; evaluations and processor time are those of a frame; lost: seeds that lost the body",
+        "\n  means over {}{}; evaluations and processor time are per frame; lost: seeds that lost the body",
         output::counted(summary.seeds.len(), "seed"),
-        if summary.seeds.len() < FEWEST_RUNS { ", no interval below 3" } else { "" }
+        if summary.has_intervals() { String::new() } else { format!(" (an interval needs {FEWEST_RUNS})") }
     ));
     lines.join("\n")
 }
 
-fn row(setting: &SettingSummary, width: usize) -> String {
-    let interval = setting.ci95.map_or("-".to_owned(), |i| format!("{} to {}", number(i.low), number(i.high)));
+fn row(setting: &SettingSummary, width: usize, has_intervals: bool) -> String {
+    let ends = setting.interval_or_range(has_intervals);
+    let interval = ends.map_or("-".to_owned(), |[low, high]| format!("{} to {}", number(low), number(high)));
     let value = |value: Option<f64>| value.map_or("-".to_owned(), number);
     format!(
         "  {:<width$}  {:>14}   {:^20}  {:>11}  {:>12}  {:>4}",

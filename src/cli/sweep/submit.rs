@@ -10,22 +10,23 @@ use crate::sweep::{PlannedSweep, SubmitOptions, submit};
 
 /// Submit a sweep to a Slurm cluster
 ///
-/// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and a job that waits for
-/// it, submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
+/// Writes DIR/submit/shard.sh and close.sh and submits them: a job array with one task per shard, and a closing job
+/// that waits for it, submits missing cells again, and gathers the results. A timed sample determines the size of
+/// shards.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep submit sweeps/mine --dry-run\n  \
                         skiagraph sweep submit sweeps/mine -- --partition=cpu --mem=2G\n\n\
-                        Results are in DIR as they come: skiagraph sweep status DIR.")]
+                        Show the progress with skiagraph sweep status DIR.")]
 pub(super) struct Arguments {
-    /// Directory of the sweep, on a file system that all nodes see
+    /// Directory of the sweep, on a file system shared by all nodes
     #[arg(value_name = "DIR")]
     sweep: PathBuf,
 
-    /// Accepted for the closing scripts of earlier versions
+    /// Accepted for closing scripts of earlier versions
     #[arg(long, value_name = "ENGINE", default_value = "slurm", value_parser = ["slurm"], hide = true)]
     engine: String,
 
-    /// Minutes that a shard should take
+    /// Target time of a shard, in minutes
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(5..=30))]
     minutes: u32,
 
@@ -33,14 +34,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     shards: Option<u32>,
 
-    /// Print scripts and commands, write and submit nothing
+    /// Print the scripts and commands without writing or submitting them
     #[arg(long)]
     dry_run: bool,
 
     #[arg(long, hide = true, default_value_t = 0)]
     round: usize,
 
-    /// Further arguments for sbatch
+    /// Additional arguments for sbatch
     #[arg(last = true, value_name = "ARGUMENT")]
     extra: Vec<String>,
 }
@@ -66,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
         format!("{}: all cells have results; nothing was submitted", arguments.sweep.display())
     } else {
         format!(
-            "{}: {} submitted (of {}), jobs {}\n  how far it is: skiagraph sweep status {}",
+            "{}: {} submitted (of {}), jobs {}\n  progress: skiagraph sweep status {}",
             arguments.sweep.display(),
             done.array,
             output::counted(done.shards, "shard"),

@@ -1,10 +1,10 @@
 //! Tests of `figures.rs`.
 
 use super::*;
-use crate::report::fixture::{Story, told};
+use crate::report::fixture::{Story, with_input};
 
 fn ids(story: &Story) -> Vec<&'static str> {
-    told(story, |input| figures(input, &input.runs[0]).unwrap().iter().map(|figure| figure.id).collect())
+    with_input(story, |input| figures(input, &input.runs[0]).unwrap().iter().map(|figure| figure.id).collect())
 }
 
 #[test]
@@ -14,11 +14,11 @@ fn a_full_run_has_every_figure() {
 }
 
 fn of_joints(story: &Story) -> String {
-    told(story, |input| per_joint(input).unwrap().unwrap().how_to_read)
+    with_input(story, |input| per_joint(input).unwrap().unwrap().how_to_read)
 }
 
 #[test]
-fn hands_and_feet_are_said_to_be_worst_where_they_are() {
+fn hands_and_feet_are_called_worst_only_if_they_are() {
     assert!(of_joints(&Story::default()).contains("Hands and feet are worst here"));
     let alike = of_joints(&Story { beside_m: 0.3, wander: 0.0, ..Story::default() });
     assert!(!alike.contains("Hands and feet") && alike.contains("Worst here: "), "{alike}");
@@ -27,7 +27,7 @@ fn hands_and_feet_are_said_to_be_worst_where_they_are() {
 #[test]
 fn a_limb_that_is_lost_on_one_side_is_named() {
     let lost = of_joints(&Story { wrist_lost_from: Some(40), ..Story::default() });
-    assert!(lost.contains("The left wrist is ") && lost.contains("one limb is lost and not the other"), "{lost}");
+    assert!(lost.contains("The left wrist is ") && lost.contains("one limb is lost, the other is not"), "{lost}");
     assert!(!lost.contains("swapped"));
     assert!(!of_joints(&Story::default()).contains("one limb is lost"));
 }

@@ -1,4 +1,4 @@
-//! What the page's script gets.
+//! The data for the page's script.
 
 use nalgebra::Point3;
 use serde::Serialize;
@@ -11,22 +11,22 @@ use crate::report::overlay::{MARKER_BONES, Whose};
 use crate::report::plots::hex;
 use crate::report::{ReportError, base64, cell};
 
-/// Places in images are kept in quarters of a pixel.
+/// Positions in images are stored in quarters of a pixel.
 const PARTS_OF_A_PIXEL: f64 = 4.0;
-/// No place.
+/// No position.
 const NOWHERE: i16 = i16::MIN;
 
-/// Everything that the script draws; put into the page as JSON.
+/// Everything that the script draws, as JSON in the page.
 #[derive(Serialize)]
 pub(in crate::report) struct PlaybackData {
     seed: u64,
     /// Whether an estimate is shown: frames have errors, views have overlaps.
     scored: bool,
     fps: f64,
-    /// Image pixels per kept pixel.
+    /// Image pixels per stored pixel.
     reduction: u32,
     stride: usize,
-    /// Frames of the run, kept or not.
+    /// Number of frames of the run, stored or not.
     frames: usize,
     cameras: Vec<CameraData>,
     /// Pairs of markers.
@@ -38,9 +38,9 @@ pub(in crate::report) struct PlaybackData {
     overlap: Vec<Vec<Option<f64>>>,
     /// `[frame][camera]`: mean 2-D error of the markers, pixels.
     pixels: Vec<Vec<Option<f64>>>,
-    /// Views, frame by frame, camera by camera, as `PackedView` has them, in Base64.
+    /// `PackedView`s by frame and camera, in Base64.
     views: String,
-    /// Views of props, one a camera; empty without props.
+    /// Views of props, one per camera; empty without props.
     props: String,
     /// `[frame][camera][truth, estimate][marker][x, y]` in quarters of a pixel, 16 bits, in Base64.
     points: String,
@@ -51,7 +51,7 @@ struct CameraData {
     name: String,
     width: u32,
     height: u32,
-    /// Width of the part of the image that holds the body in any frame, pixels.
+    /// Width of the part of the image that contains the body, pixels.
     span: f64,
 }
 
@@ -64,7 +64,7 @@ struct Colours {
     estimate: String,
 }
 
-/// The script's data; `errors` are the HumanEva errors of the seed's frames, where there is an estimate.
+/// The data for the script; `errors` are the HumanEva errors of the seed's frames, if there is an estimate.
 pub(in crate::report) fn playback_data(
     playback: &Playback,
     (rig, frames_per_second): (&CameraRig, f64),
@@ -119,7 +119,7 @@ pub(in crate::report) fn playback_data(
     })
 }
 
-/// A camera, and how wide a part of its image holds the body in nineteen of twenty frames.
+/// A camera, with the width of the part of its image that contains the body in 95 % of the frames.
 fn camera_data(playback: &Playback, index: usize, camera: &Camera) -> CameraData {
     let bounds = playback.views.iter().filter_map(|views| views.get(index)).map(|view| view.bounds);
     let mut spans: Vec<f64> = bounds.filter(|bounds| !bounds.is_empty()).map(|bounds| cell::span(&bounds)).collect();
@@ -142,7 +142,7 @@ fn packed(pixels: f64) -> i16 {
     (PARTS_OF_A_PIXEL * pixels).round() as i16
 }
 
-/// Mean 2-D error of the markers whose true place is inside the image, to tenths of a pixel.
+/// Mean 2-D error of the markers whose true position is inside the image, rounded to 0.1 px.
 fn error_px(camera: &Camera, truth: &Markers, estimate: &Markers) -> Option<f64> {
     let of = |(truth, estimate): (&Option<Point3<f64>>, &Option<Point3<f64>>)| {
         let (truth, estimate) = (camera.project(&(*truth)?)?, camera.project(&(*estimate)?)?);

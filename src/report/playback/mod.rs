@@ -1,8 +1,7 @@
-//! Every frame of a run in every camera, small enough for a page: the reader moves through time, pictures and plots
-//! together.
+//! Every frame of a run in every camera, small enough for a page, in which the reader moves through time.
 //!
-//! [`PlaybackPlan`] decides how finely silhouettes are kept, so that all of them fit; [`PlaybackPlan::pack`] makes run
-//! lengths of one view. The page's script draws them.
+//! [`PlaybackPlan`] sets the resolution of silhouettes, so that all of them fit; [`PlaybackPlan::pack`] run-length
+//! encodes one view. The page's script draws them.
 
 mod data;
 mod pack;
@@ -20,13 +19,13 @@ use crate::raster::Mask;
 pub struct Playback {
     /// The seed.
     pub seed: u64,
-    /// How views were packed.
+    /// The plan by which views were packed.
     pub plan: PlaybackPlan,
-    /// `[frame][camera]`, of the frames of [`PlaybackPlan::frames`].
+    /// `[frame][camera]`, for the frames of [`PlaybackPlan::kept`].
     pub views: Vec<Vec<PackedView>>,
-    /// Props in every camera's image; empty without any, and where a camera moves.
+    /// Props in every camera's image; empty without props, and if a camera moves.
     pub props: Vec<Mask>,
-    /// The cameras in those frames, where any moves; else empty.
+    /// The cameras in those frames, if any moves; else empty.
     pub moved: Vec<CameraRig>,
     /// The actor's markers in those frames.
     pub truth: Vec<Markers>,

@@ -1,44 +1,43 @@
-//! Two silhouettes of a view as run lengths.
+//! Run-length encoding of the two silhouettes of a view.
 
 use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
-/// What all views of a page may take, bytes.
+/// Maximum size of all views of a page, bytes.
 const BUDGET: usize = 7_000_000;
-/// What a view should take at most before its silhouettes are kept more coarsely, bytes.
+/// Maximum mean size of a view, bytes, before the resolution of silhouettes is reduced.
 const VIEW_BUDGET: usize = 3_000;
-/// Coarsest: one kept pixel for so many of the image, each way.
+/// Maximum number of image pixels per stored pixel, in each direction.
 const COARSEST: u32 = 8;
-/// Longest run that a byte holds; its upper two bits are the label.
+/// Longest run in a byte, whose upper two bits are the label.
 const LONGEST: usize = 64;
 
-/// How finely, and how often, views are kept.
+/// Resolution and frequency of stored views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaybackPlan {
-    /// Image pixels per kept pixel, each way.
+    /// Image pixels per stored pixel, in each direction.
     pub reduction: u32,
-    /// Every so manyth frame is kept, from frame 0 on.
+    /// Step between stored frames, from frame 0.
     pub stride: usize,
-    /// Frames of the run.
+    /// Number of frames of the run.
     pub frames: usize,
 }
 
 /// One view of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedView {
-    /// Left, top, width and height of the box around both silhouettes in kept pixels and the number of bytes that
-    /// follow (16, 16, 16, 16 and 32 bits, least byte first); then runs of equal labels row by row: the label in the
-    /// upper two bits, the length less one in the lower six. Labels: 0 neither, 1 observed alone, 2 estimated alone, 3
-    /// both.
+    /// Left, top, width and height of the box around both silhouettes in stored pixels, and the number of bytes that
+    /// follow (16, 16, 16, 16 and 32 bits, little-endian); then runs of equal labels row by row: the label in the upper
+    /// two bits, the length minus one in the lower six. Labels: 0 neither, 1 observed only, 2 estimated only, 3 both.
     pub bytes: Vec<u8>,
-    /// Overlap of the two silhouettes at the image's own size.
+    /// Overlap of the two silhouettes at the image's resolution.
     pub overlap: Option<f64>,
     /// The box in pixels of the image.
     pub bounds: PixelBounds,
 }
 
 impl PlaybackPlan {
-    /// A plan for `frames` frames in `cameras` cameras that look like the `samples`: observed and estimated
+    /// A plan for `frames` frames in `cameras` cameras whose views are like the `samples`: observed and estimated
     /// silhouettes.
     pub fn new(frames: usize, cameras: usize, samples: &[(&Mask, Option<&Mask>)]) -> Self {
         let mean = |reduction: u32| {
@@ -53,12 +52,12 @@ impl PlaybackPlan {
         Self { reduction, stride: all.div_ceil(BUDGET).max(1), frames }
     }
 
-    /// The frames that are kept.
+    /// The stored frames.
     pub fn kept(&self) -> impl ExactSizeIterator<Item = usize> + Clone + use<> {
         (0..self.frames).step_by(self.stride.max(1))
     }
 
-    /// Packs one view; without an estimated silhouette all that is observed counts as both.
+    /// Packs one view; without an estimated silhouette, observed pixels are labelled as both.
     pub fn pack(&self, observed: &Mask, estimated: Option<&Mask>) -> PackedView {
         let seen = observed.bounds();
         let found = estimated.map_or(seen, |estimated| seen.union(&estimated.bounds()));
@@ -82,7 +81,7 @@ impl PlaybackPlan {
     }
 }
 
-/// Which kept pixels of a row are set: those of whose image pixels at least half are.
+/// The stored pixels of a row: set if at least half of their image pixels are set.
 fn covered(mask: &Mask, step: u32, row: u32, left: u32, width: u32) -> Vec<bool> {
     let mut counts = vec![0_u32; width as usize];
     let rows = row * step..((row + 1) * step).min(mask.height());
@@ -133,7 +132,7 @@ impl Runs {
 mod tests {
     use super::*;
 
-    /// What the page's script does.
+    /// Unpacks a view like the page's script.
     fn unpacked(view: &PackedView) -> (u32, u32, u32, Vec<u8>) {
         let number = |at: usize| u32::from(u16::from_le_bytes([view.bytes[at], view.bytes[at + 1]]));
         let labels = view.bytes[12..].iter().flat_map(|byte| vec![byte >> 6; usize::from(byte & 63) + 1]).collect();
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_kept_more_coarsely_and_long_runs_less_often() {
+    fn noise_reduces_the_resolution_and_long_runs_the_frequency() {
         let (observed, estimated) = masks();
         let noise = Mask::from_fn(640, 480, |x, y| (x * 7919 + y * 104_729) % 5 == 0);
         let clean = PlaybackPlan::new(529, 4, &[(&observed, Some(&estimated))]);

@@ -1,4 +1,4 @@
-//! PlotAxes of plots, and the head above them.
+//! Axes of plots, and the head above them.
 
 use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Stroke};
@@ -9,19 +9,19 @@ use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks, whole_tic
 pub(super) struct Axis {
     /// The values at its ends.
     values: [f64; 2],
-    /// Where these are, CSS pixels.
+    /// Positions of the ends, CSS pixels.
     pixels: [f64; 2],
-    /// Values that are named.
+    /// Values and labels of the ticks.
     ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// With about so many ticks at round numbers.
+    /// A linear axis with at most about `most` ticks at round numbers.
     pub(super) fn round(values: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
         Self { values, pixels, ticks: round_ticks(values, most) }
     }
 
-    /// As [`Self::round`], at whole numbers where all values along it are whole: there is no half camera.
+    /// Like [`Self::round`], with ticks at whole numbers if all values are whole, such as numbers of cameras.
     pub(super) fn along(mut values: impl Iterator<Item = f64>, range: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
         if values.all(|value| value.fract() == 0.0) {
             return Self { values: range, pixels, ticks: whole_ticks(range, most) };
@@ -29,14 +29,14 @@ impl Axis {
         Self::round(range, pixels, most)
     }
 
-    /// Of exponents of ten, with at most so many ticks at round values.
+    /// A logarithmic axis over exponents of ten, with at most `most` ticks at round values.
     pub(super) fn logarithmic(exponents: [f64; 2], pixels: [f64; 2], most: u32) -> Self {
         let exponent = log_ticks(exponents, most as usize).into_iter().map(libm::log10);
         let ticks = exponent.map(|exponent| (exponent, power_of_ten(exponent))).collect();
         Self { values: exponents, pixels, ticks }
     }
 
-    /// Without ticks, in pixels.
+    /// An axis in pixels, without ticks.
     pub(super) fn of_pixels(pixels: [f64; 2]) -> Self {
         Self { values: pixels, pixels, ticks: Vec::new() }
     }
@@ -60,7 +60,7 @@ impl PlotAxes {
         [self.x.place(x), self.y.place(y)]
     }
 
-    /// Draws lines across the plot at the ticks of the vertical axis, if it has some, and this axis.
+    /// Draws the vertical axis, with lines across the plot at its ticks.
     pub(super) fn draw_y(&self, drawing: &mut PlotDrawing) {
         let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
         for (value, words) in &self.y.ticks {
@@ -72,7 +72,7 @@ impl PlotAxes {
         drawing.line(vec![[left, top], [left, bottom]], Stroke::solid(Colour::Faint), 1.0);
     }
 
-    /// Draws the horizontal axis with its label, and lines across the plot at its ticks if so asked.
+    /// Draws the horizontal axis with its label, and if `lines` is set, lines across the plot at its ticks.
     pub(super) fn draw_x(&self, drawing: &mut PlotDrawing, label: &str, lines: bool) {
         let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
         for (value, words) in &self.x.ticks {
@@ -87,7 +87,8 @@ impl PlotAxes {
         drawing.text(label, [0.5 * (left + right), bottom + 29.0], 12.0, Colour::Faint, TextSide::Middle);
     }
 
-    /// What a page's script must know to point at a value of the horizontal axis.
+    /// Data for the page's script to mark a value of the horizontal axis: left, right, top and bottom of the plot, and
+    /// the values at the ends of the axis.
     pub(super) fn for_script(&self) -> [f64; 6] {
         let ([left, right], [bottom, top]) = (self.x.pixels, self.y.pixels);
         [left, right, top, bottom, self.x.values[0], self.x.values[1]]
@@ -140,18 +141,18 @@ impl<'a> PlotHead<'a> {
         drawing.text(y_label, [0.0, self.height + 11.0], 12.0, Colour::Faint, TextSide::Start);
     }
 
-    /// Left, right, bottom and top of the plot below a head with such a label.
+    /// Left, right, bottom and top of the plot below the head and the label of the vertical axis.
     pub(super) fn plot_below(&self, width: u32, height: u32) -> [[f64; 2]; 2] {
         [[46.0, f64::from(width) - 14.0], [f64::from(height) - 40.0, self.height + 26.0]]
     }
 }
 
-/// The name of a plot with what it shows, for readers who cannot see it.
+/// The name of a plot with its finding, as alternative text.
 pub(super) fn described(name: String, finding: &str) -> String {
     if finding.is_empty() { name } else { format!("{name}: {finding}") }
 }
 
-/// Least and greatest of the finite values; `None` without one.
+/// Minimum and maximum of the finite values; `None` without one.
 pub(super) fn ends(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values
         .filter(|value| value.is_finite())

@@ -8,15 +8,15 @@ use crate::report::ReportError;
 /// Groups of bars that start at zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BarPlot {
-    /// Drawn above the plot where there is one.
+    /// Title above the plot.
     pub title: Option<String>,
-    /// What the bars measure, with its unit.
+    /// The measured quantity with its unit.
     pub value_label: String,
     /// Names and colours of the bars of a group.
     pub legend: Vec<(String, Colour)>,
     /// The groups, from top to bottom.
     pub groups: Vec<BarGroup>,
-    /// What the plot shows, for readers who cannot see it; empty for none.
+    /// Finding for the alternative text; may be empty.
     pub finding: String,
 }
 
@@ -40,7 +40,7 @@ pub struct Bar {
     pub colour: Colour,
 }
 
-/// How far, in lengths of the longest bar, an interval may stretch the plot.
+/// Maximum extent of an interval, in multiples of the longest bar.
 const FURTHEST: f64 = 2.0;
 /// Lengths in CSS pixels.
 const BAR: f64 = 11.0;
@@ -48,17 +48,17 @@ const BETWEEN_GROUPS: f64 = 11.0;
 const ABOVE: f64 = 6.0;
 const BELOW: f64 = 44.0;
 const NAME_WIDTH: f64 = 84.0;
-/// Of an average letter of a name.
+/// Width of an average letter of a name.
 const LETTER: f64 = 6.6;
 
 impl BarPlot {
-    /// The height that holds all bars comfortably, CSS pixels.
+    /// The height that the bars need, CSS pixels.
     pub fn height(&self, width: u32) -> u32 {
         let groups: f64 = self.groups.iter().map(BarGroup::height).sum();
         (self.head(width).height + ABOVE + groups + BELOW).max(120.0) as u32
     }
 
-    /// Room for the longest name, at most two fifths of the width.
+    /// Width for the longest name, at most 40 % of the plot.
     fn name_width(&self, width: u32) -> f64 {
         let longest = self.groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
         (LETTER * longest as f64 + 14.0).clamp(NAME_WIDTH, (0.4 * f64::from(width)).max(NAME_WIDTH))
@@ -69,7 +69,7 @@ impl BarPlot {
         PlotHead::new(self.title.as_deref(), entries, width)
     }
 
-    /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.
+    /// Draws the plot with this width, CSS pixels, and the height [`Self::height`].
     ///
     /// # Errors
     /// [`ReportError`] for a width outside 160 to 10 000.
@@ -97,7 +97,7 @@ impl BarPlot {
         drawing.svg(Size { width, height }, &described(name.clone(), &self.finding))
     }
 
-    /// The value at the right edge: an interval that goes further than twice the longest bar is cut off there.
+    /// The value at the right edge; an interval beyond twice the longest bar is cut off there.
     fn greatest(&self) -> f64 {
         let bars = || self.groups.iter().flat_map(|group| &group.bars);
         let longest = bars().map(|bar| bar.value).filter(|v| v.is_finite()).fold(0.0, f64::max);
@@ -106,7 +106,7 @@ impl BarPlot {
         if greatest > 0.0 { 1.04 * greatest } else { 1.0 }
     }
 
-    /// Whether an interval leaves the plot.
+    /// Whether an interval extends beyond the plot.
     pub fn cuts_off(&self) -> bool {
         let edge = self.greatest();
         self.groups.iter().flat_map(|group| &group.bars).any(|bar| bar.interval.is_some_and(|[_, high]| high > edge))
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_far_beyond_the_bars_is_cut_off_and_said_to_be() {
+    fn an_interval_far_beyond_the_bars_is_cut_off_and_reported() {
         let mut plot = plot();
         assert!(!plot.cuts_off() && (plot.greatest() - 1.04 * 23.0).abs() < 1e-9);
         plot.groups[0].bars[0].interval = Some([1.0, 2000.0]);

@@ -1,9 +1,9 @@
 //! The colours of all plots and pictures.
 
-/// A colour with a value for light and one for dark paper. All are distinct for the common forms of colour blindness
-/// (`[Okabe 2008]`) in lightness or hue.
+/// A colour with values for light and dark backgrounds. All colours differ in lightness or hue for the common forms of
+/// colour blindness (`[Okabe 2008]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub enum Colour {
     Ink,
     Faint,
@@ -15,13 +15,13 @@ pub enum Colour {
     Purple,
     Amber,
     Grey,
-    /// Steps of a ramp from light to deep, for things that have an order; `0..6`.
+    /// Steps of a ramp from light to dark, for ordered things; `0..6`.
     Ramp(u8),
-    /// The same on any paper.
+    /// The same on any background.
     Fixed([u8; 3]),
 }
 
-/// All that follow the paper.
+/// All colours that depend on the background.
 const ALL: [Colour; 16] = [
     Colour::Ink,
     Colour::Faint,
@@ -42,7 +42,7 @@ const ALL: [Colour; 16] = [
 ];
 
 impl Colour {
-    /// Name of the CSS variable, value on light paper, value on dark paper.
+    /// Name of the CSS variable, value on a light background, value on a dark background.
     const fn entry(self) -> (&'static str, [u8; 3], [u8; 3]) {
         match self {
             Self::Ink => ("plot-ink", [0x1c, 0x27, 0x32], [0xe8, 0xed, 0xf2]),
@@ -70,12 +70,12 @@ impl Colour {
         if count > 1 { Self::Ramp((5 * index / (count - 1)).min(5) as u8) } else { Self::Blue }
     }
 
-    /// Red, green and blue on light paper.
+    /// Red, green and blue on a light background.
     pub(super) const fn on_light(self) -> [u8; 3] {
         self.entry().1
     }
 
-    /// Red, green and blue on dark paper.
+    /// Red, green and blue on a dark background.
     pub(in crate::report) const fn on_dark(self) -> [u8; 3] {
         self.entry().2
     }
@@ -102,7 +102,7 @@ impl Stroke {
     }
 }
 
-/// `:root` declarations of every plot colour for light or dark paper.
+/// `:root` declarations of every plot colour for a light or a dark background.
 pub fn css_variables(dark: bool) -> String {
     let declare = |colour: Colour| {
         let (name, on_light, on_dark) = colour.entry();
@@ -111,7 +111,7 @@ pub fn css_variables(dark: bool) -> String {
     ALL.into_iter().map(declare).collect()
 }
 
-/// Rules that give whatever is drawn in a plot's colour the variable of that colour.
+/// Rules that replace each plot colour by its variable.
 pub fn css_rules() -> String {
     let rule = |colour: Colour| {
         let (name, on_light, _) = colour.entry();
@@ -121,7 +121,7 @@ pub fn css_rules() -> String {
     ALL.into_iter().map(rule).collect()
 }
 
-/// As CSS writes a colour.
+/// A colour in CSS notation.
 pub(in crate::report) fn hex([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
@@ -130,7 +130,7 @@ pub(in crate::report) fn hex([red, green, blue]: [u8; 3]) -> String {
 mod tests {
     use super::*;
 
-    /// The rules of a page tell colours by their values.
+    /// The rules of a page distinguish colours by their values.
     #[test]
     fn no_two_colours_have_the_same_value() {
         let mut values: Vec<[u8; 3]> = ALL.iter().map(|colour| colour.on_light()).collect();

@@ -4,25 +4,25 @@ use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
-/// Values in rows and columns, each on a ground that tells how good it is.
+/// Values in rows and columns, with background colours that show how good they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatPlot {
-    /// What varies from row to row.
+    /// Label of the rows' axis.
     pub down: String,
-    /// What varies from column to column.
+    /// Label of the columns' axis.
     pub across: String,
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Names of the rows and their cells, one a column; `None` for no value.
+    /// Names of the rows and their cells, one per column; `None` for no value.
     pub rows: Vec<(String, Vec<Option<HeatCell>>)>,
 }
 
 /// One value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatCell {
-    /// The value in words.
+    /// The value as text.
     pub text: String,
-    /// Its ground, light enough for dark text.
+    /// Its background, light enough for dark text.
     pub ground: [u8; 3],
 }
 
@@ -33,10 +33,10 @@ const ABOVE: f64 = 48.0;
 const LETTER: f64 = 7.0;
 
 impl HeatPlot {
-    /// Draws the map as large as its cells need.
+    /// Draws the map at the size that its cells need.
     ///
     /// # Errors
-    /// [`ReportError`] for more cells than 10 000 pixels hold.
+    /// [`ReportError`] if it needs more than 10 000 pixels.
     pub fn svg(&self) -> Result<Svg, ReportError> {
         let names = self.rows.iter().map(|(name, _)| name).chain([&self.down]);
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_map_has_a_rectangle_for_every_value_and_none_where_there_is_none() {
+    fn a_map_has_a_rectangle_for_every_value_and_none_for_a_missing_one() {
         let cell = |text: &str| Some(HeatCell { text: text.to_owned(), ground: [200, 230, 210] });
         let plot = HeatPlot {
             down: "particles".to_owned(),

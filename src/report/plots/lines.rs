@@ -1,43 +1,43 @@
-//! Lines over a common axis, each with a band if it has one.
+//! Lines over a common axis, with optional bands.
 
 use super::axes::{Axis, PlotAxes, PlotHead, described, ends};
 use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
-/// Some lines, their axes and their marks.
+/// Lines with axes and marks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinePlot {
-    /// Drawn above the plot where there is one.
+    /// Title above the plot.
     pub title: Option<String>,
-    /// What the horizontal axis is, with its unit.
+    /// Quantity of the horizontal axis with its unit.
     pub x_label: String,
-    /// What the vertical axis is, with its unit.
+    /// Quantity of the vertical axis with its unit.
     pub y_label: String,
     /// The lines.
     pub lines: Vec<Line>,
-    /// The lowest value shown; the least one if `None`.
+    /// Lower end of the vertical axis; by default the minimum.
     pub y_from: Option<f64>,
-    /// The highest value shown; the greatest one if `None`. Lines leave the plot above it.
+    /// Upper end of the vertical axis; by default the maximum. Lines are cut off above it.
     pub y_to: Option<f64>,
-    /// Whether the vertical axis counts in powers of ten; values at or below zero are then missing.
+    /// Whether the vertical axis is logarithmic; values at or below zero are then missing.
     pub logarithmic: bool,
-    /// Places on the horizontal axis to point out: position and name.
+    /// Marks on the horizontal axis: position and name.
     pub marks: Vec<(f64, String)>,
-    /// What the plot shows, for readers who cannot see it; empty for none.
+    /// Finding for the alternative text; may be empty.
     pub finding: String,
 }
 
 /// One line; it breaks where a value is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Name in the legend; nameless lines are not listed there.
+    /// Name in the legend; lines without a name are not listed.
     pub name: String,
     /// How it is drawn.
     pub stroke: Stroke,
     /// Positions and values.
     pub points: Vec<(f64, Option<f64>)>,
-    /// Positions, lower and upper end of the band around it; empty for none.
+    /// Positions, lower and upper ends of the band; empty for none.
     pub band: Vec<(f64, Option<[f64; 2]>)>,
 }
 
@@ -47,7 +47,7 @@ impl Line {
         Self { name: name.to_owned(), stroke, points, band: vec![] }
     }
 
-    /// The same with the decimal logarithm of every value.
+    /// The line of the decimal logarithms of all values.
     fn logarithm(&self) -> Self {
         let log = |value: f64| (value > 0.0).then(|| libm::log10(value));
         let points = self.points.iter().map(|(x, value)| (*x, value.and_then(log))).collect();
@@ -78,7 +78,7 @@ impl Line {
 }
 
 impl LinePlot {
-    /// As SVG.
+    /// Draws the plot as SVG.
     ///
     /// # Errors
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
@@ -129,7 +129,7 @@ impl LinePlot {
     }
 }
 
-/// A vertical line at `x` with its name beside it, on the side with more room.
+/// Draws a vertical line at `x` with its name beside it, on the side with more space.
 fn draw_mark(drawing: &mut PlotDrawing, x: f64, [[left, right], [bottom, top]]: [[f64; 2]; 2], name: &str) {
     drawing.line(vec![[x, bottom], [x, top]], Stroke::dashed(Colour::Faint), 1.0);
     let near_right_end = x - left > 0.7 * (right - left);
@@ -137,7 +137,7 @@ fn draw_mark(drawing: &mut PlotDrawing, x: f64, [[left, right], [bottom, top]]: 
     drawing.text(name, [x + offset, top + 8.0], 12.0, Colour::Faint, side);
 }
 
-/// Least and greatest; a range of one around a single value, `[0, 1]` for none.
+/// Minimum and maximum; a range of length 1 for a single value, `[0, 1]` for none.
 fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     match ends(values) {
         Some([low, high]) if high > low => [low, high],
@@ -146,7 +146,7 @@ fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     }
 }
 
-/// The stretches without a gap.
+/// The stretches without missing values.
 fn present_runs<T: Copy>(points: &[(f64, Option<T>)]) -> Vec<Vec<(f64, T)>> {
     let stretches = points.split(|(_, value)| value.is_none());
     let runs = stretches.map(|run| run.iter().filter_map(|(x, value)| Some((*x, (*value)?))).collect());
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_names_its_lines_follows_the_theme_and_dashes_what_is_dashed() {
+    fn a_plot_names_its_lines_follows_the_theme_and_draws_dashes() {
         let points: Vec<_> = (0..50).map(|i| (f64::from(i), Some(f64::from(i * i)))).collect();
         let mut line = Line::new("error <mm>", Stroke::solid(Colour::Blue), points.clone());
         line.band = points.iter().map(|(x, y)| (*x, y.map(|y| [y - 5.0, y + 5.0]))).collect();
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_of_nothing_is_empty_axes_and_one_of_no_size_an_error() {
+    fn a_plot_without_lines_has_empty_axes_and_one_of_zero_size_is_an_error() {
         assert!(LinePlot::default().svg(Size { width: 400, height: 200 }).is_ok());
         assert!(matches!(LinePlot::default().svg(Size { width: 0, height: 200 }), Err(ReportError::Size { .. })));
     }

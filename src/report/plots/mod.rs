@@ -1,8 +1,8 @@
 //! Plots: lines with bands, bars, points, and paths through a plane.
 //!
-//! A plot is a list of shapes, from which SVG or a part of a picture is made. SVG is in the colours of light
-//! paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so that the plot follows the page's light or
-//! dark theme ([`css_variables`]); a plot in its own file contains both ([`Svg::standalone`]).
+//! A plot is a list of shapes, which is drawn as SVG or as a part of a picture. SVG uses the colours for a light
+//! background. A page's rules ([`css_rules`]) replace each colour by a CSS variable, so that the plot follows the
+//! page's light or dark theme ([`css_variables`]); a plot in a separate file contains both ([`Svg::standalone`]).
 
 mod axes;
 mod bars;

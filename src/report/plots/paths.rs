@@ -1,4 +1,4 @@
-//! Paths through a plane, both axes to one scale, in panels beside each other or one above the other.
+//! Paths through a plane with equal scales on both axes, in panels.
 
 use super::axes::{Axis, PlotAxes, PlotHead, ends};
 use super::shapes::{PlotDrawing, TextSide};
@@ -8,7 +8,7 @@ use crate::report::ReportError;
 /// Panels that share a legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathPlot {
-    /// What the plot shows, for readers who cannot see it.
+    /// Alternative text.
     pub label: String,
     /// Names and strokes of the legend.
     pub legend: Vec<(String, Stroke)>,
@@ -19,20 +19,20 @@ pub struct PathPlot {
 /// One plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathPanel {
-    /// What the horizontal axis is.
+    /// Label of the horizontal axis.
     pub x_label: String,
-    /// What the vertical axis is.
+    /// Label of the vertical axis.
     pub y_label: String,
     /// The paths.
     pub paths: Vec<Path>,
 }
 
-/// A path; a dot marks where it begins.
+/// A path; a dot marks its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     /// How it is drawn.
     pub stroke: Stroke,
-    /// Points in order; those that are not finite are left out.
+    /// Points in order; points that are not finite are left out.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -75,7 +75,7 @@ impl PathPanel {
         }
     }
 
-    /// Ranges about the middle of all points that show a unit equally long on both axes.
+    /// Ranges around the middle of all points, with equal scales on both axes.
     fn ranges(&self, pixels: [f64; 2]) -> [[f64; 2]; 2] {
         let along =
             |axis: usize| ends(self.paths.iter().flat_map(Path::finite).map(|point| point[axis])).unwrap_or([0.0, 1.0]);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn panels_are_drawn_with_their_legend_and_a_path_of_no_point_is_none() {
+    fn panels_are_drawn_with_their_legend_and_a_path_without_points_is_left_out() {
         let plot = PathPlot {
             label: "latents".into(),
             legend: vec![("learned".into(), Stroke::solid(Colour::Blue))],

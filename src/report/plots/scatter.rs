@@ -1,4 +1,4 @@
-//! Points with vertical intervals over a logarithmic axis, and a front through some of them.
+//! Points with vertical intervals over a logarithmic axis, and a Pareto front.
 
 use super::axes::{Axis, PlotAxes, PlotHead, ends};
 use super::shapes::PlotDrawing;
@@ -8,13 +8,13 @@ use crate::report::ReportError;
 /// Points in groups, one colour each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScatterPlot {
-    /// What the horizontal axis is, with its unit; it counts in powers of ten.
+    /// Quantity of the horizontal axis with its unit; the axis is logarithmic.
     pub x_label: String,
-    /// What the vertical axis is, with its unit.
+    /// Quantity of the vertical axis with its unit.
     pub y_label: String,
     /// The points.
     pub groups: Vec<ScatterGroup>,
-    /// Points that are joined in steps, in order of their positions.
+    /// Points of the front, joined in steps, in order of their positions.
     pub front: Vec<[f64; 2]>,
 }
 
@@ -25,7 +25,7 @@ pub struct ScatterGroup {
     pub name: String,
     /// Their colour.
     pub colour: Colour,
-    /// The points; those that are not finite, or not above 0 on the horizontal axis, are left out.
+    /// The points; points that are not finite, or not above 0 on the horizontal axis, are left out.
     pub points: Vec<ScatterPoint>,
 }
 
@@ -40,11 +40,11 @@ pub struct ScatterPoint {
     pub interval: Option<[f64; 2]>,
 }
 
-/// How far, in sizes of the greatest value, an interval may stretch the plot.
+/// Maximum extent of an interval, in multiples of the largest value.
 const FURTHEST: f64 = 2.0;
 
 impl ScatterPlot {
-    /// As SVG.
+    /// Draws the plot as SVG.
     ///
     /// # Errors
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
@@ -84,8 +84,8 @@ impl ScatterPlot {
         self.groups.iter().flat_map(ScatterGroup::drawn).any(|point| point.interval.is_some_and(|[_, high]| high > top))
     }
 
-    /// Ranges of exponents and of values, with a margin; values begin at zero. Intervals are in it whole, but for what
-    /// goes further than twice the greatest value.
+    /// Ranges of exponents and of values, with a margin; values begin at zero. The range includes the intervals up to
+    /// twice the largest value.
     pub(crate) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let [left, right] = ends(points().map(|p| libm::log10(p.x))).unwrap_or([0.0, 1.0]);
@@ -100,13 +100,13 @@ impl ScatterPlot {
 }
 
 impl ScatterGroup {
-    /// The points that have a place.
+    /// The points that can be drawn.
     pub(crate) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
         self.points.iter().copied().filter(|p| p.x > 0.0 && p.x.is_finite() && p.y.is_finite())
     }
 }
 
-/// Between two points of a front nothing better is known than the cheaper one.
+/// The path of a front in steps: between two points, the cheaper one is the best known.
 fn steps(front: &[[f64; 2]]) -> Vec<(f64, f64)> {
     let mut path = Vec::new();
     for [x, y] in front.iter().copied().filter(|[x, _]| *x > 0.0) {
@@ -120,7 +120,7 @@ fn steps(front: &[[f64; 2]]) -> Vec<(f64, f64)> {
 }
 
 impl ScatterPoint {
-    /// With an arrow at the top of an interval that continues above the plot.
+    /// Draws the point and its interval, with an arrow if the interval continues above the plot.
     fn draw(&self, drawing: &mut PlotDrawing, axes: &PlotAxes, [least, most]: [f64; 2], colour: Colour) {
         let x = libm::log10(self.x);
         if let Some(ends) = self.interval {
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_are_whole_and_one_that_goes_on_for_ever_has_an_arrow() {
+    fn intervals_fit_into_the_plot_and_a_very_wide_one_has_an_arrow() {
         let whole = plot([[3.0, 8.0], [1.0, 3.0]]);
         let [_, [low, high]] = whole.ranges();
         assert!(low == 0.0 && high > 8.0 && !whole.cuts_off());
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_front_is_drawn_in_steps_and_points_that_have_no_place_are_left_out() {
+    fn a_front_is_drawn_in_steps_and_points_that_cannot_be_drawn_are_left_out() {
         assert_eq!(steps(&[[1.0, 9.0], [10.0, 4.0]]), [(0.0, 9.0), (1.0, 9.0), (1.0, 4.0)]);
         let point = |x, y| ScatterPoint { x, y, interval: Some([y - 1.0, y + 1.0]) };
         let group = ScatterGroup {

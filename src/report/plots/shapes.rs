@@ -1,4 +1,4 @@
-//! Lines, areas, dots and text: what every plot is made of, and their SVG.
+//! The shapes of plots, such as lines, areas, dots and text, and their SVG.
 
 use std::fmt::Write;
 
@@ -6,12 +6,12 @@ use super::colour::hex;
 use super::{Colour, Size, Stroke, css_rules, css_variables};
 use crate::report::{GENERATOR, ReportError};
 
-/// Shapes in the order in which they are drawn; CSS pixels from the top left.
+/// Shapes in drawing order; CSS pixels from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PlotDrawing {
     pub(in crate::report) shapes: Vec<Shape>,
-    /// Where the horizontal axis of a plot over frames is, so that a page's script can point at a frame: left, right,
-    /// top and bottom of the plot, and the values at the ends of the axis.
+    /// Position of the horizontal axis, so that a page's script can mark a frame: left, right, top and bottom of the
+    /// plot, and the values at the ends of the axis.
     pub(super) axis: Option<[f64; 6]>,
 }
 
@@ -22,7 +22,7 @@ pub(in crate::report) enum Shape {
         stroke: Stroke,
         width: f64,
     },
-    /// Filled, within its corners.
+    /// A filled polygon.
     Area {
         corners: Vec<[f64; 2]>,
         colour: Colour,
@@ -47,7 +47,7 @@ pub(in crate::report) enum Shape {
     },
 }
 
-/// What of a text is at its place: its height is always centred there.
+/// Horizontal anchor of a text; vertically it is always centred.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::report) enum TextSide {
     Start,
@@ -77,12 +77,12 @@ impl PlotDrawing {
         self.shapes.push(Shape::Dot { centre, radius, colour });
     }
 
-    /// Text of a font size of so many pixels, vertically centred at its place.
+    /// Text with a font size in pixels, vertically centred at `at`.
     pub(super) fn text(&mut self, words: &str, at: [f64; 2], pixels: f64, colour: Colour, side: TextSide) {
         self.shapes.push(Shape::Text { words: words.to_owned(), at, pixels, colour, side });
     }
 
-    /// As SVG in the colours of light paper; the label is for readers who cannot see it.
+    /// Draws SVG in the colours for a light background; `label` is the alternative text.
     pub(super) fn svg(&self, Size { width, height }: Size, label: &str) -> Result<Svg, ReportError> {
         if !(160..=10_000).contains(&width) || !(120..=10_000).contains(&height) {
             return Err(ReportError::Size { width, height });
@@ -144,7 +144,7 @@ impl Shape {
     }
 }
 
-/// To a tenth of a pixel, without a negative zero.
+/// Rounds to a tenth of a pixel, without a negative zero.
 fn rounded(value: f64) -> f64 {
     (10.0 * value).round() / 10.0 + 0.0
 }
@@ -161,17 +161,17 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A finished plot, to be put into a page as it is.
+/// A finished plot for a page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Svg(pub String);
 
 impl Svg {
-    /// The same as a file of its own in the colours of white paper, without a style sheet.
+    /// The plot for a separate file, in the colours for white paper, without a style sheet.
     pub(in crate::report) fn for_paper(&self) -> String {
         self.0.replacen('>', &format!("><metadata>{GENERATOR}</metadata>"), 1)
     }
 
-    /// The same as a file of its own, which follows the reader's light or dark theme.
+    /// The plot for a separate file that follows the reader's light or dark theme.
     pub fn standalone(&self) -> String {
         let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());
         let style = format!("<style>svg{{{light}}}@media (prefers-color-scheme:dark){{svg{{{dark}}}}}{rules}</style>");

@@ -1,4 +1,4 @@
-//! Bars along a common axis, row by row: when something lasted.
+//! Rows of bars along a common axis, for periods of time.
 
 use super::axes::{Axis, PlotAxes, described};
 use super::shapes::{PlotDrawing, TextSide};
@@ -8,20 +8,20 @@ use crate::report::ReportError;
 /// Rows of bars.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpanPlot {
-    /// What the horizontal axis is, with its unit.
+    /// Quantity of the horizontal axis with its unit.
     pub x_label: String,
     /// Its ends.
     pub x_range: [f64; 2],
     /// The rows, from top to bottom.
     pub rows: Vec<SpanRow>,
-    /// What the plot shows, for readers who cannot see it; empty for none.
+    /// Finding for the alternative text; may be empty.
     pub finding: String,
 }
 
 /// One row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpanRow {
-    /// Drawn before the row.
+    /// Name of the row.
     pub name: String,
     /// Colour of its bars.
     pub colour: Colour,
@@ -37,12 +37,12 @@ const BELOW: f64 = 44.0;
 const NAME_WIDTH: f64 = 130.0;
 
 impl SpanPlot {
-    /// The height that holds all rows, CSS pixels.
+    /// The height that the rows need, CSS pixels.
     pub fn height(&self) -> u32 {
         (ABOVE + self.rows.len() as f64 * ROW + BELOW).max(120.0) as u32
     }
 
-    /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.
+    /// Draws the plot with this width, CSS pixels, and the height [`Self::height`].
     ///
     /// # Errors
     /// [`ReportError`] for a width outside 160 to 10 000.

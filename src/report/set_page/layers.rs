@@ -1,4 +1,4 @@
-//! Truth images as pictures that the page shows over the silhouettes.
+//! Truth images as pictures over the silhouettes.
 
 use png::ColorType;
 use serde::Serialize;
@@ -6,16 +6,16 @@ use serde::Serialize;
 use crate::report::drawing::to_png;
 use crate::report::{PlaybackPlan, ReportError, base64};
 
-/// Truth images of some of a page's kept frames.
+/// Truth images of some of a page's stored frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetLayers {
     /// Names of the layers.
     pub names: Vec<String>,
-    /// What their colours mean.
+    /// Meanings of their colours.
     pub meanings: Vec<String>,
-    /// Every so manyth of the kept frames has pictures, from the first on.
+    /// Step between stored frames with pictures, from the first.
     pub stride: usize,
-    /// `[sampled frame][camera][layer]`; `None` where there is no image.
+    /// `[sampled frame][camera][layer]`; `None` without an image.
     pub pictures: Vec<Vec<Vec<Option<LayerPicture>>>>,
 }
 
@@ -63,10 +63,10 @@ impl SetLayers {
 }
 
 impl LayerPicture {
-    /// As a PNG file.
+    /// Encodes the picture as PNG.
     ///
     /// # Errors
-    /// [`ReportError::Png`] where the colours do not fit the size.
+    /// [`ReportError::Png`] if the colours do not fit the size.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         to_png(self.size, ColorType::Rgba, &self.rgba)
     }

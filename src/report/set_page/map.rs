@@ -9,36 +9,36 @@ use crate::body::{Prop, Solid};
 use crate::camera::{Camera, CameraRig};
 use crate::report::Playback;
 
-/// Squares of the ground that fit into the map at most.
+/// Maximum number of grid squares across the map.
 const MOST_SQUARES: f64 = 14.0;
-/// Shortest field of view that is drawn, metres.
+/// Minimum length of a drawn field of view, m.
 const LEAST_FIELD: f64 = 0.5;
-/// How far a field of view reaches, of the way to the middle of the path.
+/// Length of a drawn field of view, as a multiple of the distance to the middle of the path.
 const BEYOND: f64 = 1.15;
-/// Pieces of the far side of a field of view.
+/// Number of segments of the far side of a field of view.
 const FIELD_PIECES: usize = 8;
-/// Points of a prop's outline.
+/// Number of points of a prop's outline.
 const CORNERS: usize = 24;
 
-/// What stands and moves on the ground.
+/// The path and the props on the ground.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetMap {
-    /// The root's place in every kept frame; without truth in the first alone, where the tracker is told that it is.
+    /// The root's position in every stored frame; without ground truth, only the start position given to the tracker.
     pub roots: Vec<Option<Point3<f64>>>,
     /// Fixed solids.
     pub props: Vec<Prop>,
 }
 
-/// What the script moves.
+/// The moving parts, for the script.
 #[derive(Serialize)]
 pub(super) struct MovingMap {
     /// `[frame]`: x and y on the map.
     roots: Vec<Option<[f64; 2]>>,
-    /// `[frame][camera]`: corners of the field of view, the camera first; empty where all stand still.
+    /// `[frame][camera]`: corners of the field of view, the camera first; empty if all cameras are static.
     fields: Vec<Vec<Option<String>>>,
 }
 
-/// The part of the ground that is shown, metres; Y up on the page.
+/// The visible part of the ground, m; Y up on the page.
 struct Window {
     low: Point2<f64>,
     high: Point2<f64>,
@@ -74,9 +74,10 @@ impl SetMap {
         for (index, camera) in rig.cameras.iter().enumerate() {
             let field = points(&self.field(camera));
             let (x, y) = (camera.centre().x, -camera.centre().y);
-            let [anchor, dx] = match x < window.low.x + 0.5 * size.x {
-                true => ["start".to_owned(), format!("{:.4}", 3.0 * line)],
-                false => ["end".to_owned(), format!("{:.4}", -3.0 * line)],
+            let [anchor, dx] = if x < window.low.x + 0.5 * size.x {
+                ["start".to_owned(), format!("{:.4}", 3.0 * line)]
+            } else {
+                ["end".to_owned(), format!("{:.4}", -3.0 * line)]
             };
             svg += &format!(
                 "<g data-camera=\"{index}\"><polygon class=\"field\" stroke-width=\"{:.4}\" points=\"{field}\"/>\
@@ -117,7 +118,8 @@ impl SetMap {
         svg
     }
 
-    pub(super) fn square_in_words(&self, rig: &CameraRig, playback: &Playback) -> String {
+    /// The size of a grid square with its unit.
+    pub(super) fn square_size(&self, rig: &CameraRig, playback: &Playback) -> String {
         metres(self.window(rig, playback).square)
     }
 
@@ -125,7 +127,7 @@ impl SetMap {
         let round = |value: f64| (1000.0 * value).round() / 1000.0;
         let root = |place: &Option<Point3<f64>>| place.map(|place| [round(place.x), round(-place.y)]);
         let place_of = |rig: &CameraRig, camera: usize| rig.cameras.get(camera).map(|c| c.camera_from_world);
-        // a camera that stands still in a moving rig stays as it was drawn
+        // a static camera in a moving rig is not redrawn
         let moves = |camera: usize| playback.moved.iter().any(|at| place_of(at, camera) != place_of(rig, camera));
         let moving: Vec<bool> = (0..rig.cameras.len()).map(moves).collect();
         let field = |(camera, moves): (&Camera, &bool)| moves.then(|| points(&self.field(camera)));
@@ -133,8 +135,8 @@ impl SetMap {
         MovingMap { roots: self.roots.iter().map(root).collect(), fields: fields.collect() }
     }
 
-    /// The camera, and the far side of its field of view at the middle row of its image, which reaches a little beyond
-    /// the middle of the path. The camera alone where it looks up or down.
+    /// Corners of the field of view at the middle row of the image: the camera, then the far side, a little beyond the
+    /// middle of the path. Only the camera if it looks up or down.
     fn field(&self, camera: &Camera) -> Vec<Point2<f64>> {
         let eye = camera.centre().xy();
         let places: Vec<Point2<f64>> = self.roots.iter().flatten().map(Point3::xy).collect();
@@ -178,7 +180,7 @@ impl Window {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, so that at most [`MOST_SQUARES`] fit into the extent.
+/// Size of a grid square: 1, 2 or 5 times a power of ten, so that at most [`MOST_SQUARES`] fit into the extent.
 fn square(extent: f64) -> f64 {
     let least = (extent / MOST_SQUARES).max(1e-3);
     let power = libm::pow(10.0, libm::floor(libm::log10(least)));
@@ -189,7 +191,7 @@ fn metres(length: f64) -> String {
     format!("{} m", (1000.0 * length).round() / 1000.0)
 }
 
-/// Corners on the map, whose Y points down.
+/// SVG coordinates of corners; Y points down.
 fn points(corners: &[Point2<f64>]) -> String {
     let mut text = String::new();
     for (index, corner) in corners.iter().enumerate() {
@@ -199,11 +201,11 @@ fn points(corners: &[Point2<f64>]) -> String {
     text
 }
 
-/// The outline of a prop from above, roughly: the hull's radius in every direction.
+/// The approximate outline of a prop from above, from the extent of its hull in every direction.
 fn footprint(solid: &Solid) -> Vec<Point2<f64>> {
     let Some(middle) = solid.middle() else { return Vec::new() };
     let reach = |direction: Vector3<f64>| {
-        // the lowest point of the solid when this direction is down
+        // the lowest point of the solid if this direction is turned down
         let turn = nalgebra::UnitQuaternion::rotation_between(&direction, &-Vector3::z());
         let turned = nalgebra::Isometry3::from_parts(Default::default(), turn?);
         let point = solid.lowest_point(&turned)?;
@@ -214,7 +216,7 @@ fn footprint(solid: &Solid) -> Vec<Point2<f64>> {
         let next = angle + std::f64::consts::TAU / CORNERS as f64;
         let [one, other] = [angle, next].map(|a| Vector3::new(libm::cos(a), libm::sin(a), 0.0));
         let (a, b) = (reach(one)?, reach(other)?);
-        // where the two supporting lines meet
+        // the intersection of the two supporting lines
         let determinant = one.x * other.y - one.y * other.x;
         Some(Point2::new((a * other.y - b * one.y) / determinant, (one.x * b - other.x * a) / determinant))
     };

@@ -1,4 +1,4 @@
-//! A benchmark set as one page: every camera's frames with the true skeleton, the layers, the rig from above, facts.
+//! The page of a benchmark set: every camera's frames with the true skeleton, the layers, the rig from above, facts.
 
 mod layers;
 mod map;
@@ -18,24 +18,24 @@ pub use map::SetMap;
 const TEMPLATE: &str = include_str!("set_page.html");
 const SCRIPT: &str = concat!(include_str!("set_page.js"), include_str!("../playback.js"));
 
-/// What the page shows.
+/// The content of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct SetPage<'a> {
     /// The set's name.
     pub title: &'a str,
-    /// What stands below the name.
+    /// Short descriptions below the name.
     pub pills: &'a [String],
-    /// The cameras; those that move as they are in frame 0.
+    /// The cameras; moving ones at their position in frame 0.
     pub rig: &'a CameraRig,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// The kept frames; estimates are left out.
+    /// The stored frames; estimates are left out.
     pub playback: &'a Playback,
     /// The rig from above.
     pub map: &'a SetMap,
-    /// Truth images of some of the kept frames.
+    /// Truth images of some of the stored frames.
     pub layers: Option<&'a SetLayers>,
-    /// How each camera films, in words.
+    /// Description of each camera's motion and timing.
     pub films: &'a [String],
     /// Facts of the set.
     pub facts: &'a [FactGroup],
@@ -86,10 +86,10 @@ struct SetCameraRow<'a> {
 }
 
 impl SetPage<'_> {
-    /// The page: HTML with style, script and pictures inside, no network needed.
+    /// The page: self-contained HTML with inline style, script and pictures.
     ///
     /// # Errors
-    /// [`ReportError`] where the kept frames do not fit the cameras or a picture cannot be encoded.
+    /// [`ReportError`] if the stored frames do not fit the cameras or a picture cannot be encoded.
     pub fn html(&self) -> Result<String, ReportError> {
         let has_truth = self.playback.truth.iter().flatten().any(Option::is_some);
         let moves = !self.playback.moved.is_empty();
@@ -117,7 +117,7 @@ impl SetPage<'_> {
             layers: self.layers.map(|layers| self.layers_on_page(layers)).transpose()?,
             map: MapOnPage {
                 svg: self.map.svg(self.rig, self.playback),
-                square: self.map.square_in_words(self.rig, self.playback),
+                square: self.map.square_size(self.rig, self.playback),
                 moving: in_page(&self.map.moving(self.rig, self.playback))?,
             },
             cameras: self.rig.cameras.iter().zip(films).map(|(camera, films)| camera_row(camera, films)).collect(),
@@ -130,7 +130,7 @@ impl SetPage<'_> {
         let frames = layers.pictures.len();
         let sampling = match layers.stride {
             1 => String::new(),
-            _ => format!("Layers are of {frames} frames: the last of them before the slider's is shown."),
+            _ => format!("Layers exist for {frames} frames; the latest one up to the slider's frame is shown."),
         };
         let data = layers.data(&self.playback.plan)?;
         Ok(LayersOnPage { names: &layers.names, sampling, pictures: in_page(&data)? })
@@ -148,7 +148,7 @@ fn camera_row<'a>(camera: &'a Camera, films: &'a str) -> SetCameraRow<'a> {
         height: format!("{:.2}", eye.z),
         place: format!("{:.2}, {:.2}", eye.x, eye.y),
         lens: if camera.distortion.is_none() { "no distortion" } else { "with distortion" },
-        films: if films.is_empty() { "stands, every frame" } else { films },
+        films: if films.is_empty() { "static, every frame" } else { films },
     }
 }
 

@@ -49,7 +49,7 @@ fn walked() -> SetMap {
 const WHOLE: PlaybackPlan = PlaybackPlan { reduction: 1, stride: 1, frames: FRAMES };
 
 #[test]
-fn the_page_has_every_camera_says_how_often_it_has_frames_and_needs_no_network() {
+fn the_page_has_every_camera_and_the_frequency_of_frames_and_needs_no_network() {
     let rig = rig(3);
     let text = html(&rig, &playback(&rig, WHOLE), &walked(), None);
     assert!(text.contains("Walk &lt;&amp; talk&gt;") && text.contains("What every camera observed, every frame."));
@@ -62,7 +62,7 @@ fn the_page_has_every_camera_says_how_often_it_has_frames_and_needs_no_network()
 }
 
 #[test]
-fn the_map_holds_cameras_props_and_path_and_a_field_reaches_as_far_as_the_body() {
+fn the_map_contains_cameras_props_and_path() {
     let rig = rig(4);
     let link_from_box = Isometry3::translation(6.0, -2.0, 0.5);
     let props = vec![Prop { name: "box".into(), solid: Solid::Box { link_from_box, half_extents: [0.5, 0.25, 0.5] } }];
@@ -116,7 +116,7 @@ fn a_camera_that_looks_down_is_a_dot_and_one_that_moves_is_moved() {
         })
         .collect();
     let text = html(&rig, &playback, &walked(), None);
-    assert!(text.contains("Cameras that move are drawn where they are in that frame"));
+    assert!(text.contains("Moving cameras are drawn at their position in that frame"));
     let data = text.split("id=\"map-data\">").nth(1).unwrap().split("</script>").next().unwrap();
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert!(data["fields"][1][0].is_null() && data["fields"][1][1] != data["fields"][2][1], "{data}");
@@ -134,7 +134,7 @@ fn layers_are_pictures_of_some_frames_with_their_place_in_the_image() {
         pictures: vec![vec![vec![Some(picture.clone())]], vec![vec![None]]],
     };
     let text = html(&rig, &playback(&rig, WHOLE), &walked(), Some(&layers));
-    assert!(text.contains("Layers are of 2 frames") && text.contains("<option value=\"0\">depth</option>"));
+    assert!(text.contains("Layers exist for 2 frames") && text.contains("<option value=\"0\">depth</option>"));
     let data = text.split("id=\"layers-data\">").nth(1).unwrap().split("</script>").next().unwrap();
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert_eq!(data["frames"], serde_json::json!([0, 2]));

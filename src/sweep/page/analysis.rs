@@ -1,16 +1,16 @@
-//! What a sweep says: fronts, choices, effects.
+//! Analysis of a sweep: Pareto fronts, choices, effects.
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::evaluation::{Interval, Metric, ValueRange, mean, mean_interval};
+use crate::evaluation::{FEWEST_RUNS, Interval, Metric, ValueRange, mean, mean_interval};
 use crate::sweep::summary::{SettingSummary, badness};
 
-/// What a setting costs.
+/// A measure of the cost of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CostMeasure {
-    /// Likelihood evaluations of a frame.
+    /// Likelihood evaluations per frame.
     Evaluations,
-    /// Processor milliseconds of a frame.
+    /// Processor time per frame, ms.
     Processor,
 }
 
@@ -18,7 +18,7 @@ impl CostMeasure {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Evaluations, Self::Processor];
 
-    /// The cost of a setting; `None` where it is unknown.
+    /// The cost of a setting; `None` if unknown.
     pub fn of_setting(self, point: &SettingSummary) -> Option<f64> {
         match self {
             Self::Evaluations => point.evaluations_per_frame,
@@ -27,8 +27,8 @@ impl CostMeasure {
     }
 }
 
-/// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of
-/// both. The cheapest first.
+/// Indices of the settings on the Pareto front: no other setting is as cheap and as good, and better in one of the two.
+/// Cheapest first.
 pub fn pareto_front(points: &[SettingSummary], cost: CostMeasure, metric: &Metric) -> Vec<usize> {
     let mut known: Vec<(f64, f64, usize)> = points
         .iter()
@@ -45,9 +45,9 @@ pub fn pareto_front(points: &[SettingSummary], cost: CostMeasure, metric: &Metri
     known.into_iter().map(|(.., at)| at).collect()
 }
 
-/// 95 % interval of how much worse the values of one setting are on average than those of another: Welch's of the
-/// difference of both means, as [`mean_interval`] makes it. Seeds are not paired: other settings draw other random
-/// numbers. `None` below two seeds each.
+/// 95 % interval of how much worse the mean of one setting is than that of another: Welch's interval of the difference
+/// of the means, from [`mean_interval`]. Seeds are not paired, since different settings draw different random numbers.
+/// `None` below two seeds each.
 pub fn difference(of: &[f64], than: &[f64], metric: &Metric) -> Option<Interval> {
     let of: Vec<f64> = of.iter().map(|value| badness(*value, metric)).collect();
     let than: Vec<f64> = than.iter().map(|value| -badness(*value, metric)).collect();
@@ -68,12 +68,12 @@ pub struct Choice {
     pub best: usize,
     /// The cheapest whose mean is within the limit of the best.
     pub by_mean: usize,
-    /// The cheapest that is within the limit surely: the upper end of the 95 % interval of its difference from the best
-    /// is. The best itself counts. `None` without intervals.
-    pub surely: Option<usize>,
+    /// The cheapest that is certainly within the limit: the upper end of the 95 % interval of its difference from the
+    /// best is. The best itself counts. `None` if the best has too few seeds for an interval.
+    pub certain: Option<usize>,
 }
 
-/// The cheapest setting within `within` of the best; `None` where nothing was measured.
+/// The cheapest setting within `within` of the best; `None` without results.
 pub fn cheapest_within(points: &[SettingSummary], cost: CostMeasure, metric: &Metric, within: f64) -> Option<Choice> {
     let known: Vec<(usize, f64, f64)> = points
         .iter()
@@ -81,36 +81,36 @@ pub fn cheapest_within(points: &[SettingSummary], cost: CostMeasure, metric: &Me
         .filter_map(|(at, point)| Some((at, cost.of_setting(point)?, badness(point.mean?, metric))))
         .collect();
     let (best, _, least) = known.iter().copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
-    // the upper end of an interval is no lower than the mean: others need not be tried
+    // the upper end of an interval is not below the mean, so other settings cannot qualify
     let mut close: Vec<(usize, f64, f64)> = known.into_iter().filter(|(.., bad)| *bad <= least + within).collect();
     close.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
     let by_mean = close.first()?.0;
-    let has_intervals = points[best].present().len() >= 2;
-    let surely = |at: usize| {
+    let has_intervals = |at: usize| points[at].present().len() >= FEWEST_RUNS;
+    let is_certain = |at: usize| {
         let ends = difference(&points[at].present(), &points[best].present(), metric);
-        at == best || ends.is_some_and(|ends| ends.high <= within)
+        at == best || has_intervals(at) && ends.is_some_and(|ends| ends.high <= within)
     };
-    let first_sure = || close.iter().map(|(at, ..)| *at).find(|at| surely(*at));
-    Some(Choice { best, by_mean, surely: if has_intervals { first_sure() } else { None } })
+    let first_certain = || close.iter().map(|(at, ..)| *at).find(|at| is_certain(*at));
+    Some(Choice { best, by_mean, certain: if has_intervals(best) { first_certain() } else { None } })
 }
 
-/// How much one axis, or two together, matter.
+/// The effect of one axis, or the interaction of two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effect {
-    /// The axis, or both.
+    /// The axis, or both axes.
     pub axes: Vec<usize>,
-    /// Difference between the best and the worst of the means by value; of two axes the greatest departure from the sum
-    /// of their effects.
+    /// Difference between the best and the worst mean by value; for two axes, the largest deviation from the sum of
+    /// their effects.
     pub range: f64,
-    /// Share of the variance of the settings' means that it explains.
+    /// Explained share of the variance of the settings' means.
     pub share: f64,
-    /// Of one axis: value and mean over all settings with it, in the order of the plan.
+    /// For one axis: its values and their means over all settings, in the order of the plan.
     pub means: Vec<(String, f64)>,
 }
 
-/// Effects of every axis and of every pair, the strongest first in each kind: the decomposition of the variance of the
-/// settings' means. `None` unless the settings are a full grid of two values or more on some axis: elsewhere axes share
-/// what they explain.
+/// Effects of all axes and of all pairs, each sorted by strength: the decomposition of the variance of the settings'
+/// means. `None` unless the settings are a full grid with at least two values on some axis: otherwise the effects of
+/// the axes cannot be separated.
 pub fn effects(points: &[SettingSummary], axes: usize) -> Option<(Vec<Effect>, Vec<Effect>)> {
     let means: Vec<f64> = points.iter().map(|point| point.mean).collect::<Option<_>>()?;
     let sizes: Vec<usize> = (0..axes).map(|axis| by_value(points, &[axis], &means).len()).collect();
@@ -156,8 +156,7 @@ pub fn effects(points: &[SettingSummary], axes: usize) -> Option<(Vec<Effect>, V
     Some((single, pairs))
 }
 
-/// Values of some axes in the order in which they first occur, with the mean and the number of the settings that have
-/// them.
+/// Values of some axes in the order of their first occurrence, with the mean and the number of their settings.
 pub(super) fn by_value(points: &[SettingSummary], axes: &[usize], means: &[f64]) -> Vec<(Vec<String>, f64, usize)> {
     let mut groups: Vec<(Vec<String>, f64, usize)> = Vec::new();
     let mut places: HashMap<Vec<String>, usize> = HashMap::new();
@@ -196,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_holds_what_nothing_beats() {
+    fn the_front_holds_the_unbeaten_settings() {
         let points: Vec<SettingSummary> =
             [(10.0, 90.0), (20.0, 60.0), (20.0, 70.0), (30.0, 65.0), (40.0, 60.0), (80.0, 30.0)]
                 .map(|(c, v)| point(c, &[v]))
@@ -246,12 +245,15 @@ mod tests {
             point(10.0, &[60.0, 61.0, 59.0, 60.0, 60.0]),
         ];
         let choice = cheapest_within(&points, CostMeasure::Evaluations, error(), 5.0).unwrap();
-        assert_eq!(choice, Choice { best: 0, by_mean: 2, surely: Some(1) });
+        assert_eq!(choice, Choice { best: 0, by_mean: 2, certain: Some(1) });
         let strict = cheapest_within(&points, CostMeasure::Evaluations, error(), 0.5).unwrap();
-        assert_eq!((strict.by_mean, strict.surely), (0, Some(0)));
-        let single: Vec<SettingSummary> =
-            points.iter().map(|p| point(p.evaluations_per_frame.unwrap(), &p.present()[..1])).collect();
-        assert_eq!(cheapest_within(&single, CostMeasure::Evaluations, error(), 5.0).unwrap().surely, None);
+        assert_eq!((strict.by_mean, strict.certain), (0, Some(0)));
+        for seeds in [1, 2] {
+            let few: Vec<SettingSummary> =
+                points.iter().map(|p| point(p.evaluations_per_frame.unwrap(), &p.present()[..seeds])).collect();
+            let choice = cheapest_within(&few, CostMeasure::Evaluations, error(), 5.0).unwrap();
+            assert_eq!(choice.certain, None, "{seeds} seeds");
+        }
     }
 
     #[test]

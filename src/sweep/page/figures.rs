@@ -5,9 +5,8 @@ use std::collections::HashSet;
 use serde::Serialize;
 
 use super::analysis::{CostMeasure, Effect, effects, pareto_front};
-use super::heat;
 use super::input::SweepPageInput;
-use super::shown;
+use super::{heat, shown};
 use crate::evaluation::{Direction, mean};
 use crate::report::displayed::{number, symbol};
 use crate::report::plots::{
@@ -16,14 +15,15 @@ use crate::report::plots::{
 use crate::report::{FigureFile, ReportError};
 use crate::sweep::summary::SettingSummary;
 
-/// Of plots on broad pages, and on phones.
+/// Sizes of plots on wide screens and on phones.
 pub(super) const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
-/// Heat maps side by side at most; with more the other axes are averaged.
+/// Maximum number of heat maps; if there would be more, the other axes are averaged.
 const MAPS: usize = 9;
-/// Values of an axis of a heat map, and of one that a plot goes along.
+/// Maximum number of values of an axis of a heat map.
 const WIDEST: usize = 40;
+/// Maximum number of values of an axis of a line plot.
 const LONGEST: usize = 200;
-/// Lines of a plot at most.
+/// Maximum number of lines in a plot.
 const LINES: usize = 6;
 const COLOURS: [Colour; LINES] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber];
@@ -41,7 +41,7 @@ pub(super) struct MapCell {
     note: String,
     /// 0 (best) to 1 (worst) of all maps; absent for an empty cell.
     pub(super) place: Option<f64>,
-    /// Its ground in a light and in a dark page, as CSS writes colours.
+    /// Its background on a light and on a dark page, as CSS colours.
     grounds: [String; 2],
 }
 
@@ -51,7 +51,7 @@ pub(super) struct ErrorCurve {
     pub(super) plot: TwoSizes,
 }
 
-/// A plot as SVG for broad pages and for phones.
+/// A plot as SVG for wide screens and for phones.
 #[derive(Serialize)]
 pub(super) struct TwoSizes {
     pub(super) wide: String,
@@ -65,12 +65,12 @@ impl TwoSizes {
     }
 }
 
-/// Error over cost, with the settings that no other beats, as SVG.
+/// Error over cost with the Pareto front, as SVG.
 pub(super) fn scatter(plot: &ScatterPlot) -> Result<TwoSizes, ReportError> {
     TwoSizes::new(|size| plot.svg(size))
 }
 
-/// The same as values.
+/// Error over cost with the Pareto front.
 pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> ScatterPlot {
     let axis = grouping_axis(input);
     let mut groups: Vec<ScatterGroup> = Vec::new();
@@ -98,7 +98,7 @@ pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> Scatter
     }
 }
 
-/// The axis that colours tell apart: with few values, none of them numbers if there is such a one.
+/// The axis shown by colour: one with few values, preferably not numeric.
 fn grouping_axis(input: &SweepPageInput) -> Option<usize> {
     let count = |axis: &usize| labels(input, *axis).len();
     let few: Vec<usize> = (0..input.axes.len()).filter(|axis| (2..=LINES).contains(&count(axis))).collect();
@@ -113,7 +113,7 @@ pub(super) fn labels(input: &SweepPageInput, axis: usize) -> Vec<String> {
     all.filter(|label| seen.insert(label)).cloned().collect()
 }
 
-/// Particles over layers where they are axes, else the two numeric axes with the most values.
+/// Particles over layers if both are axes, else the two numeric axes with the most values.
 fn map_axes(input: &SweepPageInput) -> Option<[usize; 2]> {
     let named = |name: &str| input.axes.iter().position(|axis| axis == name || axis.ends_with(&format!(".{name}")));
     let varied = |axis: &usize| labels(input, *axis).len() > 1;
@@ -168,7 +168,7 @@ pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, boo
     let cell = |kind: &String, line: &String, column: &String| {
         let values = value(kind, line, column);
         let Some(middle) = mean(&values) else { return MapCell::default() };
-        // errors differ by factors, so that shades count in logarithms where they can
+        // errors differ by factors, so shades are logarithmic if all values are positive
         let place = if most <= least {
             0.0
         } else if least > 0.0 {
@@ -202,7 +202,7 @@ pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, boo
     (Some(axes), maps, averaged)
 }
 
-/// The values of an axis, numbers by size.
+/// The values of an axis, with numbers sorted by size.
 fn sorted(input: &SweepPageInput, axis: usize) -> Vec<String> {
     let mut found = labels(input, axis);
     found.sort_by(|a, b| match (a.parse::<f64>(), b.parse::<f64>()) {
@@ -212,7 +212,7 @@ fn sorted(input: &SweepPageInput, axis: usize) -> Vec<String> {
     found
 }
 
-/// The objective over every axis that counts something, one line for every value of the strongest other axis.
+/// The objective over every numeric axis, with one line per value of the strongest other axis.
 pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<ErrorCurve>, ReportError> {
     let mut curves = Vec::new();
     for axis in 0..input.axes.len() {
@@ -258,7 +258,7 @@ pub(super) fn labelled(input: &SweepPageInput) -> String {
 /// The figures of a sweep: the objective over either cost, heat maps, and the objective along every axis.
 ///
 /// # Errors
-/// [`ReportError`] without a setting, or where a plot cannot be drawn.
+/// [`ReportError`] without a setting, or if a plot cannot be drawn.
 pub fn sweep_figures(input: &SweepPageInput) -> Result<Vec<FigureFile>, ReportError> {
     if input.settings().is_empty() {
         return Err(ReportError::NoRun);
@@ -274,8 +274,8 @@ pub fn sweep_figures(input: &SweepPageInput) -> Result<Vec<FigureFile>, ReportEr
             continue;
         }
         let caption = format!(
-            "{what} over {over}, a dot a setting with its 95 % interval over seeds; nothing on the dashed front is beaten by \
-            something cheaper.{}",
+            "{what} over {over}: one dot per setting{}. No cheaper setting is better than one on the dashed Pareto front.{}",
+            if input.summary.has_intervals() { ", with its 95 % interval over seeds" } else { "" },
             if plot.cuts_off() { " A bar with an arrow continues above the plot." } else { "" }
         );
         files.push(FigureFile::new(name, caption, &plot.svg(SIZES[0])?));

@@ -1,21 +1,21 @@
 //! The colours of heat maps.
 
-/// From the best to the worst value, under dark text.
+/// Background of the best and of the worst value, behind dark text.
 const ON_LIGHT: [[f64; 3]; 2] = [[190.0, 230.0, 212.0], [255.0, 178.0, 126.0]];
-/// The same under light text.
+/// The same behind light text.
 const ON_DARK: [[f64; 3]; 2] = [[16.0, 80.0, 62.0], [140.0, 56.0, 8.0]];
 
-/// The ground of a cell in a light page; `place` is 0 for the best and 1 for the worst value.
+/// The background of a cell on a light page; `place` is 0 for the best and 1 for the worst value.
 pub(super) fn on_light(place: f64) -> [u8; 3] {
     mixed(ON_LIGHT, place)
 }
 
-/// The same in a dark page or picture.
+/// The same on a dark page or picture.
 pub(super) fn on_dark(place: f64) -> [u8; 3] {
     mixed(ON_DARK, place)
 }
 
-/// As CSS writes it.
+/// A colour in CSS notation.
 pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
@@ -49,7 +49,6 @@ mod tests {
         [of >> 16, of >> 8, of].map(|channel| channel as u8)
     }
 
-    /// Of old the darkest cell had 1.8 : 1.
     #[test]
     fn text_on_every_shade_has_a_contrast_of_four_and_a_half_or_more() {
         assert!((contrast([0; 3], [255; 3]) - 21.0).abs() < 1e-9);

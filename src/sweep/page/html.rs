@@ -1,4 +1,4 @@
-//! The page, and what it has in common with the other forms of it.
+//! The HTML page of a sweep, and the parts that Markdown and the picture share with it.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, ef
 use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter, scatter_plot};
 use super::input::SweepPageInput;
 use super::shown;
-use crate::evaluation::Direction;
+use crate::evaluation::{Direction, FEWEST_RUNS};
 use crate::report::ReportError;
 use crate::report::displayed::{between, number, symbol};
 use crate::report::html::render_page;
@@ -15,7 +15,7 @@ use crate::sweep::results::Status;
 use crate::sweep::summary::{CellSummary, SettingSummary};
 
 const TEMPLATE: &str = include_str!("page.html");
-/// Failed cells that have a row.
+/// Maximum number of failed cells with a row.
 const FAILURES: usize = 50;
 
 #[derive(Serialize)]
@@ -43,11 +43,13 @@ struct SweepPage<'a> {
     averages: String,
     axes: &'a [String],
     rows: Vec<SettingRow<'a>>,
-    /// How many of the best and of the worst have a row, where not all have.
+    /// Whether there are enough seeds for intervals; otherwise rows have ranges over seeds.
+    intervals: bool,
+    /// The numbers of best and worst settings with a row, unless all settings have one.
     ends: Option<[usize; 2]>,
-    /// Dots of a plot, where not all settings have one.
+    /// The number of dots in a plot, unless all settings have one.
     dots: Option<usize>,
-    /// Whether an interval leaves a plot.
+    /// Whether an interval extends beyond a plot.
     cut_off: bool,
     facts: &'a [(String, String)],
 }
@@ -98,10 +100,10 @@ struct CellLink<'a> {
     report: Option<String>,
 }
 
-/// The page of a sweep: HTML with its plots inside, no network needed.
+/// The page of a sweep: self-contained HTML with inline plots.
 ///
 /// # Errors
-/// [`ReportError`] without a setting, or where a plot cannot be drawn.
+/// [`ReportError`] without a setting, or if a plot cannot be drawn.
 pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
     if input.settings().is_empty() {
         return Err(ReportError::NoRun);
@@ -142,6 +144,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         averages: input.averages(),
         axes: &input.axes,
         rows: table(input, &shown.settings),
+        intervals: input.summary.has_intervals(),
         ends: shown.ends,
         dots: shown::thinned(input.settings().len()),
         cut_off: scatter_plots.iter().any(ScatterPlot::cuts_off),
@@ -169,18 +172,37 @@ fn describe_cost(cost: CostMeasure, point: &SettingSummary) -> String {
     }
 }
 
+/// A setting with its mean, interval (or range over seeds) and cost.
+fn describe_setting(input: &SweepPageInput, cost: CostMeasure, point: &SettingSummary) -> String {
+    let unit = input.objective.unit;
+    let mean = point.mean.map_or("?".to_owned(), |mean| number(mean, unit));
+    let ends = match (point.ci95, point.range_over_seeds()) {
+        (Some(i), _) => format!(", 95 % interval {}", between(i.low, i.high, unit)),
+        (None, Some([low, high])) if point.present().len() < FEWEST_RUNS => {
+            format!(", {} over {} seeds", between(low, high, unit), point.present().len())
+        }
+        _ => String::new(),
+    };
+    format!("{} ({mean} {}{ends}; {})", input.words(point), symbol(unit), describe_cost(cost, point))
+}
+
+/// Why it is unknown whether another setting is certainly within the limit of the best.
+fn too_few_seeds(best: &SettingSummary, limit: &str) -> String {
+    match best.present().len() {
+        1 => format!("One seed cannot tell whether another is certainly within {limit} of it."),
+        seeds => format!(
+            "{seeds} seeds give a range but no interval (at least {FEWEST_RUNS} are needed), so they cannot tell whether \
+             another is certainly within {limit} of it."
+        ),
+    }
+}
+
 /// The best setting, and the cheapest that is about as good.
 pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String> {
-    let Choice { best, by_mean, surely } = cheapest_within(input.settings(), cost, input.objective, input.within)?;
-    let unit = input.objective.unit;
-    let told = |at: usize| {
-        let point = &input.settings()[at];
-        let mean = point.mean.map_or("?".to_owned(), |mean| number(mean, unit));
-        let ends = point.ci95.map(|i| format!(", 95 % interval {}", between(i.low, i.high, unit))).unwrap_or_default();
-        format!("{} ({mean} {}{ends}; {})", input.words(point), symbol(unit), describe_cost(cost, point))
-    };
-    let limit = format!("{} {}", three_digits(input.within), symbol(unit));
-    let sure = match surely {
+    let Choice { best, by_mean, certain } = cheapest_within(input.settings(), cost, input.objective, input.within)?;
+    let describe = |at: usize| describe_setting(input, cost, &input.settings()[at]);
+    let limit = format!("{} {}", three_digits(input.within), symbol(input.objective.unit));
+    let sure = match certain {
         Some(at)
             if at == best
                 && input.settings().iter().all(|point| is_no_cheaper(point, &input.settings()[best], cost)) =>
@@ -193,30 +215,30 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
         Some(at) => {
             format!(
                 "The cheapest that is certainly within {limit} of it, by the 95 % interval of the difference: {}.",
-                told(at)
+                describe(at)
             )
         }
-        None => format!("One seed cannot tell whether another is certainly within {limit} of it."),
+        None => too_few_seeds(&input.settings()[best], &limit),
     };
-    let mean = if Some(by_mean) == surely || by_mean == best {
+    let mean = if Some(by_mean) == certain || by_mean == best {
         String::new()
     } else {
-        format!(" By the mean alone: {}.", told(by_mean))
+        format!(" By the mean alone: {}.", describe(by_mean))
     };
     Some(format!(
         "By {}, the best is {}. {sure}{mean}",
         if cost == CostMeasure::Evaluations { "evaluations" } else { "processor time" },
-        told(best)
+        describe(best)
     ))
 }
 
-/// Whether a setting costs as much as another or more, or has no result.
+/// Whether a setting costs at least as much as another, or has no result.
 fn is_no_cheaper(point: &SettingSummary, than: &SettingSummary, cost: CostMeasure) -> bool {
     let costs = (cost.of_setting(point).filter(|_| point.mean.is_some()), cost.of_setting(than));
     !matches!(costs, (Some(one), Some(other)) if one < other)
 }
 
-/// An effect in words, its means with `between` between them.
+/// An effect as text, with its means separated by `between`.
 pub(super) fn effect_row(input: &SweepPageInput, axes: &[String], effect: &Effect, between: &str) -> EffectRow {
     let unit = input.objective.unit;
     let means: Vec<String> =
@@ -229,7 +251,7 @@ pub(super) fn effect_row(input: &SweepPageInput, axes: &[String], effect: &Effec
     }
 }
 
-/// How often the tracker lost the body, by the values of the axes, where that happened at all.
+/// How often the tracker lost the body, by the values of the axes; empty if it never did.
 fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
     let count = |setting: &SettingSummary, status: Option<Status>| {
         setting.cells.iter().filter(|cell| cell.status == status).count()
@@ -275,7 +297,9 @@ pub(super) fn table<'a>(input: &'a SweepPageInput, shown: &[usize]) -> Vec<Setti
             SettingRow {
                 labels: &point.labels,
                 mean: point.mean.map_or("-".to_owned(), |mean| number(mean, unit)),
-                interval: point.ci95.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),
+                interval: point
+                    .interval_or_range(input.summary.has_intervals())
+                    .map_or("-".to_owned(), |[low, high]| between(low, high, unit)),
                 evaluations: point.evaluations_per_frame.map_or("-".to_owned(), three_digits),
                 processor: point.processor_ms_per_frame.map_or("-".to_owned(), three_digits),
                 diverged: point.diverged,
@@ -291,6 +315,11 @@ pub(super) fn table<'a>(input: &'a SweepPageInput, shown: &[usize]) -> Vec<Setti
             }
         })
         .collect()
+}
+
+/// The title of the column of intervals.
+pub(super) fn interval_title(input: &SweepPageInput) -> &'static str {
+    if input.summary.has_intervals() { "95 % interval" } else { "range over seeds" }
 }
 
 pub(super) fn three_digits(value: f64) -> String {
@@ -383,6 +412,24 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_sweep_with_two_seeds_has_ranges_and_no_intervals() {
+        let mut two = grid();
+        two.summary.seeds.truncate(2);
+        for setting in &mut two.summary.settings {
+            setting.values.truncate(2);
+            setting.mean = crate::evaluation::mean(&setting.present());
+        }
+        let page = sweep_page(&two).unwrap();
+        assert!(!page.contains("95 % interval") && !page.contains("Welch"), "{page}");
+        for words in ["34.0 to 35.0 over 2 seeds", "2 seeds give a range but no interval", "range over seeds"] {
+            assert!(page.contains(words), "no {words:?}");
+        }
+        let text = crate::sweep::page::sweep_markdown(&two);
+        assert!(!text.contains("95 % interval") && !text.contains("Welch"), "{text}");
+        assert!(text.contains("34.0 to 35.0 over 2 seeds") && text.contains("| range over seeds |"), "{text}");
+    }
+
+    #[test]
     fn the_page_of_very_many_settings_says_what_it_shows_and_stays_small() {
         let mut many = grid();
         many.axes = vec!["particles".to_owned()];
@@ -409,7 +456,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_averaged_over_is_no_choice_but_matters() {
+    fn an_averaged_axis_has_effects_but_is_not_chosen() {
         let mut averaged = grid();
         let of_clip = |clip: &str, more: f64| -> Vec<SettingSummary> {
             let one = |p: &SettingSummary| SettingSummary {
@@ -432,7 +479,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_sweep_of_one_setting_and_one_without_a_result_have_pages_too() {
+    fn a_sweep_of_one_setting_and_one_without_a_result_have_pages() {
         let mut one = grid();
         one.summary.settings.truncate(1);
         one.summary.settings[0].values.truncate(1);

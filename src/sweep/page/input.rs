@@ -1,11 +1,11 @@
-//! What the page of a sweep shows, and what a program that looks for the next setting wants to know.
+//! The content of the page of a sweep, and the data for an optimiser that chooses the next setting.
 
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use crate::evaluation::{Direction, Metric, Unit, find_metric, seeds_in_words};
-use crate::experiment::ExperimentError;
+use crate::common::ExperimentError;
+use crate::evaluation::{Direction, Metric, Unit, describe_seeds, find_metric};
 use crate::input::shell_word;
 use crate::scenario::ScenarioError;
 use crate::sweep::definition::{Expansion, Sweep};
@@ -15,50 +15,50 @@ use crate::sweep::plan_file::{PlanRecord, table_text};
 use crate::sweep::results::Environment;
 use crate::sweep::summary::{SettingSummary, SweepSummary};
 
-/// By how much a setting may be worse than the best unless it is said, in the objective's unit: millimetres, degrees.
+/// Default of how much worse than the best a setting may be, in the objective's unit: millimetres, degrees.
 const WITHIN: f64 = 5.0;
 /// The same for shares and other objectives.
 const WITHIN_SHARE: f64 = 0.02;
-/// Seeds that are named one by one.
+/// Maximum number of seeds that are listed individually.
 const MOST_SEEDS: usize = 100;
-/// How the source of a sweep of the built-in scenario ends.
+/// Suffix of the source of a sweep of the built-in scenario.
 const BUILT_IN: &str = "(built in)";
 
-/// A sweep's results, and how they were made.
+/// A sweep's results and their provenance.
 #[derive(Clone, Debug)]
 pub struct SweepPageInput {
-    /// The settings, those that differ in what is averaged over alone as one.
+    /// The settings; those that differ only in averaged axes are merged.
     pub summary: SweepSummary,
     /// Short names of its axes.
     pub axes: Vec<String>,
-    /// What its settings are means of; `None` where nothing was averaged over.
+    /// The settings before averaging; `None` if no axis is averaged.
     pub every: Option<SweepSummary>,
-    /// Short names of the axes that were averaged over.
+    /// Short names of the averaged axes.
     pub over: Vec<String>,
     /// The sweep's description.
     pub description: String,
-    /// The metric that settings are compared by.
+    /// Metric to compare settings by.
     pub objective: &'static Metric,
-    /// By how much a setting may be worse than the best, in the objective's unit.
+    /// How much worse than the best a setting may be, in the objective's unit.
     pub within: f64,
-    /// The command that makes the same sweep again.
+    /// The command that repeats the sweep.
     pub command: String,
-    /// Facts: what was run, with what.
+    /// Provenance: names and values.
     pub facts: Vec<(String, String)>,
 }
 
 impl SweepPageInput {
-    /// Of the results that are there; `within` is by how much a setting may be worse than the best.
+    /// Reads the existing results; `within` is how much worse than the best a setting may be.
     ///
     /// # Errors
-    /// [`ExperimentError`] where the plan cannot be read, or no cell has a result.
+    /// [`ExperimentError`] if the plan cannot be read, or no cell has a result.
     pub fn new(sweep: &PlannedSweep, within: Option<f64>) -> Result<Self, ExperimentError> {
         let every = SweepSummary::new(sweep)?;
         let over = sweep.definition()?.sweep.average_over;
         let plan = &sweep.plan;
         let objective = find_metric(&plan.objective).ok_or_else(|| ExperimentError::Argument {
             argument: "objective",
-            detail: format!("`{}` is no metric", plan.objective),
+            detail: format!("`{}` is not a metric", plan.objective),
         })?;
         if every.missing == every.cells {
             return Err(ExperimentError::SweepIncomplete {
@@ -88,13 +88,13 @@ impl SweepPageInput {
         &self.summary.settings
     }
 
-    /// Axes and settings, nothing averaged.
+    /// Axes and settings before averaging.
     pub(super) fn unaveraged(&self) -> (Vec<String>, &[SettingSummary]) {
         let every = self.every.as_ref().unwrap_or(&self.summary);
         (if self.every.is_some() { short_names(&every.axes) } else { self.axes.clone() }, &every.settings)
     }
 
-    /// What was averaged over, in words; empty for nothing.
+    /// A sentence on the averaged axes; empty if there are none.
     pub(super) fn averages(&self) -> String {
         if self.over.is_empty() {
             return String::new();
@@ -125,7 +125,7 @@ fn short_names(axes: &[String]) -> Vec<String> {
 }
 
 impl PlannedSweep {
-    /// A command that runs the same sweep: that of its file, or the axes of a sweep from the command line.
+    /// A command that runs the same sweep, with its file, or with the axes of a sweep from the command line.
     fn command(&self) -> String {
         let PlanRecord { source, name, .. } = &self.plan;
         let file = if source.ends_with(BUILT_IN) { String::new() } else { format!(" {}", shell_word(source)) };
@@ -201,20 +201,20 @@ fn facts(sweep: &PlannedSweep, every: &SweepSummary, command: &str) -> Vec<(Stri
     facts
 }
 
-/// The seeds one by one, or of very many the first and the last.
+/// The list of seeds, or a summary if there are many.
 fn seeds(all: &[u64]) -> String {
     if all.len() <= MOST_SEEDS {
         all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     } else {
-        seeds_in_words(all)
+        describe_seeds(all)
     }
 }
 
-/// What an optimiser wants to know: the axes with their ranges, which direction is better, and every setting that was
-/// tried with its mean (`skiagraph.sweep_ask/1`).
+/// Data for an optimiser: the axes with their ranges, the better direction, and every tried setting with its mean
+/// (`skiagraph.sweep_ask/1`).
 ///
 /// # Errors
-/// [`ExperimentError`] where the plan cannot be read.
+/// [`ExperimentError`] if the plan cannot be read.
 pub fn ask(sweep: &PlannedSweep) -> Result<Value, ExperimentError> {
     let definition = sweep.definition()?;
     let over = &definition.sweep.average_over;

@@ -1,17 +1,17 @@
-//! The same as text: Markdown, for a repository.
+//! The page of a sweep as Markdown, for a repository.
 
 use std::fmt::Write;
 
 use super::analysis::{CostMeasure, effects, pareto_front};
 use super::figures::{labelled, maps};
-use super::html::{choice, effect_row, table};
+use super::html::{choice, effect_row, interval_title, table};
 use super::input::SweepPageInput;
 use crate::report::GENERATOR;
 use crate::sweep::results::Status;
 
-/// Settings that have a row.
+/// Maximum number of settings with a row.
 const ROWS: usize = 60;
-/// Failed cells that have a line.
+/// Maximum number of failed cells with a line.
 const FAILURES: usize = 20;
 
 /// The findings of a sweep as Markdown.
@@ -24,10 +24,13 @@ pub fn sweep_markdown(input: &SweepPageInput) -> String {
     for choice in CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)) {
         writeln!(text, "- {choice}").ok();
     }
-    text.push_str(
-        "\nThe interval of a difference is Welch's over the seeds of both settings, which are not paired. The best of many \
-         settings looks better than it is.\n",
-    );
+    text.push('\n');
+    if input.summary.has_intervals() {
+        text.push_str(
+            "The interval of a difference is Welch's over the seeds of both settings, which are not paired. ",
+        );
+    }
+    text.push_str("The best of many settings looks better than it is.\n");
     if input.every.is_some() {
         writeln!(text, "\n{}", input.averages()).ok();
     }
@@ -108,9 +111,10 @@ fn settings(input: &SweepPageInput, text: &mut String) {
     writeln!(text, "\n## {title}\n\nThe best is in bold; `*` marks the Pareto front by evaluations.\n").ok();
     writeln!(
         text,
-        "| {} | {} | 95 % interval | evaluations a frame | processor ms a frame | lost | |",
+        "| {} | {} | {} | evaluations a frame | processor ms a frame | lost | |",
         input.axes.join(" | "),
-        labelled(input)
+        labelled(input),
+        interval_title(input)
     )
     .ok();
     writeln!(text, "|{}---:|---:|---:|---:|---:|---|", "---|".repeat(input.axes.len().max(1))).ok();

@@ -1,4 +1,5 @@
-//! The page of a sweep: error against cost, what matters, what to choose; also as Markdown, figures and a picture.
+//! The page of a sweep: recommended settings, error against cost, effects of the axes; also as Markdown, figures and a
+//! picture.
 
 mod analysis;
 mod figures;

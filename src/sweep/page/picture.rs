@@ -1,11 +1,11 @@
-//! A sweep in one picture: what to choose, error against cost, heat maps, the best settings. For messages and slides.
+//! A sweep in one picture, for messages and slides: recommended settings, error against cost, heat maps, best settings.
 
 use tiny_skia::Pixmap;
 
 use super::analysis::{CostMeasure, pareto_front};
 use super::figures::{Map, labelled, maps, scatter_plot};
 use super::heat;
-use super::html::choice;
+use super::html::{choice, interval_title};
 use super::input::SweepPageInput;
 use crate::evaluation::Direction;
 use crate::report::ReportError;
@@ -18,11 +18,11 @@ use crate::report::lettering::draw_text;
 use crate::report::plots::Size;
 use crate::sweep::summary::SettingSummary;
 
-/// Settings that have a row.
+/// Maximum number of settings with a row.
 const BEST: usize = 10;
-/// Heat maps side by side.
+/// Maximum number of heat maps.
 const MAPS: usize = 3;
-/// Rows and columns of a heat map at most.
+/// Maximum number of rows and columns of a heat map.
 const WIDEST: usize = 8;
 const PLOT_HEIGHT: f32 = 340.0;
 const ROW: f32 = 30.0;
@@ -30,7 +30,7 @@ const ROW: f32 = 30.0;
 /// The picture of a sweep as PNG, 1200 pixels wide.
 ///
 /// # Errors
-/// [`ReportError`] without a setting, or where nothing can be drawn.
+/// [`ReportError`] without a setting, or if drawing fails.
 pub fn sweep_picture(input: &SweepPageInput) -> Result<Vec<u8>, ReportError> {
     if input.settings().is_empty() {
         return Err(ReportError::NoRun);
@@ -114,23 +114,21 @@ fn heat_map(picture: &mut Pixmap, map: &Map, [left, top]: [f32; 2], width: f32) 
     }
 }
 
-/// The best settings with mean and interval, those of the front marked.
+/// The best settings with mean and interval (or range over seeds); those on the Pareto front are marked.
 fn settings_list(picture: &mut Pixmap, input: &SweepPageInput, best: &[&SettingSummary], [left, top, room]: [f32; 3]) {
     fill(picture, [left, top, room, 44.0 + ROW * best.len() as f32], CARD, 255);
-    draw_text(
-        picture,
-        "best settings (square: on the front by evaluations), mean and 95 % interval, evaluations a frame",
-        [left + 14.0, top + 14.0],
-        11.0,
-        FAINT,
+    let title = format!(
+        "best settings (square: on the Pareto front by evaluations), mean and {}, evaluations a frame",
+        interval_title(input)
     );
+    draw_text(picture, &title, [left + 14.0, top + 14.0], 11.0, FAINT);
     let front: Vec<&SettingSummary> = pareto_front(input.settings(), CostMeasure::Evaluations, input.objective)
         .into_iter()
         .filter_map(|at| input.settings().get(at))
         .collect();
     let ends = |point: &SettingSummary| {
         let mean = point.mean.unwrap_or_default();
-        point.ci95.map_or([mean; 2], |interval| [interval.low, interval.high])
+        point.interval_or_range(input.summary.has_intervals()).unwrap_or([mean; 2])
     };
     let greatest = best.iter().map(|point| ends(point)[1]).fold(1e-9, f64::max);
     let bar = [left + 0.52 * room, 0.26 * room];
@@ -159,7 +157,7 @@ mod tests {
     use crate::sweep::page::html::tests::grid;
 
     #[test]
-    fn the_picture_of_a_sweep_has_a_dot_for_every_setting_and_carries_our_mark() {
+    fn the_picture_of_a_sweep_has_a_dot_for_every_setting_and_names_its_software() {
         let input = grid();
         let bytes = sweep_picture(&input).unwrap();
         assert!(String::from_utf8_lossy(&bytes[..200]).contains("Software\0skiagraph "));

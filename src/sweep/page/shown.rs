@@ -1,27 +1,28 @@
-//! Which settings a page shows: all of a small sweep; of a large one the best and the worst in its table, and in plots
-//! some, evenly from the best to the worst. A page of a hundred thousand would be too large to open.
+//! Selects the settings that a page shows: all of a small sweep; for a large one, the best and the worst in the table,
+//! and in plots a selection spaced evenly from the best to the worst. A page with 100,000 settings would be too large
+//! to open.
 
 use crate::evaluation::Metric;
 use crate::sweep::summary::{SettingSummary, badness, best_first};
 
-/// Settings that have a row.
+/// Maximum number of settings with a row.
 const ROWS: usize = 2000;
-/// Dots of a plot.
+/// Maximum number of dots in a plot.
 const DOTS: usize = 2000;
-/// Links to cells in all rows.
+/// Maximum number of links to cells in all rows.
 const CELLS: usize = 20_000;
-/// Values of an axis with their means.
+/// Maximum number of values of an axis with their means.
 const MEANS: usize = 100;
 
-/// Settings that have a row, in their order.
+/// Settings with a row, in order.
 pub(super) struct ShownRows {
     pub(super) settings: Vec<usize>,
-    /// How many of the best come first, and how many of the worst last; `None` where all have a row, in the order of
-    /// the plan.
+    /// The numbers of best settings, which come first, and of worst settings; `None` if all settings have a row, in the
+    /// order of the plan.
     pub(super) ends: Option<[usize; 2]>,
 }
 
-/// Those of a table.
+/// The settings of a table.
 pub(super) fn rows(points: &[SettingSummary], metric: &Metric) -> ShownRows {
     if points.len() <= ROWS {
         return ShownRows { settings: (0..points.len()).collect(), ends: None };
@@ -32,12 +33,12 @@ pub(super) fn rows(points: &[SettingSummary], metric: &Metric) -> ShownRows {
     ShownRows { settings, ends: Some([best, worst]) }
 }
 
-/// How many cells a row links to, of so many rows.
+/// The number of cells that each row links to, for this number of rows.
 pub(super) fn cells_per_row(rows: usize) -> usize {
     (CELLS / rows.max(1)).max(1)
 }
 
-/// Those of `points` that a plot draws, in the order of the plan.
+/// The settings that a plot draws, in the order of the plan.
 pub(super) fn dots(
     points: &[SettingSummary],
     metric: &Metric,
@@ -50,17 +51,17 @@ pub(super) fn dots(
     chosen
 }
 
-/// The settings of a front that a plot draws.
+/// The settings of a Pareto front that a plot draws.
 pub(super) fn front(front: &[usize]) -> Vec<usize> {
     evenly(front, DOTS)
 }
 
-/// How many dots a plot of so many settings has, where it leaves some out.
+/// The number of dots in a plot of this many settings, if it leaves some out.
 pub(super) fn thinned(settings: usize) -> Option<usize> {
     (settings > DOTS).then_some(DOTS)
 }
 
-/// Values and means in words, those in the middle of a long list left out.
+/// A list of values and means; the middle of a long list is left out.
 pub(super) fn means(words: &[String], between: &str) -> String {
     if words.len() <= MEANS {
         return words.join(between);
@@ -70,7 +71,7 @@ pub(super) fn means(words: &[String], between: &str) -> String {
     [first, &[left_out], last].concat().join(between)
 }
 
-/// At most so many of a list, evenly, the first and the last among them.
+/// At most `most` elements of a list, evenly spaced, including the first and the last.
 fn evenly(all: &[usize], most: usize) -> Vec<usize> {
     if all.len() <= most {
         return all.to_vec();
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_list_of_means_the_ends_are_kept() {
+    fn the_ends_of_a_long_list_of_means_are_kept() {
         let words: Vec<String> = (0..500).map(|value| value.to_string()).collect();
         let shown = means(&words, ", ");
         assert!(shown.starts_with("0, 1, ") && shown.contains("49, … 400 more …, 450") && shown.ends_with(", 499"));

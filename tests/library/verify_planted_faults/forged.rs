@@ -1,4 +1,4 @@
-//! Small changes by somebody who corrects every hash afterwards.
+//! Small forged changes, with every hash corrected afterwards.
 
 use serde_json::Value;
 use skiagraph::camera::{CameraRig, TimedRig};
@@ -20,7 +20,7 @@ fn swapped(values: Values, a: usize, b: usize) -> Values {
     Values::Text(names)
 }
 
-/// Makes every radius of the first link that has a capsule 5 % greater.
+/// Enlarges every radius of the first link with a capsule by 5 %.
 fn fatten(body: &mut Value) {
     let links = body["links"].as_array_mut().unwrap();
     let capsules =
@@ -51,7 +51,7 @@ fn a_start_that_is_5_millimetres_or_half_a_degree_off_is_found() {
 }
 
 #[test]
-fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
+fn errors_of_start_and_cameras_must_match_the_seed() {
     let settings = "silhouette = \"corrupted\"\nseed = 5\ncorruption = { start_mm = 20.0, start_deg = 2.0, calibration_mm = 9.0, \
                     calibration_px = 2.0 }";
     let settings: ObservationSettings = toml::from_str(settings).unwrap();
@@ -62,16 +62,18 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
         crate::made_up_set::assemble_filmed("told", &filming, &motion(), &settings).write(set.0.path()).unwrap();
         let found = set.verified();
         assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
-        let spoil = |change: &dyn Fn(&Copy)| {
-            let spoiled = Copy::of(&set.0);
-            change(&spoiled);
-            spoiled
+        let changed = |change: &dyn Fn(&Copy)| {
+            let changed = Copy::of(&set.0);
+            change(&changed);
+            changed
         };
-        spoil(&|set| set.text("set.toml", |text| text.replace("start_mm = 20.0", "start_mm = 30.0")))
+        changed(&|set| set.text("set.toml", |text| text.replace("start_mm = 20.0", "start_mm = 30.0")))
             .found_in_spite_of_good_hashes("start", "start/start.json", &["root"]);
-        spoil(&|set| set.text("truth/facts.toml", |text| text.replace("observation_seed = 5", "observation_seed = 6")))
-            .found_in_spite_of_good_hashes("start", "cameras.json", &["front"]);
-        spoil(&|set| {
+        changed(&|set| {
+            set.text("truth/facts.toml", |text| text.replace("observation_seed = 5", "observation_seed = 6"))
+        })
+        .found_in_spite_of_good_hashes("start", "cameras.json", &["front"]);
+        changed(&|set| {
             set.json("cameras.json", |json| {
                 let k = &mut json["cameras"][1]["K"];
                 k[0][0] = (0.5 + number(&k[0][0])).into();
@@ -80,7 +82,7 @@ fn errors_of_start_and_cameras_are_those_that_the_seed_draws() {
         })
         .found_in_spite_of_good_hashes("start", "cameras.json", &["lens", "focal"]);
         if is_filmed {
-            spoil(&|set| {
+            changed(&|set| {
                 set.array("cameras.npz", "camera_from_world", |v| floats(v, |i, x| if i == 21 { x + 0.004 } else { x }))
             })
             .found_in_spite_of_good_hashes("cameras", "cameras.npz", &["lens", "1 of 5"]);
@@ -101,7 +103,7 @@ fn refitted_poses_that_are_a_degree_or_a_millimetre_off_are_found() {
 }
 
 #[test]
-fn names_and_parents_that_were_exchanged_are_found_in_every_file() {
+fn swapped_names_and_parents_are_found_in_every_file() {
     for (check, file, array) in [
         ("visibility", "truth/views.npz", "camera_names"),
         ("visibility", "truth/views.npz", "joint_names"),
@@ -124,10 +126,10 @@ fn names_and_parents_that_were_exchanged_are_found_in_every_file() {
 }
 
 #[test]
-fn a_body_that_is_5_percent_thicker_is_found_on_both_sides() {
+fn a_body_that_is_5_percent_thicker_is_found_for_tracker_and_actor() {
     let set = Copy::new();
     set.json("start/body.json", fatten);
-    set.found_in_spite_of_good_hashes("start", "start/body.json", &["not the actor's own"]);
+    set.found_in_spite_of_good_hashes("start", "start/body.json", &["the actor's own body, but it differs"]);
     let set = Copy::new();
     set.json("truth/actor.json", fatten);
     set.sign();
@@ -135,7 +137,7 @@ fn a_body_that_is_5_percent_thicker_is_found_on_both_sides() {
 }
 
 #[test]
-fn two_pixels_of_a_mask_are_found_whatever_it_was_made_by() {
+fn two_changed_pixels_of_a_mask_are_found_for_every_kind_of_silhouette() {
     for base in [&LAYERS, &SEGMENTED, &CORRUPTED, &FILMED] {
         let set = Copy::of(base);
         let size = if std::ptr::eq(base, &LAYERS) { [64, 48] } else { [WIDTH, HEIGHT] };
@@ -146,7 +148,7 @@ fn two_pixels_of_a_mask_are_found_whatever_it_was_made_by() {
 }
 
 #[test]
-fn flow_coverage_normals_and_depth_that_are_a_little_off_are_found() {
+fn slightly_wrong_flow_coverage_normals_and_depth_are_found() {
     let set = Copy::of(&LAYERS);
     let flow = set.floats(0, 1, "forward", |c| 1.01 * c);
     let coverage = set.floats(1, 1, "A", |share| if share > 0.0 && share < 1.0 { share + 0.0625 } else { share });
@@ -161,8 +163,8 @@ fn flow_coverage_normals_and_depth_that_are_a_little_off_are_found() {
 }
 
 #[test]
-fn a_few_pixels_may_be_decided_by_rounding_and_then_they_are_no_fault() {
-    // the camera is moved by less than its numbers say; nothing but pixels on an outline can differ
+fn a_few_pixels_that_differ_by_rounding_are_not_a_fault() {
+    // the principal point is moved by a tiny distance, so that only pixels on an outline can differ
     let directory = tempfile::tempdir().unwrap();
     let mut seen = cameras([WIDTH, HEIGHT]);
     seen.iter_mut().for_each(|camera| camera.pinhole.principal_point[0] += 3e-5);

@@ -1,25 +1,25 @@
-//! Which links of a robot are parts of its body: sensor frames and the hinges of compound joints are not.
+//! Links of a robot that are parts of its body, as opposed to sensor frames and hinges of compound joints.
 
 use super::{Humanoid, JointKind, Landmark, LinkFrames, Markers};
 
 /// A link with less than this share of the body's mass is a sensor, a screw or a placeholder.
 const LEAST_MASS_SHARE: f64 = 0.001;
-/// Height of the ankles in shares of the stature (`[Drillis 1966]`).
+/// Height of the ankles as a share of the stature (`[Drillis 1966]`).
 pub(super) const ANKLE: f64 = 0.039;
-/// Stature of a body that does not tell its own, metres.
+/// Stature of a body whose landmarks do not define one, metres.
 const USUAL_STATURE: f64 = 1.75;
 
-/// A body that stands in its zero pose: X ahead, Y left, Z up.
+/// A body standing in its zero pose: X forward, Y left, Z up.
 pub(super) struct StandingBody<'a> {
     pub(super) body: &'a Humanoid,
-    /// World from links.
+    /// World-from-link transforms.
     pub(super) frames: LinkFrames,
     pub(super) markers: Markers,
-    /// From the soles to the crown, metres.
+    /// Height from the soles to the crown, metres.
     pub(super) stature: f64,
-    /// Of every link, whether it is a part of the body: it has mass, or lies between two landmarks.
+    /// For every link, whether it is a part of the body: it has mass, or is between two landmarks.
     pub(super) is_bodily: Vec<bool>,
-    /// Of every link, whether it or a descendant is a part of the body.
+    /// For every link, whether it or a descendant is a part of the body.
     leads_on: Vec<bool>,
 }
 
@@ -49,13 +49,13 @@ impl<'a> StandingBody<'a> {
         self.frames[link].translation.vector.into()
     }
 
-    /// Links that hang on this one by a joint and lead to parts of the body.
+    /// Child links connected by a moving joint that lead to parts of the body.
     pub(super) fn children(&self, link: usize) -> impl Iterator<Item = usize> {
         let joints = self.body.joints.iter().enumerate();
         joints.filter(move |(_, joint)| joint.parent == link).map(|(joint, _)| joint + 1).filter(|&l| self.leads_on[l])
     }
 
-    /// From a link's joint to that of one of its children, in shares of the stature.
+    /// Distance from a link's joint to that of one of its children, as a share of the stature.
     pub(super) fn bone(&self, link: usize, child: usize) -> f64 {
         (self.origin(child) - self.origin(link)).norm() / self.stature
     }
@@ -65,7 +65,7 @@ impl<'a> StandingBody<'a> {
     }
 }
 
-/// From the soles to the crown: by ankles and crown, else the extent of all joints.
+/// Height from the soles to the crown: from ankles and crown, else the extent of all joints.
 fn stature(markers: &Markers, frames: &LinkFrames) -> f64 {
     let height = |landmark: Landmark| markers[landmark as usize].map(|place| place.z);
     let ankles: Vec<f64> = [Landmark::LeftAnkle, Landmark::RightAnkle].into_iter().filter_map(height).collect();
@@ -77,7 +77,7 @@ fn stature(markers: &Markers, frames: &LinkFrames) -> f64 {
     of_landmarks.filter(usable).or(Some(of_joints).filter(usable)).unwrap_or(USUAL_STATURE)
 }
 
-/// Of every link, whether it lies on the way from one landmark to another.
+/// For every link, whether it is on the path from one landmark to another.
 fn between_landmarks(body: &Humanoid) -> Vec<bool> {
     let mut below = vec![0_usize; body.links.len()];
     body.markers.iter().flatten().for_each(|marker| below[marker.link] += 1);
@@ -85,7 +85,7 @@ fn between_landmarks(body: &Humanoid) -> Vec<bool> {
         below[body.joints[link - 1].parent] += below[link];
     }
     let all = below.first().copied().unwrap_or(0);
-    // where all ways meet is the last link that leads to all
+    // the link where all paths meet is the last one that leads to all landmarks
     let meeting = below.iter().rposition(|count| *count == all);
     let is_between = |(link, count): (usize, &usize)| *count > 0 && (*count < all || Some(link) == meeting);
     below.iter().enumerate().map(is_between).collect()

@@ -4,13 +4,13 @@ use nalgebra::Point3;
 
 use super::{Drive, Humanoid, JointKind, Solid};
 
-/// Links of a body; it has one joint fewer.
+/// Greatest number of links of a body; it has one joint fewer.
 pub(super) const MOST_LINKS: usize = 1_000;
-/// Solids of all links together.
+/// Greatest number of solids of all links.
 pub(super) const MOST_SOLIDS: usize = 5_000;
-/// Triangles, and vertices, of all meshes together.
+/// Greatest number of triangles, and of vertices, of all meshes.
 pub(super) const MOST_TRIANGLES: usize = 5_000_000;
-/// Characters of a name; degrees of freedom are named after their joints.
+/// Greatest number of characters of a name; degrees of freedom are named after their joints.
 const LONGEST_NAME: usize = 210;
 /// Greatest radius or edge of a solid, metres.
 const GREATEST_SIZE: f64 = 1e4;
@@ -20,11 +20,11 @@ const FARTHEST: f64 = 1e6;
 const GREATEST_MASS: f64 = 1e6;
 /// Greatest entry of an inertia tensor, kg m^2.
 const GREATEST_INERTIA: f64 = 1e12;
-/// Greatest multiplier or offset of a driven joint.
+/// Greatest multiplier or offset of a mimicking joint.
 const GREATEST_DRIVE: f64 = 1e6;
 
 impl Humanoid {
-    /// The first value out of bounds, if any: the link or joint, the expected range and the value.
+    /// Checks all values; the error names the link or joint, the value and the expected range.
     #[doc(hidden)]
     pub fn check_bounds(&self) -> Result<(), String> {
         at_most(self.links.len(), MOST_LINKS, "links")?;
@@ -45,11 +45,11 @@ impl Humanoid {
         }
         for joint in &self.joints {
             let place = Point3::from(joint.parent_from_joint.translation.vector);
-            let sound = near(&place).and_then(|()| match &joint.kind {
+            let valid = near(&place).and_then(|()| match &joint.kind {
                 JointKind::Revolute { drive, .. } | JointKind::Prismatic { drive, .. } => check_drive(drive),
                 _ => Ok(()),
             });
-            sound.map_err(|problem| format!("joint `{}`: {problem}", joint.name))?;
+            valid.map_err(|problem| format!("joint `{}`: {problem}", joint.name))?;
         }
         self.markers.iter().flatten().try_for_each(|marker| near(&marker.point_in_link))
     }
@@ -65,7 +65,7 @@ impl Humanoid {
 }
 
 impl Solid {
-    /// The first value of the solid out of bounds, if any.
+    /// Checks the solid; the error names the first value out of bounds.
     #[doc(hidden)]
     pub fn check_bounds(&self) -> Result<(), String> {
         let sized = |size: f64| within("a solid of size", size, 0.0, GREATEST_SIZE, "m");
@@ -105,7 +105,7 @@ fn greater(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// NaN is never within.
+/// NaN is out of bounds.
 fn within(what: &str, value: f64, least: f64, most: f64, unit: &str) -> Result<(), String> {
     if (least..=most).contains(&value) {
         return Ok(());
@@ -120,7 +120,7 @@ mod tests {
     use crate::raster::TaperedCapsule;
 
     #[test]
-    fn robots_that_ship_are_within_bounds_and_monsters_are_not() {
+    fn built_in_robots_are_within_bounds_and_absurd_ones_are_not() {
         for (name, _) in SHIPPED_ROBOTS {
             shipped(name).unwrap().check_bounds().unwrap();
         }
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_of_1e20_m_and_a_ball_of_no_sign_are_refused() {
+    fn a_ball_of_1e20_m_and_a_ball_with_negative_zero_size_are_refused() {
         let ball = |radius| {
             let a = Point3::origin();
             Solid::TaperedCapsule(TaperedCapsule { a, b: a, radius_a: radius, radius_b: radius }).check_bounds()

@@ -1,5 +1,5 @@
-//! How much of a body its solids draw. Cameras see the solids alone: a body of which hardly anything is drawn cannot be
-//! tracked, and the tracker is not to blame.
+//! Coverage of a body by its solids. Cameras see only the solids: a body with few solids cannot be tracked, through no
+//! fault of the tracker.
 
 use nalgebra::Point3;
 use serde::Serialize;
@@ -9,46 +9,46 @@ use super::solid::vertex_bounds;
 use super::{Humanoid, Landmark, Solid};
 use crate::input::excerpt;
 
-/// Least share of the links that must be drawn.
+/// Least share of links with solids.
 pub const LEAST_DRAWN_LINKS: f64 = 0.5;
-/// Least share of the height from ankles to crown that must be drawn.
+/// Least covered share of the height from ankles to crown.
 pub const LEAST_DRAWN_HEIGHT: f64 = 0.7;
-/// Least share of the reach from wrist to wrist that must be drawn.
+/// Least covered share of the reach from wrist to wrist.
 pub const LEAST_DRAWN_REACH: f64 = 0.5;
 
-/// Lengths in shares of the stature. A solid shows a bone that is within this of it.
+/// As a share of the stature: a solid within this distance covers a point of a bone.
 const BESIDE: f64 = 0.02;
 /// Joints nearer than this are hinges of one compound joint.
 const SAME_JOINT: f64 = 0.02;
-/// A massless link with a longer bone should be drawn.
+/// A massless link with a longer bone should have a solid.
 const LONG_BONE: f64 = 0.05;
-/// A solid smaller than this marks a place.
+/// A smaller solid is only a marker.
 const LEAST_SOLID: f64 = 0.01;
-/// Landmarks of the trunk, whose bones nothing hangs beside.
+/// Landmarks of the trunk, whose bones have no adjacent links.
 const TRUNK: [Landmark; 3] = [Landmark::Pelvis, Landmark::Thorax, Landmark::HeadTop];
-/// Samples along a bone.
+/// Samples per bone.
 const SAMPLES: usize = 50;
-/// Most links that a message names.
+/// Greatest number of links named in a message.
 const MOST_NAMED: usize = 12;
 
-/// How much of a body is drawn by solids, standing in its zero pose.
+/// Coverage of a body by solids, standing in its zero pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DrawnShares {
-    /// Links with solids, of those that should be drawn.
+    /// Number of links with solids, of those that should have solids.
     pub links_drawn: usize,
-    /// Links that should be drawn: those with at least a thousandth of the body's mass, and massless ones with a bone
-    /// between two landmarks; hinges of a compound joint, frames of sensors and markers are not counted.
+    /// Number of links that should have solids: those with at least a thousandth of the body's mass, and massless ones
+    /// with a bone between two landmarks; hinges of a compound joint, frames of sensors and markers are not counted.
     pub links: usize,
-    /// Share of the height from the ankles over the hips to the crown at which solids are; absent without landmarks.
+    /// Covered share of the height from the ankles over the hips to the crown; `None` without landmarks.
     pub height: Option<f64>,
-    /// Share of the way from wrist to wrist along the arms at which solids are; absent without landmarks.
+    /// Covered share of the path from wrist to wrist along the arms; `None` without landmarks.
     pub reach: Option<f64>,
-    /// Names of links that should be drawn and are not.
+    /// Names of links that should have solids but have none.
     pub missing: Vec<String>,
 }
 
 impl DrawnShares {
-    /// Of a body's solids; a skin is not considered.
+    /// Coverage by a body's solids; a skin is not considered.
     pub fn new(body: &Humanoid) -> Self {
         let standing = StandingBody::new(body);
         let is_drawn: Vec<bool> = body
@@ -69,7 +69,7 @@ impl DrawnShares {
         }
     }
 
-    /// Whether too little is drawn for cameras to see a body.
+    /// Whether too little is covered for cameras to see the body.
     pub fn is_too_little(&self) -> bool {
         let short = |share: Option<f64>, least: f64| share.is_some_and(|share| share < least);
         (self.links_drawn as f64) < LEAST_DRAWN_LINKS * self.links as f64
@@ -77,16 +77,16 @@ impl DrawnShares {
             || short(self.reach, LEAST_DRAWN_REACH)
     }
 
-    /// `18 of 20 links, 97 % of the height, 100 % of the reach`.
-    pub fn in_words(&self) -> String {
+    /// Describes the shares: `18 of 20 links, 97 % of the height, 100 % of the reach`.
+    pub fn describe(&self) -> String {
         let share = |share: Option<f64>, of: &str| share.map(|s| format!(", {:.0} % of the {of}", (100.0 * s).floor()));
         let (height, reach) = (share(self.height, "height"), share(self.reach, "reach"));
         let shares: String = height.into_iter().chain(reach).collect();
         format!("{} of {} links{shares}", self.links_drawn, self.links)
     }
 
-    /// The links that should be drawn and are not, in words; `None` where there are none.
-    pub fn missing_in_words(&self) -> Option<String> {
+    /// Lists the links that should have solids but have none; `None` if there are none.
+    pub fn describe_missing(&self) -> Option<String> {
         let listed: Vec<String> = self.missing.iter().take(MOST_NAMED).map(|name| excerpt(name)).collect();
         let more = match self.missing.len() - listed.len() {
             0 => String::new(),
@@ -115,7 +115,7 @@ fn should_be_drawn(standing: &StandingBody<'_>, is_drawn: &[bool], link: usize) 
     has_bone && !is_carried && !carries
 }
 
-/// Both legs count half.
+/// Each leg counts half.
 fn height_share(standing: &StandingBody<'_>) -> Option<f64> {
     use Landmark as L;
     let legs = [[L::LeftAnkle, L::LeftKnee, L::LeftHip], [L::RightAnkle, L::RightKnee, L::RightHip]];
@@ -142,7 +142,7 @@ struct ShareSum {
 }
 
 impl ShareSum {
-    /// Adds the bones between landmarks; `None` where the body lacks one.
+    /// Adds the bones between landmarks; `None` if the body lacks one.
     fn add(
         &mut self,
         standing: &StandingBody<'_>,
@@ -167,9 +167,9 @@ impl ShareSum {
     }
 }
 
-/// Of every link, whether it belongs to a bone between two landmarks: those on the way from one to the other, and those
-/// fixed to them. A trunk does not show the arms that hang beside it: the link that a limb's bone begins at the end of
-/// is not counted.
+/// For every link, whether it belongs to a bone between two landmarks: links on the path from one to the other, and
+/// links fixed to them. Arms hanging beside a trunk do not cover it: the link at the end of the bone, where a limb's
+/// bone begins, is not counted.
 fn links_of_bone(standing: &StandingBody<'_>, landmarks: [Landmark; 2]) -> Option<Vec<bool>> {
     let body = standing.body;
     if landmarks.iter().all(|landmark| TRUNK.contains(landmark)) {
@@ -211,7 +211,8 @@ fn is_beside_a_solid(standing: &StandingBody<'_>, own: &[bool], point: &Point3<f
 }
 
 impl Solid {
-    /// Whether a point of the link's frame is in the solid, or within `margin` of it; of a mesh in the box around it.
+    /// Whether a point of the link's frame is in the solid or within `margin` of it; for a mesh, its bounding box is
+    /// used.
     fn is_within(&self, point: &Point3<f64>, margin: f64) -> bool {
         match self {
             Self::TaperedCapsule(c) => {
@@ -236,7 +237,7 @@ impl Solid {
         }
     }
 
-    /// Greatest length along an axis of its own, metres.
+    /// Greatest length along one of its own axes, metres.
     fn extent(&self) -> f64 {
         match self {
             Self::TaperedCapsule(c) => (c.b - c.a).norm() + c.radius_a + c.radius_b,
@@ -263,25 +264,25 @@ mod tests {
     }
 
     #[test]
-    fn all_of_the_robots_that_ship_is_drawn() {
-        // Of the bones from thorax to shoulders those of the trackers leave a part without a solid: the ends of their
-        // trunks and arms are farther apart than what counts as beside one. Nothing else is missing.
+    fn built_in_robots_are_fully_covered() {
+        // The trackers leave a part of the bones from thorax to shoulders without a solid: the ends of their trunks
+        // and arms are too far apart. Nothing else is missing.
         for ((name, _), (links, reach)) in SHIPPED_ROBOTS.into_iter().zip([(10, 0.9644), (21, 1.0), (17, 0.9746)]) {
             let shares = DrawnShares::new(&shipped(name).unwrap());
             assert_eq!((shares.links_drawn, shares.links), (links, links), "{name}: {shares:?}");
             assert_eq!(shares.height, Some(1.0), "{name}");
             assert!((shares.reach.unwrap() - reach).abs() < 5e-5, "{name}: {shares:?}");
-            assert!(!shares.is_too_little() && shares.missing_in_words().is_none());
+            assert!(!shares.is_too_little() && shares.describe_missing().is_none());
         }
     }
 
     #[test]
-    fn a_body_of_which_only_the_trunk_is_drawn_is_too_little_and_its_shares_are_those_of_its_bones() {
+    fn a_body_with_only_a_trunk_is_insufficient_and_its_shares_match_its_bones() {
         let shares = drawn_only(|name| ["pelvis", "abdomen", "thorax"].contains(&name));
         assert_eq!((shares.links_drawn, shares.links), (3, 21));
         // Pelvis to neck is 0.85 - 0.53 of the stature of 1.75 m, ankles to crown 1 - 0.039. The chest ends in two
-        // balls, 68 mm aside and 0.185 m above the thorax, of 106 mm and the margin: the bone's end at 0.3275 m is
-        // beyond.
+        // balls, 68 mm aside and 0.185 m above the thorax, with a radius of 106 mm plus the margin: the bone's end at
+        // 0.3275 m is outside.
         let radius = 0.106 + BESIDE * 1.75;
         let beyond = 0.3275 - (0.185 + (radius * radius - 0.068_f64 * 0.068).sqrt());
         let expected = (0.32 - beyond / 1.75) / 0.961;
@@ -290,21 +291,21 @@ mod tests {
         assert!((height - expected).abs() <= half_a_sample, "{height}, expected {expected}");
         assert!(shares.is_too_little());
         assert_eq!(shares.missing.len(), 18);
-        assert!(shares.missing_in_words().unwrap().ends_with(" and 6 more"));
+        assert!(shares.describe_missing().unwrap().ends_with(" and 6 more"));
     }
 
     #[test]
-    fn without_its_arms_a_body_has_its_height_and_too_little_reach() {
+    fn a_body_without_arms_has_its_height_and_too_little_reach() {
         let shares = drawn_only(|name| !["arm", "hand", "clavicle"].iter().any(|part| name.contains(part)));
         // the shoulders' solids cover two centimetres of the neck
         assert!(shares.height.unwrap() > 0.97, "{shares:?}");
         assert!(shares.reach.unwrap() < LEAST_DRAWN_REACH && shares.is_too_little(), "{shares:?}");
-        let words = shares.in_words();
+        let words = shares.describe();
         assert!(words.starts_with("13 of 21 links, ") && words.ends_with(" of the reach"), "{words}");
     }
 
     #[test]
-    fn hands_and_feet_alone_may_be_missing() {
+    fn only_hands_and_feet_may_be_missing() {
         let shares = drawn_only(|name| !["hand", "foot", "toes"].iter().any(|part| name.contains(part)));
         assert_eq!(shares.missing, ["left_hand", "right_hand", "left_foot", "left_toes", "right_foot", "right_toes"]);
         assert!(!shares.is_too_little(), "{shares:?}");
@@ -312,7 +313,7 @@ mod tests {
 
     /// Shares do not depend on the file's unit.
     #[test]
-    fn a_body_of_four_times_the_size_has_the_same_shares() {
+    fn a_body_scaled_by_four_has_the_same_shares() {
         let mut body = shipped("actor").unwrap();
         body.links.iter_mut().filter(|link| link.name.contains("shank")).for_each(|link| link.solids.clear());
         let shape = crate::body::LinkShape { length: Vector3::repeat(4.0), girth: 4.0 };
@@ -323,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_in_solids_as_their_shapes_say() {
+    fn points_in_solids_are_found_for_every_shape() {
         let here = Isometry3::translation(0.0, 0.0, 1.0);
         let corners = [[-0.1, -0.2, 0.7], [0.1, 0.2, 1.3]].map(Point3::from).to_vec();
         let solids = [

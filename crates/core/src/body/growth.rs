@@ -1,12 +1,12 @@
 //! Children and youths of 2 to 20 years: stature and mass by age.
 //!
 //! **Published**: the growth charts of the United States (`[Kuczmarski 2002]`) give stature and body mass index (mass
-//! over the square of the stature) for each sex and month as `M (1 + L S z)^(1 / L)` of a standard normal `z`. The
-//! tables here hold L, M and S of every twelfth month; in between they are interpolated linearly, by which a median
-//! stature differs by less than 4 mm.
+//! divided by the square of the stature) for each sex and month as `M (1 + L S z)^(1 / L)` of a standard normal `z`.
+//! The tables here contain L, M and S of every twelfth month, with linear interpolation between them, which changes
+//! median statures by less than 4 mm.
 //!
 //! **Assumed**: the two deviates of a child are independent. Segments' shares of the stature, and their spread, are
-//! those of adults ([`super::population`]); a young child's head is larger and its legs are shorter.
+//! those of adults ([`super::population`]); a young child actually has a larger head and shorter legs.
 
 use rand::RngExt;
 
@@ -16,10 +16,10 @@ use crate::rng::{KeyedSeed, Purpose, normal};
 /// Ages of the growth charts, years.
 pub const CHILD_YEARS: std::ops::RangeInclusive<f64> = 2.0..=20.0;
 
-/// Draws beyond so many standard deviations are drawn anew: the charts end at the 3rd and 97th percentile.
+/// Deviates beyond this many standard deviations are redrawn: the charts end at the 3rd and 97th percentile.
 const FARTHEST: f64 = 2.5;
 
-/// Ages of the rows of the tables, months.
+/// Ages of the tables' rows, months.
 const MONTHS: [f64; 20] = [
     24.0, 30.5, 36.5, 48.5, 60.5, 72.5, 84.5, 96.5, 108.5, 120.5, 132.5, 144.5, 156.5, 168.5, 180.5, 192.5, 204.5,
     216.5, 228.5, 240.0,
@@ -125,9 +125,9 @@ const MASS_INDEX: [[Row; 20]; 2] = [
 ];
 
 impl Person {
-    /// A child or youth of the United States: of `sex`, else of either with equal chance; of `age_years`, cut off to
-    /// [`CHILD_YEARS`], else of any of these with equal chance; of `stature_m`, if it is given, with a mass as people
-    /// of that age and stature have. The same seed and index give the same person.
+    /// A child or youth of the United States. `sex` is drawn with equal chances if `None`; `age_years` is clamped to
+    /// [`CHILD_YEARS`], or drawn uniformly from it if `None`; if `stature_m` is given, the mass is drawn for that age
+    /// and stature. The same seed and index give the same person.
     pub fn drawn_child(
         seed: impl Into<KeyedSeed>,
         index: u64,
@@ -152,7 +152,7 @@ impl Person {
     }
 }
 
-/// The value of a table that lies so many standard deviations from the median.
+/// The value of a table this many standard deviations from the median.
 fn at(table: &[[Row; 20]; 2], sex: Sex, age_years: f64, deviate: f64) -> f64 {
     let rows = &table[usize::from(sex == Sex::Male)];
     let months = 12.0 * age_years;
@@ -189,7 +189,7 @@ mod tests {
             let found = at(table, sex, months / 12.0, deviate);
             assert!((found / expected - 1.0).abs() < 1e-7, "{found} {expected}");
         }
-        // months that the tables here leave out
+        // months that are not in these tables
         let between = [
             (&STATURE, Sex::Male, 66.5, 112.4295761, 0.1),
             (&STATURE, Sex::Male, 162.5, 160.3493168, 0.1),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn median_statures_grow_with_age_and_no_row_stands_apart_from_its_neighbours() {
+    fn median_statures_grow_with_age_and_rows_are_consistent_with_their_neighbours() {
         for sex in [0, 1] {
             let medians = STATURE[sex].map(|row| row[1]);
             assert!(medians.windows(2).all(|pair| pair[1] > pair[0]));
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_is_a_child_and_what_is_given_is_kept() {
+    fn a_seed_determines_a_child_and_given_values_are_kept() {
         let drawn = |seed| Person::drawn_child(seed, 0, None, None, None);
         assert_eq!(drawn(3), drawn(3));
         assert_ne!(drawn(3), drawn(4));

@@ -7,23 +7,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{LANDMARKS, LinkPoint, Skin, Solid};
 
-/// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is the
-/// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.
+/// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is
+/// the root, joint `i` moves link `i + 1`, every axis has unit length, every lower limit is at most the upper one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Humanoid {
     /// The robot's name in its URDF.
     pub name: String,
     /// All links, root first.
     pub links: Vec<Link>,
-    /// `joints[i]` carries `links[i + 1]`.
+    /// `joints[i]` moves `links[i + 1]`.
     pub joints: Vec<Joint>,
-    /// The numbers of a [`super::Pose`], in its order.
+    /// The degrees of freedom, in the order of a [`super::Pose`].
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// Positions of the virtual markers, in the order of [`LANDMARKS`]; `None` for markers that this body lacks.
     pub markers: [Option<LinkPoint>; LANDMARKS.len()],
-    /// The surface that cameras see and the ground touches; without it these are the links' solids.
+    /// The surface seen by cameras and in contact with the ground; without it, the links' solids are used.
     pub skin: Option<Arc<Skin>>,
-    /// Notes about its file: limits that were assumed, joints that are locked.
+    /// Notes about its file: assumed limits, locked joints.
     pub notes: Vec<String>,
 }
 
@@ -56,29 +56,29 @@ pub struct Joint {
     pub name: String,
     /// Index of the parent link.
     pub parent: usize,
-    /// The joint's frame in the parent link, at zero angle the child link's frame.
+    /// The joint's frame in the parent link; at zero angle it is the child link's frame.
     pub parent_from_joint: Isometry3<f64>,
     /// The allowed motion of the child.
     pub kind: JointKind,
 }
 
-/// The motions a joint allows. Every moving axis names the number that drives it.
+/// The motions that a joint allows. Every moving axis has the degree of freedom that drives it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointKind {
-    /// None.
+    /// No motion.
     Fixed,
     /// Rotation about a unit axis in the joint frame.
     Revolute {
         /// Unit axis in the joint's frame.
         axis: Unit<Vector3<f64>>,
-        /// The driving number.
+        /// The driving degree of freedom.
         drive: Drive,
     },
     /// Translation along a unit axis in the joint frame.
     Prismatic {
         /// Unit axis in the joint's frame.
         axis: Unit<Vector3<f64>>,
-        /// The driving number.
+        /// The driving degree of freedom.
         drive: Drive,
     },
     /// Any rotation: degrees of freedom `first .. first + 3` are its rotation vector (radians, joint frame).
@@ -94,7 +94,8 @@ pub enum JointKind {
     },
 }
 
-/// The value of one joint axis: `multiplier * joint_angles[degree_of_freedom] + offset` (URDF's `mimic`; 1 and 0 else).
+/// The value of one joint axis: `multiplier * joint_angles[degree_of_freedom] + offset` (URDF's `mimic`; otherwise 1
+/// and 0).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
@@ -106,13 +107,13 @@ pub struct Drive {
     pub offset: f64,
 }
 
-/// One number of a pose. In files, what is unlimited is null.
+/// One number of a pose. Unlimited values are null in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DegreeOfFreedom {
-    /// The joint's name, with `.x` `.y` `.z` (and `.rx` ...) appended where a joint has several.
+    /// The joint's name, with `.x` `.y` `.z` (and `.rx` ...) appended if the joint has several.
     pub name: String,
-    /// Lowest value, radians or metres; `-inf` where unlimited.
+    /// Lowest value, radians or metres; `-inf` if unlimited.
     #[serde(serialize_with = "if_limited", deserialize_with = "or_least")]
     pub lower: f64,
     /// Highest value; `>= lower`.
@@ -139,15 +140,15 @@ fn or_greatest<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 }
 
 impl Drive {
-    /// A drive that takes the degree of freedom as it is.
+    /// A drive equal to the degree of freedom.
     pub fn direct(degree_of_freedom: usize) -> Self {
         Self { degree_of_freedom, multiplier: 1.0, offset: 0.0 }
     }
 }
 
 impl Humanoid {
-    /// Whether it is the same body as `other`: links with geometry and inertia, joints, degrees of freedom, markers and
-    /// skin, bit for bit. The robot's name and the notes do not count.
+    /// Whether it is the same body as `other`: links with geometry and inertia, joints, degrees of freedom, markers
+    /// and skin, bit for bit. The robot's name and the notes are ignored.
     pub fn is_same_body(&self, other: &Self) -> bool {
         let Self { name: _, links, joints, degrees_of_freedom, markers, skin, notes: _ } = self;
         *links == other.links
@@ -157,12 +158,12 @@ impl Humanoid {
             && *skin == other.skin
     }
 
-    /// Index of the link of that name.
+    /// Index of the link with this name.
     pub fn find_link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)
     }
 
-    /// Index of the degree of freedom of that name.
+    /// Index of the degree of freedom with this name.
     pub fn find_degree_of_freedom(&self, name: &str) -> Option<usize> {
         self.degrees_of_freedom.iter().position(|d| d.name == name)
     }
@@ -179,7 +180,7 @@ mod tests {
     use crate::body::{BodyShape, shipped};
 
     #[test]
-    fn a_body_is_the_same_whatever_it_is_called_and_another_by_a_thousandth_of_its_girth() {
+    fn names_do_not_distinguish_bodies_but_a_thousandth_of_girth_does() {
         let body = shipped("tracker25").unwrap();
         let mut renamed = body.clone();
         renamed.name = "somebody".into();

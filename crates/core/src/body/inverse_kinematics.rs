@@ -1,12 +1,12 @@
 //! Inverse kinematics of one frame: weighted non-linear least squares with joint limits.
 //!
-//! Levenberg-Marquardt (`[Marquardt 1963]`) on the normal equations, with the joint limits held by projection: a
+//! Levenberg-Marquardt (`[Marquardt 1963]`) on the normal equations, with joint limits enforced by projection: a
 //! degree of freedom at its limit whose gradient points outward is frozen for the step (`[Bertsekas 1982]`), all
-//! others move and are clamped. Every accepted step lowers the cost, and the number of steps is bounded, so the answer
+//! others move and are clamped. Every accepted step lowers the cost, and the number of steps is bounded, so the result
 //! is always finite.
 //!
-//! Sums run in a fixed order in plain loops, and the Cholesky factorisation is our own: nalgebra selects kernels of
-//! matrix products by processor, so the ground truth would differ between machines.
+//! Sums are plain loops in a fixed order, and the Cholesky factorisation is implemented here: nalgebra selects kernels
+//! of matrix products by processor, so the ground truth would differ between machines.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -50,7 +50,7 @@ impl AngleGoal {
     }
 }
 
-/// Goal: two degrees of freedom equal (`sign` 1) or opposite (-1).
+/// Goal: two degrees of freedom are equal (`sign` 1) or opposite (-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferenceGoal {
     pub of: [usize; 2],
@@ -120,7 +120,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The pose near `start` that meets the goals best, in at most `max_iterations` steps.
+    /// The pose near `start` that best meets the goals, in at most `max_iterations` steps.
     #[doc(hidden)]
     pub fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> PoseSolution {
         let mut pose = start.clone();
@@ -143,7 +143,7 @@ impl<'a> Solver<'a> {
         PoseSolution { pose, cost, iterations }
     }
 
-    /// Raises the damping until a step lowers the cost; `None` if none does.
+    /// Raises the damping until a step lowers the cost; `None` if no step does.
     fn descend(&mut self, goals: &Goals, pose: &Pose, cost: f64, damping: &mut f64) -> Option<(Pose, f64)> {
         while *damping <= GREATEST_DAMPING {
             if self.factorise(*damping) {
@@ -234,7 +234,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Cholesky factor of the damped normal matrix, frozen rows and columns replaced by the identity's.
+    /// Cholesky factorisation of the damped normal matrix, with frozen rows and columns replaced by the identity's.
     fn factorise(&mut self, damping: f64) -> bool {
         let size = self.gradient.len();
         for row in 0..size {
@@ -302,7 +302,7 @@ fn orientation_residual(goal: &OrientationGoal, frames: &LinkFrames) -> Vector3<
     rotation_vector(&(goal.world_from_link * frames[goal.link].rotation.inverse()))
 }
 
-/// Brings every degree of freedom inside its limits.
+/// Clamps every degree of freedom to its limits.
 fn clamp(humanoid: &Humanoid, pose: &mut Pose) {
     for (angle, limits) in pose.joint_angles.iter_mut().zip(&humanoid.degrees_of_freedom) {
         *angle = angle.max(limits.lower).min(limits.upper);

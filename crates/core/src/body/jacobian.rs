@@ -1,9 +1,9 @@
 //! The geometric Jacobian: velocities of points and links for a change of pose.
 //!
 //! A pose has `6 + degrees_of_freedom.len()` directions, in this order: the root's translation along the world's x, y,
-//! z (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis `a`
-//! through `o` moves a point `p` by `a x (p - o)` and turns all beyond it by `a` (Craig, Introduction to Robotics, ch.
-//! 5).
+//! z (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis
+//! `a` through `o` moves a point `p` by `a x (p - o)` and rotates everything beyond it by `a` (Craig, Introduction to
+//! Robotics, ch. 5).
 
 use nalgebra::{Matrix3, Matrix3xX, Point3, Vector3};
 
@@ -11,9 +11,9 @@ use super::{Humanoid, JointKind, LinkFrames, Pose};
 
 /// One direction of a pose that moves a link, with its screw in the world.
 enum Screw {
-    /// Along a vector.
+    /// Translation along a vector.
     Slide(Vector3<f64>),
-    /// About an axis through a point.
+    /// Rotation about an axis through a point.
     Turn(Vector3<f64>, Point3<f64>),
 }
 
@@ -34,8 +34,8 @@ impl Screw {
 }
 
 impl Humanoid {
-    /// Derivative of the world position of a point that is fixed to `link`, 3 rows, one column per direction of the
-    /// pose (module documentation), metres per metre or radian. `frames` must be `pose`'s.
+    /// Derivative of the world position of a point fixed to `link`, 3 rows, one column per direction of the pose
+    /// (module documentation), metres per metre or radian. `frames` must be `pose`'s.
     pub fn point_jacobian(
         &self,
         pose: &Pose,
@@ -56,8 +56,8 @@ impl Humanoid {
         self.dense(&columns)
     }
 
-    /// The columns of [`Self::point_jacobian`] that are not zero, with their numbers; mimicking joints repeat a number,
-    /// and the repeated columns add up.
+    /// The columns of [`Self::point_jacobian`] that can be nonzero, with their indices; mimicking joints repeat an
+    /// index, and the repeated columns add up.
     pub(super) fn point_columns(
         &self,
         pose: &Pose,
@@ -72,7 +72,7 @@ impl Humanoid {
         });
     }
 
-    /// The columns of [`Self::link_angular_jacobian`] that can be nonzero, with their numbers, as in `point_columns`.
+    /// The columns of [`Self::link_angular_jacobian`] that can be nonzero, with their indices, as in `point_columns`.
     pub(super) fn angular_columns(
         &self,
         pose: &Pose,
@@ -84,13 +84,13 @@ impl Humanoid {
         self.for_each_screw(pose, frames, link, |direction, screw| columns.push((direction, screw.turns())));
     }
 
-    /// How a step of the pose ([`Humanoid::step`]) moves `link`: for every number of the step that does, its index and
-    /// the twist `[v, w]` by which a point `p` of the link moves, `v + w x (p - about)` per unit. Root first, then from
-    /// the link up its chain; mimicking joints repeat an index, and the repeated twists add up. `frames` must be the
-    /// pose's.
+    /// The effect of a step of the pose ([`Humanoid::step`]) on `link`: for every number of the step that moves it,
+    /// its index and the twist `[v, w]` that moves a point `p` of the link by `v + w x (p - about)` per unit. Root
+    /// first, then from the link up its chain; mimicking joints repeat an index, and the repeated twists add up.
+    /// `frames` must be the pose's.
     ///
     /// Unlike the columns of [`Self::point_jacobian`], those of a rotation vector (spherical and floating joints) are
-    /// about the joint's own axes, for there a step composes.
+    /// about the joint's own axes, because steps compose there.
     pub fn step_twists(
         &self,
         frames: &LinkFrames,
@@ -120,8 +120,8 @@ impl Humanoid {
         self.for_each_screw_with(frames, link, of_vector, visit);
     }
 
-    /// As [`Self::for_each_screw`]; `turn` gives, for the index of a rotation vector's first number, the axes in the
-    /// child's frame about which its three numbers turn, as columns.
+    /// As [`Self::for_each_screw`]; `turn` maps the index of a rotation vector's first number to the axes, in the
+    /// child's frame, about which its three numbers rotate, as columns.
     fn for_each_screw_with(
         &self,
         frames: &LinkFrames,
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
     use nalgebra::{DVector, Isometry3, Unit, UnitQuaternion};
 
-    /// One chain through every kind of joint, the second hinge mimicking the first.
+    /// A chain with every kind of joint; the second hinge mimics the first.
     fn chain() -> Humanoid {
         let axis = |x, y, z| Unit::new_normalize(Vector3::new(x, y, z));
         let mimic = Drive { degree_of_freedom: 0, multiplier: -0.7, offset: 0.2 };
@@ -283,8 +283,8 @@ mod tests {
                 });
                 let moved = (ahead - behind) / (2.0 * h);
                 let own = twists.iter().filter(|(index, _)| *index == direction);
-                let told: Vector3<f64> = own.map(|(_, [v, w])| v + w.cross(&(point - about))).sum();
-                assert!((told - moved).norm() < 1e-8, "{scale} {link} {direction}: {told} {moved}");
+                let predicted: Vector3<f64> = own.map(|(_, [v, w])| v + w.cross(&(point - about))).sum();
+                assert!((predicted - moved).norm() < 1e-8, "{scale} {link} {direction}: {predicted} {moved}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Forward kinematics: from a pose to the frame of every link (`[Skinned APF]` section 4, the product of joint
+//! Forward kinematics: from a pose to the frame of every link (`[Skinned APF]`, section 4, the product of joint
 //! transforms).
 
 use std::ops::Index;
@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector
 
 use super::{Humanoid, JointKind, Pose};
 
-/// `world_from_link` of every link of a humanoid, in its order of links.
+/// `world_from_link` of every link of a humanoid, in the order of its links.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinkFrames(pub Vec<Isometry3<f64>>);
 
@@ -81,7 +81,7 @@ pub fn rotation_about(axis: &Unit<Vector3<f64>>, angle: f64) -> UnitQuaternion<f
     Unit::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
 }
 
-/// The rotation whose axis times angle is `vector`, radians.
+/// The rotation with rotation vector `vector`, radians.
 #[inline]
 pub fn rotation_from_vector(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     match Unit::try_new_and_get(*vector, 1e-12) {

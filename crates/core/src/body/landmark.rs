@@ -1,10 +1,10 @@
-//! HumanEva's fifteen virtual markers, on which pose errors are measured.
+//! HumanEva's fifteen virtual markers, which define pose errors.
 
 use nalgebra::{Matrix3, Point3};
 
 /// One of HumanEva's fifteen virtual markers (`[Sigal 2010]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "self-explanatory names")]
 pub enum Landmark {
     Thorax,
     Pelvis,
@@ -48,7 +48,7 @@ impl Landmark {
         !matches!(self, Self::Thorax | Self::Pelvis | Self::HeadTop)
     }
 
-    /// Snake-case name, as files and reports spell it; a URDF link `marker_NAME` places the marker.
+    /// Snake-case name used in files and reports; a URDF link `marker_NAME` defines the marker.
     pub fn name(self) -> &'static str {
         match self {
             Self::Thorax => "thorax",
@@ -79,9 +79,9 @@ pub struct LinkPoint {
     pub point_in_link: Point3<f64>,
 }
 
-/// World positions of the markers, in the order of [`LANDMARKS`]; metres; `None` where the body has no such marker.
+/// World positions of the markers, in the order of [`LANDMARKS`]; metres; `None` for markers that the body lacks.
 pub type Markers = [Option<Point3<f64>>; LANDMARKS.len()];
 
-/// How uncertain the world positions of the markers are: covariances, square metres, in the order of [`LANDMARKS`];
-/// `None` where nothing is said.
+/// Uncertainty of the markers' world positions: covariances, square metres, in the order of [`LANDMARKS`]; `None` if
+/// unknown.
 pub type MarkerCovariances = [Option<Matrix3<f64>>; LANDMARKS.len()];

@@ -10,7 +10,7 @@ impl Humanoid {
         }
     }
 
-    /// How many degrees of freedom exceed their limits at `pose` by more than `tolerance` (radians or metres).
+    /// Number of degrees of freedom that exceed their limits at `pose` by more than `tolerance` (radians or metres).
     pub fn limit_violations(&self, pose: &Pose, tolerance: f64) -> usize {
         let values = pose.joint_angles.iter().zip(&self.degrees_of_freedom);
         values.filter(|(value, limits)| (limits.lower - **value).max(**value - limits.upper) > tolerance).count()
@@ -22,7 +22,7 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn a_pose_beyond_its_limits_is_told_and_clamped() {
+    fn values_beyond_limits_are_counted_and_clamped() {
         let body = shipped("tracker25").unwrap();
         let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
         let elbow = body.find_degree_of_freedom("right_elbow_flexion").unwrap();

@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::{Humanoid, Landmark, LinkFrames, Solid};
 
 impl Solid {
-    /// The lowest point of the solid in the world when its link is at `world_from_link`, metres; one of them if there
-    /// are several. `None` for a mesh without vertices.
+    /// The lowest point of the solid in the world with its link at `world_from_link`, metres; one of them if there are
+    /// several. `None` for a mesh without vertices.
     pub fn lowest_point(&self, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
         let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
         let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
@@ -50,8 +50,8 @@ impl Solid {
 }
 
 impl Humanoid {
-    /// From the lowest point of the body to the top of its head, upright at its zero pose, metres; `None` for a body
-    /// without a head or solids.
+    /// Height from the lowest point of the body to the top of its head, upright at its zero pose, metres; `None` for a
+    /// body without a head or solids.
     pub fn stature(&self) -> Option<f64> {
         let frames = self.link_frames(&self.zero_pose());
         let top = self.markers(&frames)[Landmark::HeadTop as usize]?;
@@ -59,8 +59,9 @@ impl Humanoid {
         Some(top.z - self.lowest_point(&frames, &links)?.z)
     }
 
-    /// Links of the left and of the right foot: first the one with the ankle's marker, then its descendants. Empty if
-    /// the body has no such marker. In a body without ankles, the foot is part of the shank, which is then the link.
+    /// Links of the left and of the right foot: first the link with the ankle marker, then its descendants. Empty if
+    /// the body has no such marker. In a body without ankle joints, the foot is part of the shank, which is then the
+    /// link.
     pub fn foot_links(&self) -> [Vec<usize>; 2] {
         [Landmark::LeftAnkle, Landmark::RightAnkle].map(|landmark| {
             let ankle = self.markers[landmark as usize].map(|marker| marker.link);
@@ -72,12 +73,12 @@ impl Humanoid {
         })
     }
 
-    /// The lowest point of these links' surface, the skin's if there is one, world, metres; `None` if they have none.
+    /// The lowest point of these links' surface (the skin's if there is one), world, metres; `None` if they have none.
     pub fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
         self.lowest_on_link(frames, links).map(|(_, point)| point)
     }
 
-    /// As [`Self::lowest_point`], with the link that carries the point.
+    /// As [`Self::lowest_point`], with the link of the point.
     pub fn lowest_on_link(&self, frames: &LinkFrames, links: &[usize]) -> Option<(usize, Point3<f64>)> {
         let lower = |a: &(usize, Point3<f64>), b: &(usize, Point3<f64>)| a.1.z.total_cmp(&b.1.z);
         if let Some(skin) = &self.skin {
@@ -96,7 +97,7 @@ mod tests {
     use crate::raster::TaperedCapsule;
 
     #[test]
-    fn the_lowest_point_of_every_solid_lies_on_it_and_below_all_sampled_points() {
+    fn the_lowest_point_of_every_solid_is_on_it_and_below_all_sampled_points() {
         let frame = Isometry3::new(Vector3::new(0.1, -0.2, 0.5), Vector3::new(0.4, 0.9, -0.3));
         let here = Isometry3::new(Vector3::new(0.3, 0.2, 0.1), Vector3::new(-0.7, 0.2, 0.5));
         let whole = frame * here;

@@ -1,4 +1,4 @@
-//! Where the markers of a body are, and how sure that is.
+//! Marker positions of a body and their uncertainty.
 
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Point3};
 
@@ -8,7 +8,7 @@ use super::{Humanoid, JointKind, LinkFrames, LinkPoint, MarkerCovariances, Marke
 const SAME_PLACE_M: f64 = 1e-6;
 
 impl Humanoid {
-    /// Covariances of the marker positions at the pose whose links are at `frames`, from the covariance of its step
+    /// Covariances of the marker positions with the links at `frames`, from the covariance of the pose's step
     /// ([`Humanoid::step`], rows and columns in its order), to first order.
     pub fn marker_covariances(&self, frames: &LinkFrames, covariance: &DMatrix<f64>) -> MarkerCovariances {
         let mut twists = Vec::new();
@@ -25,12 +25,12 @@ impl Humanoid {
         })
     }
 
-    /// The marker positions when the links are at `frames`.
+    /// The marker positions with the links at `frames`.
     pub fn markers(&self, frames: &LinkFrames) -> Markers {
         self.markers.map(|marker| marker.map(|m| frames[m.link] * m.point_in_link))
     }
 
-    /// The markers (indices into [`super::LANDMARKS`]) that lie on a joint in every pose.
+    /// The markers (indices into [`super::LANDMARKS`]) that coincide with a joint in every pose.
     pub fn markers_on_joint(&self, joint: usize) -> impl Iterator<Item = usize> {
         let origin = self.anchored(LinkPoint { link: joint + 1, point_in_link: Point3::origin() });
         self.anchored_markers()
@@ -79,7 +79,7 @@ mod tests {
     use crate::test_bodies::{person, walk};
 
     #[test]
-    fn markers_on_joints_are_where_the_joints_are_in_every_pose() {
+    fn markers_on_joints_coincide_with_the_joints_in_every_pose() {
         let body = person();
         for pose in walk(40).poses {
             let frames = body.link_frames(&pose);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tracker_has_its_limbs_joints_and_the_actor_wrists_and_ankles_too() {
+    fn the_tracker_has_markers_on_limb_joints_and_the_actor_on_wrists_and_ankles_too() {
         let on_joints = |robot: &str| {
             let body = shipped(robot).unwrap();
             let mut found: Vec<usize> =

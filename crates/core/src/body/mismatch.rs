@@ -7,7 +7,7 @@ use super::{BodyShape, Humanoid, LinkShape};
 use crate::rng::{KeyedSeed, Purpose};
 
 impl BodyShape {
-    /// Lengths and girths drawn for every segment, uniform within `1 ± length_fraction` and `1 ± girth_fraction`.
+    /// Lengths and girths drawn for every segment, uniformly within `1 ± length_fraction` and `1 ± girth_fraction`.
     ///
     /// A segment is a link with mass or geometry; other links connect the axes of a compound joint and follow the
     /// segment below them. Links whose names differ only by left and right get the same values.
@@ -20,8 +20,8 @@ impl BodyShape {
         Self::drawn(humanoid, (seed.into(), Purpose::BodyMismatch), length_fraction, girth_fraction)
     }
 
-    /// The same from a stream of random numbers of its own: what observations are corrupted by is independent of a
-    /// mismatch, also under one seed.
+    /// The same from a separate random stream: corruption of observations is independent of a mismatch, even with the
+    /// same seed.
     pub fn random_corruption(humanoid: &Humanoid, seed: impl Into<KeyedSeed>, fraction: f64) -> Self {
         Self::drawn(humanoid, (seed.into(), Purpose::BodyCorruption), fraction, fraction)
     }
@@ -62,8 +62,8 @@ fn segment_of(humanoid: &Humanoid, link: usize) -> usize {
     link
 }
 
-/// The name of a link without the word or letter for its side: `left_thigh` and `right_thigh`, `LeftFoot` and
-/// `RightFoot`, `l_wrist` and `r_wrist`, `LLEG_LINK1` and `RLEG_LINK1`.
+/// The name of a link without its side: the same for `left_thigh` and `right_thigh`, `LeftFoot` and `RightFoot`,
+/// `l_wrist` and `r_wrist`, `LLEG_LINK1` and `RLEG_LINK1`.
 pub fn without_side(name: &str) -> String {
     for (left, right) in [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")] {
         for side in [left, right] {
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_draw_different_bodies_and_the_same_seed_the_same() {
+    fn the_same_seed_gives_the_same_body_and_other_seeds_give_others() {
         let body = shipped("tracker25").unwrap();
         let draw = |seed| BodyShape::random_mismatch(&body, seed, 0.03, 0.1);
         assert_eq!(draw(1), draw(1));
@@ -124,6 +124,6 @@ mod tests {
         let (mismatch, corruption) =
             (BodyShape::random_mismatch(&body, 1, 0.1, 0.1), BodyShape::random_corruption(&body, 1, 0.1));
         let apart = mismatch.links.iter().zip(&corruption.links).all(|(a, b)| (a.length.x - b.length.x).abs() > 1e-4);
-        assert!(apart, "one seed's draws are independent: {mismatch:?} {corruption:?}");
+        assert!(apart, "draws with the same seed are independent: {mismatch:?} {corruption:?}");
     }
 }

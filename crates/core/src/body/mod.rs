@@ -1,7 +1,7 @@
 //! The humanoid: links, joints and geometry from URDF, its pose, kinematics and silhouette.
 //!
-//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per degree
-//! of freedom; [`Humanoid::link_frames`] gives the frame of every link.
+//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per
+//! degree of freedom; [`Humanoid::link_frames`] gives the frame of every link.
 //!
 //! ```
 //! use skiagraph_core::body::shipped;

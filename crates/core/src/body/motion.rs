@@ -7,17 +7,17 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use super::kinematics::rotation_from_vector;
 use super::{Humanoid, JointKind, Motion, Pose};
 
-/// Highest rate that [`Motion::resampled`] grants, frames a second: a higher rate is certainly a typing error.
+/// Highest rate accepted by [`Motion::resampled`], frames a second: a higher rate is certainly a typing error.
 const MAX_FRAMES_PER_SECOND: f64 = 10_000.0;
 
 impl Motion {
-    /// Seconds from the first pose to the last.
+    /// Time from the first pose to the last, seconds.
     pub fn duration_s(&self) -> f64 {
         self.poses.len().saturating_sub(1) as f64 / self.frames_per_second
     }
 
-    /// The same motion without jumps of its coordinates: successive root quaternions lie on one hemisphere, angles
-    /// that may turn all the way round move by at most half a turn a frame, and rotation vectors take the equivalent
+    /// The same motion without jumps of its coordinates: successive root quaternions are in one hemisphere, angles
+    /// that can make a full turn change by at most half a turn per frame, and rotation vectors take the equivalent
     /// value nearest to the previous frame.
     pub fn made_continuous(mut self, humanoid: &Humanoid) -> Self {
         let turning = turning_degrees_of_freedom(humanoid);
@@ -41,9 +41,10 @@ impl Motion {
         self
     }
 
-    /// The same motion at another rate, from its first instant to the last that falls inside it: translations and
-    /// angles linearly, rotations (the root's and those of spherical joints) along the shorter arc (slerp). `None`
-    /// unless the rate is positive and at most 10 kHz. The motion must be continuous ([`Self::made_continuous`]).
+    /// The same motion at another rate, from its first instant to the last one inside it: translations and angles are
+    /// interpolated linearly, rotations (the root's and those of spherical joints) along the shorter arc (slerp).
+    /// `None` unless the rate is positive and at most 10 kHz. The motion must be continuous
+    /// ([`Self::made_continuous`]).
     pub fn resampled(&self, humanoid: &Humanoid, frames_per_second: f64) -> Option<Self> {
         if !(frames_per_second > 0.0 && frames_per_second <= MAX_FRAMES_PER_SECOND) {
             return None;
@@ -56,14 +57,14 @@ impl Motion {
         Some(Self { frames_per_second, poses })
     }
 
-    /// The pose at a fractional frame number, between frames as in [`Self::resampled`], beyond the ends the first or
-    /// last one; `None` in an empty motion. The motion must be continuous.
+    /// The pose at a fractional frame number, interpolated as in [`Self::resampled`], clamped to the first and last
+    /// pose; `None` for an empty motion. The motion must be continuous.
     pub fn at_frame(&self, humanoid: &Humanoid, position: f64) -> Option<Pose> {
         let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
         self.pose_at(position.max(0.0), &vectors)
     }
 
-    /// The pose at a fractional frame number; `None` in an empty motion.
+    /// The pose at a fractional frame number; `None` for an empty motion.
     fn pose_at(&self, position: f64, vectors: &[usize]) -> Option<Pose> {
         let index = (libm::floor(position + 1e-9) as usize).min(self.poses.len().checked_sub(1)?);
         let here = &self.poses[index];
@@ -76,9 +77,9 @@ impl Motion {
 }
 
 impl Pose {
-    /// From this pose (share 0) to another (share 1) of the same humanoid: translations and angles linearly, rotations
-    /// (the root's and those of spherical joints) along the shorter arc. A rotation vector is the one nearest to this
-    /// pose's.
+    /// Interpolates from this pose (share 0) to another (share 1) of the same humanoid: translations and angles
+    /// linearly, rotations (the root's and those of spherical joints) along the shorter arc. A rotation vector takes
+    /// the equivalent value nearest to this pose's.
     pub fn blended(&self, to: &Self, share: f64, humanoid: &Humanoid) -> Self {
         between(self, to, share, &humanoid.rotation_vectors().collect::<Vec<_>>())
     }
@@ -100,7 +101,7 @@ fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> Un
     from * rotation_from_vector(&((from.inverse() * to).scaled_axis() * share))
 }
 
-/// Indices of degrees of freedom that are angles of a hinge without limits, or with at least a whole turn of them.
+/// Indices of degrees of freedom that are angles of a hinge without limits, or with a range of at least a full turn.
 fn turning_degrees_of_freedom(humanoid: &Humanoid) -> Vec<usize> {
     let hinges = humanoid.joints.iter().filter_map(|joint| match &joint.kind {
         JointKind::Revolute { drive, .. } if drive.multiplier == 1.0 => Some(drive.degree_of_freedom),
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_told_in_wrapped_angles_becomes_a_steady_turn() {
+    fn a_turn_in_wrapped_angles_becomes_a_steady_turn() {
         let step = 0.5;
         let wrapped = (0..30).map(|i| {
             let angle = libm::remainder(f64::from(i) * step, TAU);
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_that_are_no_rates_are_refused() {
+    fn invalid_rates_are_refused() {
         let motion = Motion { frames_per_second: 24.0, poses: vec![pose(0.0, 0.0, [0.0; 4])] };
         for rate in [0.0, -30.0, f64::NAN, f64::INFINITY, 1e300] {
             assert!(motion.resampled(&hinge_and_ball(), rate).is_none(), "{rate}");

@@ -1,13 +1,13 @@
-//! People: sex, stature, mass, and how their segments depart from the mean, drawn from a published population.
+//! People: sex, stature, mass, and individual proportions of segments, drawn from a published population.
 //!
-//! **Published**: stature and the logarithm of mass are bivariate normal in men, and a mixture of two such in women,
-//! with means, standard deviations and correlations of adults of the United States (`[Brainard 1992]`). The shares of
-//! mass of a woman's segments against a man's, from which girths follow, are de Leva's (`[de Leva 1996]`). Mean lengths
-//! are the template's: Drillis and Contini's for the built-in robots.
+//! **Published**: stature and the logarithm of mass are bivariate normal in men, and a mixture of two such
+//! distributions in women, with means, standard deviations and correlations of adults of the United States (`[Brainard
+//! 1992]`). Shares of mass of women's segments relative to men's, from which girths follow, are de Leva's (`[de Leva
+//! 1996]`). Mean lengths are the template's: Drillis and Contini's for the built-in robots.
 //!
-//! **Assumed**, for want of a table of the spread about those means: a segment's share of the stature varies by
-//! [`LENGTH_SPREAD`], its girth at a given mass by [`GIRTH_SPREAD`], independently of each other. Lengths are then
-//! scaled to the stature.
+//! **Assumed**, because no table of the spread around these means is available: a segment's share of the stature
+//! varies by [`LENGTH_SPREAD`], its girth at a given mass by [`GIRTH_SPREAD`], independently of each other. Lengths
+//! are then scaled to the stature.
 
 use crate::rng::{KeyedSeed, Purpose, normal};
 use rand::RngExt;
@@ -20,7 +20,7 @@ const GIRTH_SPREAD: f64 = 0.04;
 const METRES_PER_INCH: f64 = 0.0254;
 const KILOGRAMS_PER_POUND: f64 = 0.453_592_37;
 
-/// Draws beyond these are drawn anew: metres and kilograms.
+/// Draws outside these ranges are redrawn: metres and kilograms.
 const STATURES: std::ops::RangeInclusive<f64> = 1.35..=2.15;
 const MASSES: std::ops::RangeInclusive<f64> = 35.0..=180.0;
 
@@ -31,7 +31,7 @@ pub const VARIED_LENGTHS: [&str; 9] =
 /// Segments whose girths vary, in the order of [`Person::girths`].
 pub const VARIED_GIRTHS: [&str; 8] = ["head", "trunk", "upper_arm", "forearm", "hand", "thigh", "shank", "foot"];
 
-/// De Leva's shares of the body's mass, women's and men's, in that order. Limbs are one side's.
+/// De Leva's shares of the body's mass, women's and men's, in that order. For limbs, those of one side.
 const MASS_SHARES: [[f64; 8]; 2] = [
     [0.0668, 0.4257, 0.0255, 0.0138, 0.0056, 0.1478, 0.0481, 0.0129],
     [0.0694, 0.4346, 0.0271, 0.0162, 0.0061, 0.1416, 0.0433, 0.0137],
@@ -51,7 +51,7 @@ const WOMEN: [Cluster; 2] = [
     Cluster { stature: [64.36, 2.49], log_mass: [4.86, 0.14], correlation: 0.44, share: 0.54 },
 ];
 
-/// A person's sex, as the tables tell.
+/// A person's sex, as in the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sex {
@@ -66,21 +66,21 @@ pub enum Sex {
 pub struct Person {
     /// Sex.
     pub sex: Sex,
-    /// Age, years, of children and youths ([`Person::drawn_child`]); the source of adults does not tell it.
+    /// Age, years, of children and youths ([`Person::drawn_child`]); the source for adults does not give it.
     pub age_years: Option<f64>,
-    /// From sole to crown, metres.
+    /// Height from sole to crown, metres.
     pub stature_m: f64,
-    /// Kilograms.
+    /// Mass, kilograms.
     pub mass_kg: f64,
-    /// Factors on lengths at that stature, by [`VARIED_LENGTHS`].
+    /// Factors on lengths at this stature, in the order of [`VARIED_LENGTHS`].
     pub lengths: [f64; 9],
-    /// Factors on girths at that mass, by [`VARIED_GIRTHS`].
+    /// Factors on girths at this mass, in the order of [`VARIED_GIRTHS`].
     pub girths: [f64; 8],
 }
 
 impl Person {
-    /// An adult of the United States: of `sex`, else of either with equal chance; of `stature_m`, if it
-    /// is given, with a mass as people of that stature have. The same seed and index give the same person.
+    /// An adult of the United States. `sex` is drawn with equal chances if `None`; if `stature_m` is given, the mass
+    /// is drawn for that stature. The same seed and index give the same person.
     pub fn drawn(seed: impl Into<KeyedSeed>, index: u64, sex: Option<Sex>, stature_m: Option<f64>) -> Self {
         let mut rng = seed.into().stream(Purpose::BodyShape, 0, 0, index);
         let coin: f64 = rng.random();
@@ -105,13 +105,13 @@ impl Person {
         Self { sex, age_years: None, stature_m: stature, mass_kg: mass, lengths, girths }.of_its_sex()
     }
 
-    /// Factors on lengths and girths.
+    /// Random factors on lengths and girths.
     pub(super) fn varied(rng: &mut rand_chacha::ChaCha8Rng) -> ([f64; 9], [f64; 8]) {
         let mut factors = |spread: f64| libm::exp(spread * normal(rng));
         (std::array::from_fn(|_| factors(LENGTH_SPREAD)), std::array::from_fn(|_| factors(GIRTH_SPREAD)))
     }
 
-    /// Girths as a woman's segments differ in mass from a man's; of a man as they are.
+    /// Adapts girths to the masses of a woman's segments; a man is unchanged.
     #[must_use]
     pub fn of_its_sex(mut self) -> Self {
         if self.sex == Sex::Female {
@@ -123,7 +123,7 @@ impl Person {
     }
 }
 
-/// Which of [`VARIED_GIRTHS`] a link belongs to, by its name.
+/// The index into [`VARIED_GIRTHS`] of a link's segment, by its name.
 pub fn girth_segment(link: &str) -> Option<usize> {
     let name = link.to_ascii_lowercase();
     let known = [
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_is_a_person_and_a_stature_that_is_given_is_kept() {
+    fn a_seed_determines_a_person_and_a_given_stature_is_kept() {
         assert_eq!(Person::drawn(3, 0, None, None), Person::drawn(3, 0, None, None));
         assert_ne!(Person::drawn(3, 0, None, None), Person::drawn(4, 0, None, None));
         let both = (0..40).map(|seed| Person::drawn(seed, 0, None, None).sex).collect::<Vec<_>>();

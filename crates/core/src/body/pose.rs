@@ -1,4 +1,4 @@
-//! A body's configuration, and a sequence of them.
+//! A body's configuration, and a sequence of configurations.
 
 use nalgebra::{DVector, Isometry3};
 
@@ -7,14 +7,14 @@ use nalgebra::{DVector, Isometry3};
 pub struct Pose {
     /// The root link's frame in the world; metres.
     pub world_from_root: Isometry3<f64>,
-    /// One value per [`super::Humanoid::degrees_of_freedom`]: radians (metres where prismatic). Three consecutive
-    /// values of a spherical joint are its rotation vector.
+    /// One value per [`super::Humanoid::degrees_of_freedom`]: radians (metres if prismatic). Three consecutive values
+    /// of a spherical joint are its rotation vector.
     pub joint_angles: DVector<f64>,
 }
 
 impl Pose {
-    /// The root's heading: its rotation about the vertical without the tilt, radians from the world's +X towards +Y, in
-    /// (-pi, pi]. A root at the zero pose faces +X. `None` for a body upside down, which has no heading.
+    /// The root's heading: its rotation about the vertical without the tilt, radians from the world's +X towards +Y,
+    /// in (-pi, pi]. A root at the zero pose faces +X. `None` for a body upside down, which has no heading.
     pub fn heading(&self) -> Option<f64> {
         let rotation = &self.world_from_root.rotation;
         let turn = 2.0 * libm::atan2(rotation.k, rotation.w);
@@ -32,7 +32,7 @@ impl Pose {
 pub struct Motion {
     /// Frames a second, > 0.
     pub frames_per_second: f64,
-    /// One pose a frame, all of the same humanoid.
+    /// One pose per frame, all of the same humanoid.
     pub poses: Vec<Pose>,
 }
 
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heading_is_the_turn_about_the_vertical_however_the_body_leans() {
+    fn a_heading_is_the_rotation_about_the_vertical_at_any_tilt() {
         let turned = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis);
         let pose = |rotation| Pose {
             world_from_root: Isometry3::from_parts(Vector3::new(1.0, 2.0, 3.0).into(), rotation),

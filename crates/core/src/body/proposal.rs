@@ -1,4 +1,4 @@
-//! How far each number of a pose moves from frame to frame.
+//! Typical changes of each number of a pose from frame to frame.
 
 use nalgebra::DVector;
 
@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{Humanoid, Motion, ROOT_STEP};
 
-/// Where a pose is expected in the next frame, before it wanders.
+/// The expected pose in the next frame, before diffusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Prediction {
-    /// Where it is now.
+    /// The current pose.
     #[default]
     None,
-    /// As far on as the last two estimates lie apart.
+    /// The current pose plus the difference of the last two estimates.
     ConstantVelocity,
 }
 
@@ -21,9 +21,9 @@ pub enum Prediction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("training motion: expected at least {expected} frames, found {found}")]
 pub struct TooFewFrames {
-    /// Fewest frames that will do.
+    /// Least number of frames.
     pub expected: usize,
-    /// Frames of the motion.
+    /// Number of frames of the motion.
     pub found: usize,
 }
 
@@ -35,32 +35,33 @@ pub struct ProposalScales {
     pub root_translation_m: [f64; 3],
     /// Root rotation about the root's own x, y and z, radians.
     pub root_rotation_rad: [f64; 3],
-    /// One per degree of freedom of the body, radians (metres where prismatic).
+    /// One per degree of freedom of the body, radians (metres if prismatic).
     pub joints: DVector<f64>,
 }
 
 impl ProposalScales {
-    /// Root translation that the scales of a training motion never fall below, metres.
+    /// Least scale of root translation from training motions, metres.
     pub const ROOT_TRANSLATION_FLOOR_M: f64 = 0.002;
-    /// Root rotation that they never fall below, radians.
+    /// Least scale of root rotation, radians.
     pub const ROOT_ROTATION_FLOOR_RAD: f64 = 0.005;
-    /// Joint angle that they never fall below, radians: a joint that rested in training may move in the test.
+    /// Least scale of a joint angle, radians: a joint at rest in training may move in the test.
     pub const JOINT_FLOOR_RAD: f64 = 0.01;
 
-    /// Measures training motions of `body` at the rate of the video to come (`[Balan 2005]`).
+    /// Measures training motions of `body` at the frame rate of the video to be tracked (`[Balan 2005]`).
     ///
-    /// The root mean square about zero is taken, not about the mean: what a motion model does not predict, steady
-    /// travel included, the spread has to cover. With [`Prediction::ConstantVelocity`] that is the change of the
-    /// change. The two horizontal directions share one value, since a test may walk another way than the training.
+    /// The root mean square about zero is used, not about the mean: the spread must cover whatever a motion model does
+    /// not predict, including steady travel. With [`Prediction::ConstantVelocity`] it is that of second differences.
+    /// The two horizontal directions share one value, because the test subject may walk in another direction than in
+    /// training.
     ///
     /// # Errors
-    /// [`TooFewFrames`] where no motion has two frames (three with a predicted velocity).
+    /// [`TooFewFrames`] if no motion has two frames (three with a predicted velocity).
     pub fn from_motions(body: &Humanoid, motions: &[Motion], prediction: Prediction) -> Result<Self, TooFewFrames> {
         Ok(Self::from_root_mean_squares(&Self::root_mean_squares(body, motions, prediction)?))
     }
 
-    /// The root mean squares that [`Self::from_motions`] measures, in the order of a step, before they are kept above
-    /// the floors.
+    /// The root mean squares measured by [`Self::from_motions`], in the order of a step, before the floors are
+    /// applied.
     ///
     /// # Errors
     /// As [`Self::from_motions`].
@@ -84,7 +85,8 @@ impl ProposalScales {
         Ok(mean_square.iter().map(|square: &f64| square.sqrt()).collect())
     }
 
-    /// Scales of root mean squares in the order of a step (at least the root's six), none below its floor.
+    /// Scales from root mean squares in the order of a step (at least the root's six), limited from below by the
+    /// floors.
     pub fn from_root_mean_squares(measured: &[f64]) -> Self {
         let scale = |i: usize, floor: f64| measured.get(i).copied().unwrap_or(0.0).max(floor);
         let joints = measured.iter().skip(ROOT_STEP).map(|value| value.max(Self::JOINT_FLOOR_RAD)).collect();
@@ -95,8 +97,8 @@ impl ProposalScales {
         }
     }
 
-    /// Values for a person who walks or gestures, where no training motion is at hand, `frames_per_second` of the
-    /// video > 0: root 0.8 m/s and 1.2 rad/s, joints 1.8 rad/s (the speeds that PARSEC's bodytrack assumes, rounded).
+    /// Values for a person who walks or gestures, for use without a training motion; `frames_per_second` of the video
+    /// > 0: root 0.8 m/s and 1.2 rad/s, joints 1.8 rad/s (the speeds assumed by PARSEC's bodytrack, rounded).
     pub fn for_human(body: &Humanoid, frames_per_second: f64) -> Self {
         let joints = body.degrees_of_freedom.len();
         Self {
@@ -112,7 +114,7 @@ impl ProposalScales {
     }
 }
 
-/// What a prediction leaves to be covered, frame by frame.
+/// Prediction errors, frame by frame.
 fn changes(body: &Humanoid, motion: &Motion, prediction: Prediction) -> Vec<DVector<f64>> {
     let steps: Vec<DVector<f64>> = consecutive_steps(body, motion);
     match prediction {
@@ -135,7 +137,7 @@ mod tests {
     use super::*;
     use crate::body::Pose;
 
-    /// Walks along a slanted line at a steady 0.05 m a frame while the third angle swings by 0.2 rad to and fro.
+    /// Walks along a slanted line at a steady 0.05 m a frame while the third angle swings back and forth by 0.2 rad.
     fn walk(body: &Humanoid, frames: usize) -> Motion {
         let pose = |frame: usize| -> Pose {
             let mut pose = body.zero_pose();
@@ -149,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn without_prediction_steady_travel_belongs_to_the_spread() {
+    fn without_prediction_the_spread_includes_steady_travel() {
         let body = Humanoid::tracker25().unwrap();
         let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::None).unwrap();
         let horizontal = 0.05 / 2.0_f64.sqrt();
@@ -159,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn with_prediction_only_the_change_of_velocity_does() {
+    fn with_prediction_the_spread_includes_only_changes_of_velocity() {
         let body = Humanoid::tracker25().unwrap();
         let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::ConstantVelocity).unwrap();
         assert_eq!(scales.root_translation_m, [ProposalScales::ROOT_TRANSLATION_FLOOR_M; 3]);
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rested_in_training_keeps_the_floor() {
+    fn joints_at_rest_in_training_keep_the_floor() {
         let body = Humanoid::tracker25().unwrap();
         let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::None).unwrap();
         assert_eq!(scales.root_translation_m[2], ProposalScales::ROOT_TRANSLATION_FLOOR_M);
@@ -176,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn root_mean_squares_are_all_that_scales_are_made_of() {
+    fn scales_depend_only_on_root_mean_squares() {
         let body = Humanoid::tracker25().unwrap();
         for prediction in [Prediction::None, Prediction::ConstantVelocity] {
             let motions = [walk(&body, 21)];

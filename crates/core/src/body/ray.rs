@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::Solid;
 use crate::raster::TaperedCapsule;
 
-/// A half line `origin + s * direction`, `s >= 0`. The direction need not be of length 1: `s` counts in its lengths.
+/// A half line `origin + s * direction`, `s >= 0`. The direction need not have unit length: `s` is in its units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start point, metres.
@@ -22,8 +22,8 @@ impl Ray {
 }
 
 impl Solid {
-    /// The smallest `s >= 0` at which the ray is inside the solid (0 where it starts inside); `None` when it misses.
-    /// Both in the link's frame. A mesh is the two-sided surface of its triangles and has no inside.
+    /// The smallest `s >= 0` at which the ray is inside the solid (0 if it starts inside); `None` if it misses. Both
+    /// are in the link's frame. A mesh is the two-sided surface of its triangles and has no inside.
     pub fn ray_entry(&self, ray: &Ray) -> Option<f64> {
         match self {
             Self::TaperedCapsule(capsule) => CapsuleForRays::new(capsule).entry(ray),
@@ -46,10 +46,10 @@ impl Solid {
     }
 }
 
-/// The values of `s` at which a ray is inside a convex part, as an interval; `None` for nowhere.
+/// The interval of `s` in which a ray is inside a convex part; `None` if it never is.
 type Inside = Option<(f64, f64)>;
 
-/// The first `s >= 0` that lies in every interval.
+/// The first `s >= 0` in all intervals.
 fn entry_of_all(parts: impl IntoIterator<Item = Inside>) -> Option<f64> {
     let mut inside = (0.0, f64::INFINITY);
     for part in parts {
@@ -96,13 +96,13 @@ fn ball_entry(centre: &Point3<f64>, radius: f64, ray: &Ray) -> Option<f64> {
     )])
 }
 
-/// A tapered capsule that many rays are asked for.
+/// A tapered capsule prepared for many rays.
 ///
 /// The solid is the union of its two spheres and of the part of the tangent cone between its circles of contact.
 ///
-/// With `u` the unit axis from `a` to `b`, `L` its length, `k = (radius_b - radius_a) / L` and `c^2 = 1 - k^2`, a point
-/// at height `y` along `u` and distance `rho` from it lies on the tangent cone when `c rho = radius_a + k y`; the
-/// sphere that touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must lie in `0..=L`.
+/// With `u` the unit axis from `a` to `b`, `L` its length, `k = (radius_b - radius_a) / L` and `c^2 = 1 - k^2`, a
+/// point at height `y` along `u` and distance `rho` from it is on the tangent cone when `c rho = radius_a + k y`; the
+/// sphere that touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must be in `0..=L`.
 #[derive(Clone, Copy, Debug)]
 struct CapsuleForRays {
     capsule: TaperedCapsule,
@@ -150,7 +150,7 @@ impl CapsuleForRays {
         cone.chain(ball_entry(&a, radius_a, ray)).chain(ball_entry(&b, radius_b, ray)).reduce(f64::min)
     }
 
-    /// Whether the point lies in the convex hull of two spheres neither of which contains the other.
+    /// Whether the point is in the convex hull of two spheres neither of which contains the other.
     #[inline]
     fn contains(&self, point: &Point3<f64>) -> bool {
         let TaperedCapsule { a, radius_a, .. } = self.capsule;
@@ -161,7 +161,7 @@ impl CapsuleForRays {
     }
 }
 
-/// `[Möller 1997]`, both faces.
+/// Intersection with both faces of a triangle (`[Möller 1997]`).
 fn triangle_hit(triangle: &[Point3<f64>; 3], ray: &Ray) -> Option<f64> {
     let (e1, e2) = (triangle[1] - triangle[0], triangle[2] - triangle[0]);
     let p = ray.direction.cross(&e2);
@@ -188,7 +188,7 @@ mod tests {
         TaperedCapsule { a: Point3::new(0.1, 0.0, -0.2), b: Point3::new(0.3, 0.2, 0.4), radius_a: 0.2, radius_b: 0.05 }
     }
 
-    /// Signed distance by searching over the balls of which the solid is the union: convex in the ball's place.
+    /// Signed distance by a search over the balls of which the solid is the union: convex in the ball's position.
     fn distance_by_search(capsule: &TaperedCapsule, p: &Point3<f64>) -> f64 {
         let distance = |t: f64| {
             let centre = capsule.a + (capsule.b - capsule.a) * t;
@@ -202,7 +202,7 @@ mod tests {
         distance(0.5 * (low + high))
     }
 
-    /// Marching by the signed distance: a second road to the entry point.
+    /// Marching by the signed distance: an independent method for the entry point.
     fn entry_by_marching(capsule: &TaperedCapsule, ray: &Ray) -> Option<f64> {
         let speed = ray.direction.norm();
         let mut s = 0.0;
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_enters_a_tapered_capsule_where_marching_by_distance_does() {
+    fn entries_into_tapered_capsules_agree_with_marching() {
         let mut rng = crate::rng::stream(1, crate::rng::Purpose::Corruption, 0, 0, 0);
         let mut uniform = || rng.random::<f64>() * 2.0 - 1.0;
         let shapes = [
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_cylinders_and_meshes_are_entered_where_geometry_by_hand_says() {
+    fn entries_into_boxes_cylinders_and_meshes_match_values_computed_by_hand() {
         let frame = Isometry3::from_parts(Translation3::new(1.0, 0.0, 0.0), UnitQuaternion::identity());
         let along_x = Ray { origin: Point3::new(-1.0, 0.05, 0.0), direction: Vector3::new(2.0, 0.0, 0.0) };
         let cuboid = Solid::Box { link_from_box: frame, half_extents: [0.5, 0.1, 0.1] };
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_that_starts_inside_a_solid_enters_at_once() {
+    fn a_ray_starting_inside_a_solid_enters_at_once() {
         let inside = Ray { origin: Point3::new(0.15, 0.05, -0.1), direction: Vector3::x() };
         assert_eq!(Solid::TaperedCapsule(cone()).ray_entry(&inside), Some(0.0));
     }

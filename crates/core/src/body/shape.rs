@@ -19,19 +19,19 @@ pub struct LinkShape {
 }
 
 impl LinkShape {
-    /// No difference.
+    /// No change.
     pub const SAME: Self = Self { length: Vector3::new(1.0, 1.0, 1.0), girth: 1.0 };
 }
 
 /// Lengths and girths of a whole body relative to a humanoid: one [`LinkShape`] per link, in its order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyShape {
-    /// One per link; links beyond the end stay as they are.
+    /// One per link; links beyond the end are unchanged.
     pub links: Vec<LinkShape>,
 }
 
 impl BodyShape {
-    /// The shape that changes nothing.
+    /// The shape without changes.
     pub fn identity(humanoid: &Humanoid) -> Self {
         Self { links: vec![LinkShape::SAME; humanoid.links.len()] }
     }
@@ -52,7 +52,7 @@ impl Humanoid {
     ///
     /// Boxes, cylinders and meshes scale with the length along their longest direction and with the girth across it. A
     /// link's mass scales with its length (along the line from its origin to its centre of mass) and the square of its
-    /// girth: the density is constant. A skin follows the solids. Angles, limits and joint axes do not change.
+    /// girth, at constant density. A skin follows the solids. Angles, limits and joint axes do not change.
     pub fn reshaped(&self, shape: &BodyShape) -> Self {
         let mut body = self.clone();
         for (index, change) in shape.links.iter().enumerate().take(self.links.len()) {
@@ -122,7 +122,7 @@ impl LinkShape {
         }
     }
 
-    /// Scales the body's second moments along the limb by its length and across it by its girth, at constant density.
+    /// Scales the link's second moments along the limb by its length and across it by its girth, at constant density.
     fn inertia(&self, inertia: &Inertia) -> Inertia {
         let limb = inertia.centre_of_mass.coords.try_normalize(1e-3);
         let length = limb.map_or_else(|| libm::cbrt(self.length.product()), |l| self.along(&l));
@@ -148,7 +148,7 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn a_longer_thigh_moves_the_knee_and_what_hangs_from_it() {
+    fn a_longer_thigh_moves_the_knee_and_everything_below_it() {
         let body = shipped("actor").unwrap();
         let mut shape = BodyShape::identity(&body);
         let thigh = body.find_link("left_thigh").unwrap();

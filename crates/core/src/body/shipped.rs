@@ -11,7 +11,7 @@ pub const SHIPPED_ROBOTS: [(&str, &str); 3] = [
     ("tracker40", skiagraph_robots::TRACKER40_URDF),
 ];
 
-/// The built-in humanoid of that name.
+/// The built-in humanoid with this name.
 ///
 /// # Errors
 /// [`UrdfError::NotShipped`] for a name that is not in [`SHIPPED_ROBOTS`].
@@ -48,7 +48,7 @@ mod tests {
     use crate::body::LANDMARKS;
 
     #[test]
-    fn the_shipped_robots_load_and_are_what_their_readme_says() {
+    fn built_in_robots_load_and_match_their_readme() {
         for (name, angles, links) in [("tracker25", 19, 20), ("actor", 44, 45), ("tracker40", 34, 35)] {
             let body = shipped(name).unwrap();
             assert_eq!(body.degrees_of_freedom.len(), angles, "{name}");
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn all_robots_stand_1_75_m_tall_with_the_same_markers_and_weigh_the_same() {
+    fn all_robots_are_1_75_m_tall_with_the_same_markers_and_mass() {
         let stand = |body: &Humanoid| {
             let markers = body.markers(&body.link_frames(&body.zero_pose()));
             LANDMARKS.map(|l| markers[l as usize].unwrap())

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::raster::TaperedCapsule;
 
-/// Least radius and least half an edge of a solid that is made smaller, metres.
+/// Least radius or half edge of a solid after shrinking, metres.
 const LEAST: f64 = 0.001;
 
 /// One solid on a link, in the link's frame; metres.
@@ -38,8 +38,8 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// The solid with its surface moved outwards by `by` metres, inwards for less than 0: radii and half lengths of
-    /// edges grow by it. A mesh is stretched about its middle so that its extents do.
+    /// The solid with its surface moved outwards by `by` metres (inwards if negative): radii and half lengths of edges
+    /// grow by it. A mesh is scaled about its middle so that its extents do.
     #[doc(hidden)]
     pub fn inflated(&self, by: f64) -> Self {
         let grown = |size: f64| (size + by).max(LEAST);
@@ -68,13 +68,13 @@ impl Solid {
     }
 }
 
-/// The corners of the box around vertices, along the axes.
+/// Opposite corners of the axis-aligned box around vertices.
 pub(super) fn vertex_bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
     let first = vertices.first().copied().unwrap_or(Point3::origin());
     vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
-/// A solid that is fixed in the world.
+/// A solid fixed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prop {
     /// Its name.
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_solid_grows_by_as_much_on_every_side() {
+    fn a_solid_grows_equally_on_every_side() {
         let ball =
             TaperedCapsule { a: Point3::origin(), b: Point3::new(0.0, 0.0, 0.3), radius_a: 0.05, radius_b: 0.04 };
         let Solid::TaperedCapsule(grown) = Solid::TaperedCapsule(ball).inflated(0.01) else {
@@ -104,6 +104,6 @@ mod tests {
         let Solid::TaperedCapsule(gone) = Solid::TaperedCapsule(ball).inflated(-1.0) else {
             panic!("a capsule stays one")
         };
-        assert!(gone.radius_a > 0.0, "never less than nothing");
+        assert!(gone.radius_a > 0.0, "radii remain positive");
     }
 }

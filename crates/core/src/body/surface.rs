@@ -7,8 +7,8 @@ use crate::raster::TaperedCapsule;
 
 impl Solid {
     /// The outward normal at a point on the surface, both in the link's frame. `facet` is the triangle of a mesh that
-    /// holds the point; the normal of a mesh is that of the triangle's corners, anticlockwise from outside. Other
-    /// solids do not look at it. A point off the surface gets the normal of the nearest part of it, about.
+    /// contains the point; its normal is that of its corners in anticlockwise order as seen from outside. Other solids
+    /// ignore it. A point off the surface gets approximately the normal of the nearest part of it.
     pub fn normal_at(&self, point: &Point3<f64>, facet: usize) -> Unit<Vector3<f64>> {
         let normal = match self {
             Self::TaperedCapsule(capsule) => point - ball_of(capsule, point),
@@ -42,7 +42,7 @@ impl Solid {
     }
 }
 
-/// The centre of the ball, of all of which the solid is the hull, that touches the surface at a point: see
+/// The centre of the ball, of those whose hull the solid is, that touches the surface at a point: see
 /// [`Solid::ray_entry`] for the geometry of the cone.
 fn ball_of(capsule: &TaperedCapsule, point: &Point3<f64>) -> Point3<f64> {
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
@@ -63,7 +63,7 @@ mod tests {
     use crate::body::Ray;
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-    /// The normal by three rays close to each other.
+    /// The normal from neighbouring rays.
     fn by_rays(solid: &Solid, ray: &Ray) -> Option<Vector3<f64>> {
         let side = Unit::new_normalize(ray.direction.cross(&Vector3::new(0.31, 0.17, 0.9)));
         let other = Unit::new_normalize(ray.direction.cross(&side));
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_are_those_that_neighbouring_rays_find_on_every_solid() {
+    fn normals_agree_with_neighbouring_rays_on_every_solid() {
         let frame = Isometry3::from_parts(
             Translation3::new(0.1, -0.2, 0.05),
             UnitQuaternion::from_euler_angles(0.4, -0.7, 1.1),
@@ -117,7 +117,7 @@ mod tests {
                 differing += usize::from(found.map(|n| n.dot(&expected)).fold(-1.0, f64::max) < 1.0 - 1e-6);
             }
             assert!(checked > 300, "{checked}");
-            assert!(differing <= 2, "{differing} of {checked} on {solid:?}, which an edge may explain");
+            assert!(differing <= 2, "{differing} of {checked} on {solid:?}; an edge may explain few");
         }
     }
 }

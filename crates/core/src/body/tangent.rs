@@ -1,19 +1,19 @@
 //! Small steps between poses: the vector space in which poses are perturbed, compared and averaged.
 //!
-//! A step is `[root translation in the world (m), root rotation vector in the root's frame (rad), one number per degree
-//! of freedom]`. Hinges and slides add; rotations (the root, spherical and floating joints) compose, so no step or mean
-//! depends on where an angle wraps.
+//! A step is `[root translation in the world (m), root rotation vector in the root's frame (rad), one number per
+//! degree of freedom]`. Hinges and sliders add; rotations (the root, spherical and floating joints) compose, so no
+//! step or mean depends on where an angle wraps.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::kinematics::rotation_from_vector;
 use super::{Humanoid, JointKind, Pose};
 
-/// How many numbers of a step belong to the root.
+/// Number of a step's entries that belong to the root.
 pub const ROOT_STEP: usize = 6;
 
 impl Humanoid {
-    /// How many numbers a step has: [`ROOT_STEP`] and one per degree of freedom.
+    /// Length of a step: [`ROOT_STEP`] plus one per degree of freedom.
     #[inline]
     pub fn step_len(&self) -> usize {
         ROOT_STEP + self.degrees_of_freedom.len()
@@ -35,8 +35,7 @@ impl Humanoid {
         Pose { world_from_root: Isometry3::from_parts(translation.into(), renormalised(rotation)), joint_angles }
     }
 
-    /// The step that leads from `from` to `to`, written into `step` ([`Self::step_len`] numbers); the inverse of
-    /// [`Self::step`].
+    /// The step from `from` to `to`, written into `step` ([`Self::step_len`] numbers); the inverse of [`Self::step`].
     pub fn difference(&self, from: &Pose, to: &Pose, step: &mut [f64]) {
         let translation = to.world_from_root.translation.vector - from.world_from_root.translation.vector;
         let rotation = from.world_from_root.rotation.inverse() * to.world_from_root.rotation;
@@ -53,10 +52,10 @@ impl Humanoid {
         }
     }
 
-    /// The weighted mean of at least one pose, `weights` summing to one: the pose from which the weighted steps to all
-    /// others cancel. Translations and hinge angles average linearly, rotations in the tangent space of their mean (the
-    /// Riemannian mean of Moakher 2002, found by fixed-point iteration from the pose with the largest weight). `None`
-    /// without poses.
+    /// The weighted mean of at least one pose, with `weights` summing to one: the pose from which the weighted steps
+    /// to all others cancel. Translations and hinge angles are averaged linearly, rotations in the tangent space of
+    /// their mean (the Riemannian mean of Moakher 2002, by fixed-point iteration from the pose with the largest
+    /// weight). `None` without poses.
     pub fn mean_pose<'a>(&self, poses: impl Iterator<Item = &'a Pose> + Clone, weights: &[f64]) -> Option<Pose> {
         let heaviest = poses.clone().zip(weights).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
         let mut mean = heaviest.0.clone();
@@ -76,7 +75,7 @@ impl Humanoid {
         Some(mean)
     }
 
-    /// Indices of joint angles at which three consecutive numbers are a rotation vector.
+    /// Indices of joint angles that begin a rotation vector of three consecutive numbers.
     pub(super) fn rotation_vectors(&self) -> impl Iterator<Item = usize> + '_ {
         self.joints.iter().filter_map(|joint| match joint.kind {
             JointKind::Spherical { first } => Some(first),
@@ -90,7 +89,8 @@ fn vector(numbers: &[f64], first: usize) -> Vector3<f64> {
     Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2])
 }
 
-/// Axis times angle of a rotation, the angle in `[0, pi]`; with libm's arctangent, the same bits on every machine.
+/// Rotation vector (axis times angle), with the angle in `[0, pi]`; uses libm's arctangent: the same bits on every
+/// machine.
 #[inline]
 pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = if rotation.w < 0.0 { (-rotation.w, -rotation.imag()) } else { (rotation.w, rotation.imag()) };
@@ -98,7 +98,7 @@ pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     if norm < 1e-9 { v * 2.0 } else { v * (2.0 * libm::atan2(norm, w) / norm) }
 }
 
-/// Thousands of composed steps must not drift off the unit sphere.
+/// Keeps thousands of composed steps from drifting off the unit sphere.
 fn renormalised(rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(rotation.into_inner())
 }

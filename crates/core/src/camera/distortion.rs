@@ -18,14 +18,14 @@ pub struct Distortion {
 /// Newton steps before [`Distortion::undistort`] gives up.
 const MAX_STEPS: usize = 50;
 
-/// How far in normalised coordinates the inverse may miss.
+/// Greatest error of the inverse, in normalised coordinates.
 const TOLERANCE: f64 = 1e-12;
 
-/// Number of points between the image's centre and a solution that are checked for the fold of the lens model.
+/// Number of points between the image centre and a solution that are checked for a fold of the lens model.
 const FOLD_CHECKS: u32 = 16;
 
 impl Distortion {
-    /// From OpenCV's `distCoeffs` of length five.
+    /// From OpenCV's `distCoeffs` with five coefficients.
     pub fn from_coefficients([k1, k2, p1, p2, k3]: [f64; 5]) -> Self {
         Self { k1, k2, p1, p2, k3 }
     }
@@ -47,8 +47,8 @@ impl Distortion {
         )
     }
 
-    /// The inverse of [`Self::apply`] on the part of the image plane around the centre where the lens maps one to one;
-    /// `None` where nothing there is distorted to `(x, y)`. Newton's method, to 1e-12.
+    /// The inverse of [`Self::apply`] on the region around the image centre where the distortion is one-to-one; `None`
+    /// if no point there is distorted to `(x, y)`. Newton's method, to 1e-12.
     pub fn undistort(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         if self.is_none() {
             return (x.is_finite() && y.is_finite()).then_some((x, y));
@@ -125,7 +125,7 @@ mod tests {
         }
 
         #[test]
-        fn what_undistort_returns_is_always_distorted_back(x in -3.0..3.0_f64, y in -3.0..3.0_f64) {
+        fn the_result_of_undistort_is_distorted_back(x in -3.0..3.0_f64, y in -3.0..3.0_f64) {
             if let Some((u, v)) = BARREL.undistort(x, y) {
                 let (x2, y2) = BARREL.apply(u, v);
                 prop_assert!((x2 - x).abs() < 1e-11 && (y2 - y).abs() < 1e-11);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_what_a_barrel_lens_can_show_there_is_no_inverse() {
+    fn points_outside_a_barrel_lens_have_no_inverse() {
         let lens = Distortion { k1: -0.3, ..Distortion::default() };
         // r (1 - 0.3 r^2) has its maximum at r = 1.054, where it is 0.7027.
         assert!(lens.undistort(0.70, 0.0).is_some());

@@ -7,17 +7,17 @@ use crate::input::excerpt;
 #[non_exhaustive]
 pub enum CameraError {
     /// A number is NaN or infinite.
-    #[error("camera {}: {what} contains {value}; every number must be finite", excerpt(camera))]
+    #[error("camera {}: {what} contains {value}; expected finite numbers", excerpt(camera))]
     NotFinite {
         /// The camera's name.
         camera: String,
         /// The checked numbers.
         what: &'static str,
-        /// The offending number.
+        /// The invalid number.
         value: f64,
     },
     /// A focal length is zero or negative.
-    #[error("camera {}: the focal length is {fx} x {fy} pixels; both must be greater than 0", excerpt(camera))]
+    #[error("camera {}: the focal length is {fx} x {fy} pixels; expected two numbers above 0", excerpt(camera))]
     FocalLength {
         /// The camera's name.
         camera: String,
@@ -28,7 +28,7 @@ pub enum CameraError {
     },
     /// A field of view is not between 0 and pi.
     #[error(
-        "camera {}: the field of view is {radians} rad; it must lie between 0 and 3.14159, both excluded",
+        "camera {}: the field of view is {radians} rad; expected more than 0 and less than 3.14159",
         excerpt(camera)
     )]
     FieldOfView {
@@ -38,7 +38,7 @@ pub enum CameraError {
         radians: f64,
     },
     /// The image has no pixels or too many.
-    #[error("camera {}: the image is {width} x {height} pixels; both must lie in 1..=16384", excerpt(camera))]
+    #[error("camera {}: the image is {width} x {height} pixels; expected sizes from 1 to 16384", excerpt(camera))]
     ImageSize {
         /// The camera's name.
         camera: String,
@@ -47,25 +47,25 @@ pub enum CameraError {
         /// Pixels.
         height: u32,
     },
-    /// The near plane is not before the camera.
-    #[error("camera {}: the near plane is at {near} m; it must be greater than 0", excerpt(camera))]
+    /// The near plane is not in front of the camera.
+    #[error("camera {}: the near plane is at {near} m; expected a distance above 0", excerpt(camera))]
     NearPlane {
         /// The camera's name.
         camera: String,
         /// Metres.
         near: f64,
     },
-    /// K has another form than `[fx 0 cx; 0 fy cy; 0 0 1]`.
-    #[error("camera {}: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (no skew), got {k:?}", excerpt(camera))]
+    /// K is not of the form `[fx 0 cx; 0 fy cy; 0 0 1]`.
+    #[error("camera {}: K is {k:?}; expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] without skew", excerpt(camera))]
     MatrixForm {
         /// The camera's name.
         camera: String,
-        /// What was given.
+        /// The given matrix.
         k: [[f64; 3]; 3],
     },
-    /// R is no rotation.
+    /// R is not a rotation.
     #[error(
-        "camera {}: R must be a rotation (orthonormal within {tolerance}, determinant +1); it is off by {error:.2e}",
+        "camera {}: R is not a rotation (orthonormal within {tolerance}, determinant +1); it is off by {error:.2e}",
         excerpt(camera)
     )]
     Rotation {
@@ -73,47 +73,49 @@ pub enum CameraError {
         camera: String,
         /// Greatest entry of `R^T R - 1`, or 2 for a reflection.
         error: f64,
-        /// Greatest allowed.
+        /// Tolerance.
         tolerance: f64,
     },
-    /// Eye, target and up direction do not span a view.
-    #[error("camera {}: it cannot look at its target: {why}", excerpt(camera))]
+    /// Eye, target and up direction do not define a view.
+    #[error("camera {}: cannot look at its target: {why}", excerpt(camera))]
     LookAt {
         /// The camera's name.
         camera: String,
-        /// What is degenerate.
+        /// The degeneracy.
         why: &'static str,
     },
-    /// A way without keyframes.
+    /// A camera path without keyframes.
     #[error("camera {}: motion requires keyframes; give at least one", excerpt(camera))]
     NoKeyframe {
         /// The camera's name.
         camera: String,
     },
-    /// Keyframes that are not in the order of time.
-    #[error("camera {}: its keyframes are not in order of time: one at {after} s after {before} s", excerpt(camera))]
+    /// Keyframes that are not in chronological order.
+    #[error("camera {}: keyframes are not in chronological order: {after} s follows {before} s", excerpt(camera))]
     KeyframeOrder {
         /// The camera's name.
         camera: String,
-        /// Seconds, of a keyframe.
+        /// Time of a keyframe, seconds.
         before: f64,
-        /// Seconds, of the next.
+        /// Time of the next keyframe, seconds.
         after: f64,
     },
     /// The images need too much memory.
-    #[error("{cameras} cameras with {pixels} pixels in total; expected at most 999 cameras and {most} pixels in total")]
+    #[error(
+        "the rig has {cameras} cameras with {pixels} pixels; expected at most 999 cameras and {most} pixels in total"
+    )]
     RigSize {
-        /// How many there are.
+        /// Number of cameras.
         cameras: usize,
-        /// Of all images together.
+        /// Pixels of all images together.
         pixels: u64,
         /// The greatest number of pixels.
         most: u64,
     },
     /// A ring without cameras, or with too many.
-    #[error("a ring of cameras needs 1 to 999 cameras, got {count}")]
+    #[error("a ring of {count} cameras is not possible; expected 1 to 999 cameras")]
     RingCount {
-        /// What was asked.
+        /// The requested number of cameras.
         count: u32,
     },
 }

@@ -1,52 +1,52 @@
-//! A rig over time: how its cameras move, and when each takes its images.
+//! A rig over time: the motion of its cameras, and the exposure times of their images.
 
 use nalgebra::Isometry3;
 
 use super::{Camera, CameraError, CameraPath, CameraRig};
 
-/// When a camera takes its images. Row `r` of the image of a frame is exposed at the frame's time plus `offset_s` plus
-/// `r` times `line_delay_s`; between images the camera shows nothing new.
+/// When a camera takes its images. Row `r` of a frame's image is exposed at the frame's time plus `offset_s` plus `r`
+/// times `line_delay_s`; between images the camera provides nothing new.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraTiming {
-    /// Frames from one image to the next, at least 1; the first is that of frame 0.
+    /// Frames from one image to the next, at least 1; the first image is that of frame 0.
     pub every: usize,
-    /// How much later than a frame its image is taken, seconds; below 0 for earlier.
+    /// Time of an image after its frame, seconds; negative for earlier.
     pub offset_s: f64,
-    /// How much later every row is exposed than the row above it, seconds, at least 0: a rolling shutter.
+    /// Delay of every row after the row above it, seconds, at least 0: a rolling shutter.
     pub line_delay_s: f64,
 }
 
 impl Default for CameraTiming {
-    /// An image of every frame, at its time, all rows at once.
+    /// An image of every frame, at the frame's time, all rows at once.
     fn default() -> Self {
         Self { every: 1, offset_s: 0.0, line_delay_s: 0.0 }
     }
 }
 
-/// What is known of the cameras of a rig in one frame: where they are, and when they took their images.
+/// The positions of a rig's cameras in one frame, and the exposure times of their images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigMoment {
-    /// Where every camera is when the first row of its image is exposed; at the frame's time plus its offset where it
-    /// has no image in this frame. Metres.
+    /// World-to-camera transform of every camera when the first row of its image is exposed, or at the frame's time
+    /// plus the camera's offset if it has no image in this frame. Metres.
     pub camera_from_world: Vec<Isometry3<f64>>,
-    /// When the first row of every camera's image was exposed, seconds from frame 0; `None` for a camera that has no
-    /// new image in this frame.
+    /// When the first row of every camera's image was exposed, seconds from frame 0; `None` for a camera without a new
+    /// image in this frame.
     pub exposed_s: Vec<Option<f64>>,
 }
 
-/// A rig whose cameras may move, and may take their images at times of their own. A [`CameraRig`] is one that stands
-/// still and takes all its images at the frames' times; whatever draws or measures takes either.
+/// A rig whose cameras may move and have individual exposure times. A [`CameraRig`] is the special case of static
+/// cameras that expose all images at the frames' times; rendering and metrics accept either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedRig {
     rig: CameraRig,
-    /// One entry a camera; `None` for one that stands still.
+    /// One entry per camera; `None` for a static camera.
     paths: Vec<Option<CameraPath>>,
-    /// One entry a camera.
+    /// One entry per camera.
     timings: Vec<CameraTiming>,
 }
 
 impl From<&CameraRig> for TimedRig {
-    /// A rig that stands still and takes all images at once.
+    /// A static rig that takes all images at once.
     fn from(rig: &CameraRig) -> Self {
         let cameras = rig.cameras.len();
         Self { rig: rig.clone(), paths: vec![None; cameras], timings: vec![CameraTiming::default(); cameras] }
@@ -60,12 +60,11 @@ impl From<&TimedRig> for TimedRig {
 }
 
 impl TimedRig {
-    /// A rig with a way and a timing for every camera; ways and timings that are missing at the end are those of
-    /// cameras that stand still and take their images at the frames' times. Cameras that move are afterwards where they
-    /// take their first image.
+    /// A rig with a path and a timing for every camera; cameras beyond the end of these lists are static and take
+    /// their images at the frames' times. Moving cameras are placed where they take their first image.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] where a camera cannot look at its target in frame 0.
+    /// [`CameraError::LookAt`] if a camera cannot look at its target in frame 0.
     pub fn new(
         rig: CameraRig,
         mut paths: Vec<Option<CameraPath>>,
@@ -83,7 +82,7 @@ impl TimedRig {
         Ok(filming)
     }
 
-    /// The cameras as they are when they take the images of frame 0.
+    /// The cameras at their positions for the images of frame 0.
     pub fn rig(&self) -> &CameraRig {
         &self.rig
     }
@@ -93,17 +92,17 @@ impl TimedRig {
         self.rig.cameras.len()
     }
 
-    /// The way of a camera, which the rig must have; `None` if it stands still.
+    /// The path of a camera; `None` if it is static. Panics if the rig has no such camera.
     pub fn path(&self, camera: usize) -> Option<&CameraPath> {
         self.paths[camera].as_ref()
     }
 
-    /// When a camera, which the rig must have, takes its images.
+    /// The timing of a camera. Panics if the rig has no such camera.
     pub fn timing(&self, camera: usize) -> &CameraTiming {
         &self.timings[camera]
     }
 
-    /// Whether no camera moves and all take an image of every frame at its time, all rows at once.
+    /// Whether no camera moves and all take an image of every frame at the frame's time, all rows at once.
     pub fn is_still(&self) -> bool {
         self.paths.iter().all(Option::is_none) && self.timings.iter().all(|timing| *timing == CameraTiming::default())
     }
@@ -129,30 +128,31 @@ impl TimedRig {
         self.timings[camera].line_delay_s != 0.0
     }
 
-    /// How many times an image of a camera is of: one, or one a row.
+    /// Number of different exposure times within an image of a camera: one, or one per row.
     pub fn exposures(&self, camera: usize) -> u32 {
         if self.is_rolling(camera) { self.rig.cameras[camera].pinhole.height } else { 1 }
     }
 
-    /// Where a camera is at a time. Where a way cannot be ([`Self::check`]), as at the first image.
+    /// World-to-camera transform at a time; that of the first image where the path has no valid view
+    /// ([`Self::check`]).
     pub fn placement(&self, camera: usize, time_s: f64) -> Isometry3<f64> {
         let known = &self.rig.cameras[camera];
         let moved = self.paths[camera].as_ref().and_then(|path| path.camera_from_world(&known.name, time_s).ok());
         moved.unwrap_or(known.camera_from_world)
     }
 
-    /// A camera as it is at a time.
+    /// A camera at its position at a time.
     pub fn camera_at(&self, camera: usize, time_s: f64) -> Camera {
         self.rig.cameras[camera].placed(self.placement(camera, time_s))
     }
 
-    /// The cameras as they are when they take the images of a frame, which is at `frame_s` seconds.
+    /// The cameras at their positions for the images of the frame at `frame_s` seconds.
     pub fn rig_at(&self, frame_s: f64) -> CameraRig {
         let camera = |index| self.camera_at(index, self.row_s(index, frame_s, 0));
         CameraRig { cameras: (0..self.cameras()).map(camera).collect() }
     }
 
-    /// What is known of the cameras in a frame, which is at `frame_s` seconds; `None` of a rig that stands still.
+    /// Positions and exposure times of the cameras in a frame at `frame_s` seconds; `None` for a static rig.
     pub fn moment(&self, frame: usize, frame_s: f64) -> Option<RigMoment> {
         if self.is_still() {
             return None;
@@ -165,14 +165,14 @@ impl TimedRig {
         })
     }
 
-    /// One camera of the rig alone, `seen` in place of it.
+    /// A rig of one camera only, replaced by `seen`.
     pub fn alone(&self, camera: usize, seen: Camera) -> Self {
         let seen = seen.placed(self.rig.cameras[camera].camera_from_world);
         let (paths, timings) = (vec![self.paths[camera].clone()], vec![self.timings[camera]]);
         Self { rig: CameraRig { cameras: vec![seen] }, paths, timings }
     }
 
-    /// The same rig, all images shifted by so many pixels, x right and y down.
+    /// The same rig with all images shifted by this many pixels, x right and y down.
     pub fn with_shifted_images(&self, shift_px: [f64; 2]) -> Self {
         let mut shifted = self.clone();
         for camera in &mut shifted.rig.cameras {
@@ -182,8 +182,8 @@ impl TimedRig {
         shifted
     }
 
-    /// The same rig, each camera's images later by seconds of its own (0 where none is given), and every row of all
-    /// cameras later by `line_delay_s` after the row above it.
+    /// The same rig with each camera's images delayed by its own offset in seconds (0 if none is given), and every row
+    /// of all cameras delayed by another `line_delay_s` after the row above it.
     pub fn delayed(&self, offsets_s: &[f64], line_delay_s: f64) -> Self {
         let mut late = self.clone();
         for (timing, offset_s) in late.timings.iter_mut().zip(offsets_s) {
@@ -193,10 +193,10 @@ impl TimedRig {
         late
     }
 
-    /// Whether every camera can look at its target whenever it takes an image of so many frames.
+    /// Checks that every camera can look at its target at all exposure times of this many frames.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] of the first that cannot.
+    /// [`CameraError::LookAt`] for the first camera that cannot.
     pub fn check(&self, frames: usize, frames_per_second: f64) -> Result<(), CameraError> {
         for (index, path) in self.paths.iter().enumerate() {
             let Some(path) = path else { continue };
@@ -213,7 +213,7 @@ impl TimedRig {
 }
 
 impl CameraRig {
-    /// The same cameras where they are at a moment.
+    /// The same cameras at their positions at this moment.
     pub fn at(&self, moment: &RigMoment) -> Self {
         let cameras = self.cameras.iter().zip(&moment.camera_from_world);
         Self { cameras: cameras.map(|(camera, placement)| camera.placed(*placement)).collect() }
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_that_stands_still_is_itself_at_any_time_and_says_nothing_more() {
+    fn a_static_rig_is_the_same_at_any_time_and_has_no_moment() {
         let still = TimedRig::from(&ring());
         assert!(still.is_still() && still.moment(3, 0.5).is_none());
         assert_eq!(still.rig_at(7.0), ring());
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn images_are_taken_every_so_many_frames_later_by_the_offset_and_row_after_row() {
+    fn images_are_taken_at_their_interval_plus_offset_row_by_row() {
         let timing = CameraTiming { every: 3, offset_s: 0.25, line_delay_s: 1e-3 };
         let filming = TimedRig::new(ring(), vec![None, Some(moving())], vec![CameraTiming::default(), timing]).unwrap();
         assert!(!filming.is_still() && filming.leaves_frames());
@@ -267,7 +267,7 @@ mod tests {
         assert_eq!((seconds(0), seconds(1)), ((0..7).collect(), vec![0, 3, 6]));
         assert_eq!((filming.exposures(0), filming.exposures(1)), (1, 48));
         assert!((filming.row_s(1, 1.0, 10) - 1.26).abs() < 1e-12);
-        // cameras are where their first row is exposed
+        // cameras are placed where their first row is exposed
         let x = |rig: &CameraRig| rig.cameras[1].centre().x;
         assert!((x(filming.rig()) - 3.25).abs() < 1e-12);
         assert!((x(&filming.rig_at(1.0)) - 4.25).abs() < 1e-12);
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_that_cannot_look_at_its_target_on_the_way_is_found() {
+    fn an_impossible_view_along_a_path_is_found() {
         let keyframe = |time_s: f64, x: f64| CameraKeyframe {
             time_s,
             position: [x, 0.0, 3.0],

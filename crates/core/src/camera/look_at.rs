@@ -1,4 +1,4 @@
-//! A camera placed by its target.
+//! A camera defined by its position and target.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
@@ -30,8 +30,8 @@ impl FieldOfView {
 }
 
 impl Camera {
-    /// An ideal camera at `eye` whose optical axis meets `target` and whose image shows `up` upwards. World metres; the
-    /// principal point is the image's centre, pixels are square, the near plane is [`DEFAULT_NEAR`].
+    /// An ideal camera at `eye` whose optical axis passes through `target` and whose image has `up` upwards. World
+    /// metres; the principal point is the image centre, pixels are square, the near plane is [`DEFAULT_NEAR`].
     ///
     /// # Errors
     /// [`CameraError`] for a field of view outside (0, pi), an image size outside `1..=16384`, a target at the eye, or
@@ -63,7 +63,8 @@ impl Camera {
     }
 }
 
-/// Where a camera at `eye` is whose optical axis meets `target` and whose image shows `up` upwards.
+/// World-to-camera transform of a camera at `eye` whose optical axis passes through `target` and whose image has `up`
+/// upwards.
 pub(super) fn placement(
     name: &str,
     eye: Point3<f64>,
@@ -91,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn the_target_is_in_the_middle_and_up_is_up_and_left_is_left() {
+    fn the_target_is_in_the_middle_and_up_and_left_are_not_mirrored() {
         let camera = look([5.0, 1.0, 2.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], FieldOfView::Horizontal(1.0)).unwrap();
         let middle = camera.project(&Point3::new(0.0, 0.0, 1.0)).unwrap();
         assert!((middle - Point2::new(320.0, 240.0)).norm() < 1e-9);
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_view_that_cannot_be_is_refused() {
+    fn impossible_views_are_refused() {
         let view = FieldOfView::Horizontal(1.0);
         let why = |result: Result<Camera, CameraError>| result.unwrap_err().to_string();
         assert!(why(look([1.0; 3], [1.0; 3], [0.0, 0.0, 1.0], view)).contains("at the eye"));

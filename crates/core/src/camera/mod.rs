@@ -1,4 +1,4 @@
-//! Cameras: a pinhole with OpenCV's lens distortion, placed in the world, and rigs of them.
+//! Cameras: pinholes with OpenCV's lens distortion, placed in the world, and rigs of them.
 //!
 //! Camera axes are OpenCV's: x right, y down, z forward. Pixel (0, 0) is the *outer corner* of the top-left pixel, so
 //! pixel centres lie at +0.5; files that follow OpenCV put (0, 0) at that pixel's centre, and [`Camera::from_opencv`]
@@ -46,7 +46,7 @@ use nalgebra::{Isometry3, Point2, Point3, Unit, Vector3};
 /// One camera of a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Unique in its rig, for people and file names.
+    /// Unique in its rig; used in messages and file names.
     pub name: String,
     /// The ideal projection.
     pub pinhole: Pinhole,
@@ -57,7 +57,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Pixel of a world point, lens included; `None` before the near plane. The pixel may lie outside the image.
+    /// Pixel of a world point, lens included; `None` nearer than the near plane. The pixel may be outside the image.
     #[inline]
     pub fn project(&self, point_in_world: &Point3<f64>) -> Option<Point2<f64>> {
         let p = self.camera_from_world * point_in_world;
@@ -68,7 +68,7 @@ impl Camera {
         Some(self.pinhole.pixel(x, y))
     }
 
-    /// Whether the camera sees this world point: before it, beyond the near plane and inside the image.
+    /// Whether the camera sees this world point: beyond the near plane and inside the image.
     #[inline]
     pub fn sees(&self, point_in_world: &Point3<f64>) -> bool {
         self.project(point_in_world).is_some_and(|pixel| self.pinhole.contains(&pixel))
@@ -80,8 +80,7 @@ impl Camera {
         self.camera_from_world.inverse_transform_point(&Point3::origin())
     }
 
-    /// The direction in the world of the ray from [`Self::centre`] that is seen at `pixel`; `None` where the lens model
-    /// has no inverse.
+    /// World direction from [`Self::centre`] of the ray through `pixel`; `None` where the lens model has no inverse.
     pub fn ray_through(&self, pixel: &Point2<f64>) -> Option<Unit<Vector3<f64>>> {
         let (x, y) = self.pinhole.normalised(pixel);
         let (x, y) = self.distortion.undistort(x, y)?;

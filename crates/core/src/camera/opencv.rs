@@ -1,23 +1,23 @@
-//! Cameras as OpenCV writes them: K, R, t and five distortion coefficients.
+//! Cameras in OpenCV's form: K, R, t and five distortion coefficients.
 //!
-//! OpenCV puts pixel (0, 0) at the *centre* of the top-left pixel, we at its outer corner: `cx` and `cy` are half a
-//! pixel smaller there than here.
+//! OpenCV puts pixel (0, 0) at the *centre* of the top-left pixel, this crate at its outer corner: OpenCV's `cx` and
+//! `cy` are half a pixel smaller.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use super::error::all_finite;
 use super::{Camera, CameraError, DEFAULT_NEAR, Distortion, Pinhole};
 
-/// How far `R^T R` may be from the identity: files often carry four digits.
+/// Greatest deviation of `R^T R` from the identity: files often have only four digits.
 const ROTATION_TOLERANCE: f64 = 1e-3;
 
 impl Camera {
-    /// A camera from OpenCV's K (pixels), R and t (camera from world, metres) and `k1 k2 p1 p2 k3`. R is brought to the
-    /// nearest unit quaternion; the near plane is [`DEFAULT_NEAR`].
+    /// A camera from OpenCV's K (pixels), R and t (camera from world, metres) and `k1 k2 p1 p2 k3`. R is converted to
+    /// the nearest unit quaternion; the near plane is [`DEFAULT_NEAR`].
     ///
     /// # Errors
-    /// [`CameraError`] for numbers that are not finite, a K of another form (skew included), a focal length that is not
-    /// greater than 0, an R that is no rotation within 1e-3, and image sizes outside `1..=16384`.
+    /// [`CameraError`] for numbers that are not finite, a K of another form (including skew), a focal length that is
+    /// not above 0, an R that is not a rotation within 1e-3, and image sizes outside `1..=16384`.
     pub fn from_opencv(
         name: &str,
         k: [[f64; 3]; 3],
@@ -85,14 +85,14 @@ mod tests {
     }
 
     #[test]
-    fn half_a_pixel_is_added_on_the_way_in_and_taken_off_on_the_way_out() {
+    fn half_a_pixel_is_added_on_reading_and_subtracted_on_writing() {
         let camera = read(K, IDENTITY, [0.0; 3]).unwrap();
         assert_eq!(camera.project(&Point3::new(0.0, 0.0, 2.0)), Some(Point2::new(320.0, 240.0)));
         assert_eq!(camera.opencv_matrix(), K);
     }
 
     #[test]
-    fn what_opencv_wrote_comes_back() {
+    fn values_of_opencv_are_read_and_returned_unchanged() {
         let r = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
         let camera = read(K, r, [0.1, 0.2, 3.0]).unwrap();
         for (row, expected) in camera.opencv_rotation().iter().zip(r) {

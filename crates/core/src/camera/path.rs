@@ -1,4 +1,4 @@
-//! The way of a camera that moves.
+//! The path of a moving camera.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,33 +6,33 @@ use serde::{Deserialize, Serialize};
 use super::look_at::placement;
 use super::{Camera, CameraError};
 
-/// Where a camera is at one time.
+/// Position and view of a camera at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraKeyframe {
     /// Seconds from the first frame.
     pub time_s: f64,
-    /// Its centre in the world, metres.
+    /// Camera centre in the world, metres.
     pub position: [f64; 3],
-    /// What its optical axis meets, in the world, metres.
+    /// Point on the optical axis, in the world, metres.
     pub look_at: [f64; 3],
-    /// Turn about the optical axis, clockwise as seen from behind the camera, radians; 0 keeps the world's Z upwards in
-    /// the image.
+    /// Rotation about the optical axis, clockwise as seen from behind the camera, radians; at 0 the world's Z is
+    /// upwards in the image.
     pub roll: f64,
 }
 
-/// A smooth way through keyframes.
+/// A smooth path through keyframes.
 ///
-/// Each of the seven coordinates (position, point looked at, roll) is a piecewise cubic Hermite interpolation whose
-/// slopes are those of `[Fritsch 1984]`: with `h` the times between keyframes and `d` the slopes of the chords, an
-/// inner slope is `3 (h0 + h1) / ((2 h1 + h0) / d0 + (h1 + 2 h0) / d1)`, or 0 where the chords' signs differ; an end's
-/// slope is that of the parabola through the three nearest keyframes, kept from overshooting. So a coordinate never
-/// leaves the range of the two keyframes around it, and what moves steadily in the keyframes moves steadily between
-/// them. Before the first keyframe and after the last the camera stands still.
+/// Each of the seven coordinates (position, target, roll) is a piecewise cubic Hermite interpolation with the slopes
+/// of `[Fritsch 1984]`: with `h` the times between keyframes and `d` the slopes of the chords, an inner slope is `3
+/// (h0 + h1) / ((2 h1 + h0) / d0 + (h1 + 2 h0) / d1)`, or 0 where the chords' signs differ; the slope at an end is
+/// that of the parabola through the three nearest keyframes, limited to prevent overshoot. A coordinate therefore
+/// never leaves the range of the two keyframes around it, and uniform keyframes give a uniform motion. The camera is
+/// static before the first keyframe and after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
     keyframes: Vec<CameraKeyframe>,
-    /// Coordinates a second, one entry a keyframe.
+    /// Slopes of the coordinates per second, one entry per keyframe.
     slopes: Vec<Coordinates>,
 }
 
@@ -46,11 +46,11 @@ impl CameraKeyframe {
 }
 
 impl CameraPath {
-    /// A way through keyframes in the order of time.
+    /// A path through keyframes in chronological order.
     ///
     /// # Errors
-    /// [`CameraError`] that names `camera`, without a keyframe, for times that do not rise, for numbers that are not
-    /// finite, and for a keyframe whose view cannot be.
+    /// [`CameraError`] naming `camera` if there are no keyframes, times are not increasing, numbers are not finite, or
+    /// a keyframe has an impossible view.
     pub fn new(camera: &str, keyframes: Vec<CameraKeyframe>) -> Result<Self, CameraError> {
         let named = || camera.to_owned();
         if keyframes.is_empty() {
@@ -69,16 +69,15 @@ impl CameraPath {
         Ok(path)
     }
 
-    /// The keyframes, in the order of time.
+    /// The keyframes, in chronological order.
     pub fn keyframes(&self) -> &[CameraKeyframe] {
         &self.keyframes
     }
 
-    /// Where the camera is at a time.
+    /// World-to-camera transform at a time.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] that names `camera` where it is then at the point that it looks at, or looks straight up
-    /// or down.
+    /// [`CameraError::LookAt`] naming `camera` if it is at its target then, or looks straight up or down.
     pub fn camera_from_world(&self, camera: &str, time_s: f64) -> Result<Isometry3<f64>, CameraError> {
         let [x, y, z, u, v, w, roll] = self.coordinates(time_s);
         let upright = placement(camera, Point3::new(x, y, z), Point3::new(u, v, w), Vector3::z())?;
@@ -105,7 +104,7 @@ impl CameraPath {
     }
 }
 
-/// A cubic from `[a, b]` with these slopes, over a width; exactly `a` at share 0.
+/// Cubic Hermite interpolation from `a` to `b` with these slopes over an interval of `width`; exactly `a` at share 0.
 fn hermite(share: f64, width: f64, [a, b]: [f64; 2], [slope_a, slope_b]: [f64; 2]) -> f64 {
     let (s, rest) = (share, 1.0 - share);
     let towards = s * s * (3.0 - 2.0 * s);
@@ -126,7 +125,7 @@ fn slopes(keyframes: &[CameraKeyframe]) -> Vec<Coordinates> {
     (0..places.len()).map(|i| std::array::from_fn(|c| slope(i, c))).collect()
 }
 
-/// The weighted harmonic mean of the chords' slopes on both sides; 0 at a turning point.
+/// Weighted harmonic mean of the slopes of the adjacent chords; 0 at a turning point.
 fn inner_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     if d0 * d1 <= 0.0 {
         return 0.0;
@@ -134,7 +133,7 @@ fn inner_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     3.0 * (h0 + h1) / ((2.0 * h1 + h0) / d0 + (h1 + 2.0 * h0) / d1)
 }
 
-/// The slope at an end, nearest width and chord first.
+/// The slope at an end; arguments start with the interval and chord nearest to it.
 fn end_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     let slope = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
     if slope * d0 <= 0.0 {
@@ -147,7 +146,7 @@ fn end_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
 }
 
 impl Camera {
-    /// The same camera, placed elsewhere.
+    /// The same camera at another position.
     pub fn placed(&self, camera_from_world: Isometry3<f64>) -> Self {
         Self { camera_from_world, ..self.clone() }
     }
@@ -167,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_goes_through_its_keyframes_never_beyond_them_and_ends_where_they_end() {
+    fn a_path_passes_through_its_keyframes_without_overshoot_and_ends_at_the_last() {
         let xs = [4.0, 5.0, 5.0, 3.0, 3.5];
         let times = [0.0, 0.5, 1.5, 2.0, 4.0];
         let keyframes = times.iter().zip(xs).map(|(t, x)| keyframe(*t, [x, 1.0, 1.5], 0.0)).collect();
@@ -187,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_speed_does_not_jump_at_a_keyframe_and_steady_keyframes_make_a_steady_way() {
+    fn speed_is_continuous_at_keyframes_and_uniform_for_uniform_keyframes() {
         let bent = [0.0, 0.3, 0.5, 1.2].map(|t| keyframe(t, [3.0 + t * t, 2.0 - t, 1.5], t));
         let path = CameraPath::new("c", bent.to_vec()).unwrap();
         let speed = |from: f64, to: f64| (centre(&path, to) - centre(&path, from)) / (to - from);
@@ -203,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_slopes_are_those_that_scipy_documents() {
+    fn slopes_match_scipys_documentation() {
         // by hand, from the formulas of scipy.interpolate.PchipInterpolator: h = 1, 2; d = 2, 0.5
         assert!((inner_slope([1.0, 2.0], [2.0, 0.5]) - 9.0 / (5.0 / 2.0 + 4.0 / 0.5)).abs() < 1e-15);
         assert!((end_slope([1.0, 2.0], [2.0, 0.5]) - (4.0 * 2.0 - 0.5) / 3.0).abs() < 1e-15);
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_on_its_way_is_the_camera_that_looks_from_there_and_roll_turns_it_clockwise() {
+    fn a_camera_on_a_path_looks_at_its_target_and_roll_turns_it_clockwise() {
         let path = CameraPath::new("c", vec![keyframe(0.0, [3.0, 1.0, 2.0], 0.0)]).unwrap();
         let (eye, target) = (Point3::new(3.0, 1.0, 2.0), Point3::new(0.0, 0.0, 1.0));
         let camera = Camera::look_at("c", eye, target, Vector3::z(), FieldOfView::Vertical(0.9), 320, 240).unwrap();
@@ -220,18 +219,18 @@ mod tests {
         let rolled = CameraPath::new("c", vec![keyframe(0.0, [3.0, 1.0, 2.0], 0.2)]).unwrap();
         let rolled = camera.placed(rolled.camera_from_world("c", 0.0).unwrap());
         assert!((rolled.project(&target).unwrap() - camera.project(&target).unwrap()).norm() < 1e-9);
-        // the camera turns clockwise, so what is up in the world leans to the left in its image
+        // the camera turns clockwise, so the world's up direction tilts left in its image
         let top = rolled.project(&Point3::new(0.0, 0.0, 1.5)).unwrap();
         assert!(top.x < 159.0 && top.y < 120.0, "{top}");
         assert!((rolled.centre() - eye).norm() < 1e-12);
     }
 
     #[test]
-    fn ways_that_cannot_be_are_refused_by_the_cameras_name() {
+    fn impossible_paths_are_refused_with_the_cameras_name() {
         let why = |keyframes: Vec<CameraKeyframe>| CameraPath::new("cam07", keyframes).unwrap_err().to_string();
         assert!(why(Vec::new()).contains("cam07") && why(Vec::new()).contains("keyframe"));
         let at = |time_s| keyframe(time_s, [3.0, 1.0, 2.0], 0.0);
-        assert!(why(vec![at(1.0), at(1.0)]).contains("1 s after 1 s"), "{}", why(vec![at(1.0), at(1.0)]));
+        assert!(why(vec![at(1.0), at(1.0)]).contains("1 s follows 1 s"), "{}", why(vec![at(1.0), at(1.0)]));
         assert!(why(vec![at(f64::NAN)]).contains("finite"));
         assert!(why(vec![keyframe(0.0, [0.0, 0.0, 1.0], 0.0)]).contains("the target is at the eye"));
         assert!(why(vec![keyframe(0.0, [0.0, 0.0, 3.0], 0.0)]).contains("along the view"));

@@ -11,7 +11,7 @@ pub const DEFAULT_NEAR: f64 = 0.05;
 /// Greatest width and height of an image, pixels.
 pub const MAX_IMAGE_SIZE: u32 = 16384;
 
-/// The ideal (distortion-free) projection of a camera: what raster/ draws with. Lengths in pixels.
+/// The ideal (distortion-free) projection of a camera, used for rasterisation. Lengths in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pinhole {
     /// Focal lengths along x and y, in pixels; both > 0.
@@ -22,7 +22,7 @@ pub struct Pinhole {
     pub width: u32,
     /// Image height in pixels, `1..=MAX_IMAGE_SIZE`.
     pub height: u32,
-    /// Distance of the near plane in metres, > 0: nothing nearer is seen.
+    /// Distance of the near plane in metres, > 0; nearer points are not visible.
     pub near: f64,
 }
 
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_image_holds_its_left_and_upper_edge_only() {
+    fn the_image_includes_its_left_and_upper_edges_only() {
         assert!(PINHOLE.contains(&Point2::new(0.0, 0.0)));
         assert!(!PINHOLE.contains(&Point2::new(640.0, 10.0)));
         assert!(!PINHOLE.contains(&Point2::new(f64::NAN, 10.0)));

@@ -1,26 +1,26 @@
-//! Several cameras that see the same scene.
+//! Several cameras that observe the same scene.
 
 use nalgebra::{Point3, Vector3};
 
 use super::{Camera, CameraError, FieldOfView};
 
-/// Cameras that see the same scene at the same instants.
+/// Cameras that observe the same scene at the same times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraRig {
-    /// In the order in which observations list their views.
+    /// In the order of an observation's silhouettes.
     pub cameras: Vec<Camera>,
 }
 
-/// Cameras on a level circle, all looking at one point. Metres and radians.
+/// Cameras on a horizontal circle, all looking at one point. Metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingParameters {
-    /// How many cameras, `1..=999`, evenly spaced.
+    /// Number of cameras, `1..=999`, evenly spaced.
     pub count: u32,
-    /// Radius of the circle, whose centre is above or below `look_at`; > 0.
+    /// Radius of the circle, > 0; its centre is directly above or below `look_at`.
     pub radius: f64,
     /// World z of the circle.
     pub height: f64,
-    /// What every camera has in the middle of its image, in the world.
+    /// Point in the middle of every image, in the world.
     pub look_at: Point3<f64>,
     /// Direction from the circle's centre to the first camera, from the world's +X towards +Y.
     pub first_azimuth: f64,
@@ -32,13 +32,13 @@ pub struct RingParameters {
     pub near: f64,
 }
 
-/// Pixels that all images of a rig may have together: 64 cameras of 1920 x 1080, four of 8192 x 4320.
+/// Greatest number of pixels of all images of a rig together: 64 cameras of 1920 x 1080, four of 8192 x 4320.
 const MOST_PIXELS: u64 = 150_000_000;
-/// Cameras of a rig.
+/// Greatest number of cameras in a rig.
 const MOST_CAMERAS: usize = 999;
 
 impl CameraRig {
-    /// Refuses more or larger images than a program can hold at once.
+    /// Refuses more or larger images than fit in memory.
     ///
     /// # Errors
     /// [`CameraError::RigSize`] for more than 999 cameras or 150 million pixels.
@@ -54,13 +54,13 @@ impl CameraRig {
     /// The cameras of a ring, named `cam00`, `cam01` ..., in order of azimuth.
     ///
     /// # Errors
-    /// [`CameraError`] for a count outside `1..=999` and for cameras that [`Camera::look_at`] refuses.
+    /// [`CameraError`] for a count outside `1..=999` and for cameras refused by [`Camera::look_at`].
     pub fn ring(ring: &RingParameters) -> Result<Self, CameraError> {
         Self::turned(ring, |index| f64::from(index) / f64::from(ring.count) * std::f64::consts::TAU)
     }
 
-    /// The cameras of a ring, but on an arc of it alone: spread evenly over `arc` radians, the first and the last
-    /// camera at its ends.
+    /// The cameras of a ring, restricted to an arc: spread evenly over `arc` radians, with the first and last camera
+    /// at its ends.
     ///
     /// # Errors
     /// As [`Self::ring`].
@@ -69,7 +69,7 @@ impl CameraRig {
         Self::turned(ring, |index| f64::from(index) / gaps * arc)
     }
 
-    /// Cameras at these angles from the first.
+    /// Cameras at these angles from the first camera's azimuth.
     fn turned(ring: &RingParameters, turn: impl Fn(u32) -> f64) -> Result<Self, CameraError> {
         if !(1..=999).contains(&ring.count) {
             return Err(CameraError::RingCount { count: ring.count });
@@ -107,7 +107,7 @@ mod tests {
     };
 
     #[test]
-    fn cameras_of_an_arc_stand_on_the_circle_from_one_end_to_the_other() {
+    fn cameras_of_an_arc_are_on_the_circle_from_one_end_to_the_other() {
         let azimuths = |rig: CameraRig| -> Vec<f64> {
             rig.cameras.iter().map(|c| c.centre() - RING.look_at).map(|p| p.y.atan2(p.x)).collect()
         };
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn every_camera_of_a_ring_stands_on_the_circle_and_looks_at_the_point() {
+    fn every_camera_of_a_ring_is_on_the_circle_and_looks_at_the_point() {
         let rig = CameraRig::ring(&RING).unwrap();
         assert_eq!(
             rig.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),

@@ -6,8 +6,8 @@ use crate::raster::TaperedCapsule;
 
 /// An axis-aligned box in the frame of the solids; all sides are compared at once in SIMD lanes.
 ///
-/// In single precision: a box must be too large by [`rounding`], never too small. The fourth lanes are whatever follows
-/// the three coordinates in memory and are ignored.
+/// In single precision: a box must be too large by [`rounding`], never too small. The fourth lanes hold arbitrary data
+/// from memory and are ignored.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     low: f32x4,
@@ -44,7 +44,7 @@ impl Bounds {
         self.high = self.high.fast_max(other.high);
     }
 
-    /// Whether they have a point in common.
+    /// Whether the boxes overlap.
     #[inline(always)]
     pub(super) fn meets(&self, other: &Self) -> bool {
         let meeting = self.low.simd_lt(other.high) & other.low.simd_lt(self.high);
@@ -52,7 +52,7 @@ impl Bounds {
     }
 }
 
-/// In single precision.
+/// Converts to single precision.
 #[inline(always)]
 fn single(lanes: [f64; 4]) -> f32x4 {
     f32x4::new(lanes.map(|lane| lane as f32))
@@ -84,7 +84,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn boxes_hold_their_capsules_tightly(c in capsules()) {
+        fn boxes_tightly_contain_their_capsules(c in capsules()) {
             let bounds = Bounds::around(&c, rounding(12.0) as f32);
             let ([low, high], [lows, highs]) = (sides(&c), [bounds.low, bounds.high].map(f32x4::to_array));
             for axis in 0..3 {
@@ -94,7 +94,7 @@ mod tests {
         }
 
         #[test]
-        fn boxes_meet_where_their_sides_say_so(a in capsules(), b in capsules(), more in 0.0..1.0_f64) {
+        fn boxes_overlap_if_their_sides_do(a in capsules(), b in capsules(), more in 0.0..1.0_f64) {
             let more = more as f32;
             let ([a_low, a_high], [b_low, b_high]) = (sides(&a), sides(&b));
             let gap = (0..3).map(|k| (a_low[k] - b_high[k]).max(b_low[k] - a_high[k])).fold(f64::NEG_INFINITY, f64::max);

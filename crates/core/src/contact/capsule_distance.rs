@@ -8,7 +8,7 @@ use crate::raster::TaperedCapsule;
 /// Steps of the golden section search: its bracket shrinks to 1e-9 of a segment.
 const SEARCH_STEPS: usize = 44;
 
-/// Signed distance of two tapered capsules, metres: negative where they overlap: then it is minus the smallest total by
+/// Signed distance of two tapered capsules, metres. Where they overlap it is negative: minus the smallest total by
 /// which their radii must shrink to separate them (the penetration depth, unless the segments cross).
 ///
 /// A tapered capsule is a family of spheres along a segment. Spheres `s` and `t` of two families have the distance
@@ -19,10 +19,10 @@ pub(super) fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedC
     CapsuleAxis::from_capsule(first).distance(&CapsuleAxis::from_capsule(second))
 }
 
-/// Pose-independent quantities of the axis of a tapered capsule.
+/// Pose-independent quantities of a tapered capsule's axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisLength {
-    /// Square metres.
+    /// Squared length, square metres.
     squared: f64,
     /// Reciprocal; 0 for a degenerate axis.
     inverse: f64,
@@ -41,7 +41,7 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
     let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);
     let (uv, uw, vw) = (u.dot(&v), u.dot(&w), v.dot(&w));
     let (part, whole) = (uv * vw - uw * vv.squared, uu.squared * vv.squared - uv * uv);
-    // branches, so a closest point beyond an end does not wait for the division
+    // branches, so that a closest point beyond an end does not wait for the division
     let s = if part <= 0.0 || whole <= 0.0 {
         0.0
     } else if part >= whole {
@@ -57,24 +57,24 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
 /// A tapered capsule prepared for distances: the first sphere, the direction and distance to the last, and the taper.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CapsuleAxis {
-    /// Centre of the first ball, metres.
+    /// Centre of the first sphere, metres.
     pub(super) start: Vector3<f64>,
-    /// Unit vector to the centre of the last; arbitrary if the centres coincide.
+    /// Unit vector to the centre of the last sphere; arbitrary if the centres coincide.
     pub(super) along: Vector3<f64>,
     /// Distance of the centres, metres.
     pub(super) length: f64,
     /// Reciprocal; 0 for a degenerate axis.
     per_length: f64,
-    /// Radius of the first ball, metres.
+    /// Radius of the first sphere, metres.
     pub(super) radius: f64,
     /// Change of the radius per metre, the sine of the angle between the axis and its side; 0 where the length is zero.
     pub(super) taper: f64,
-    /// The tangent of that angle.
+    /// Tangent of that angle.
     lean: f64,
 }
 
 impl CapsuleAxis {
-    /// Of a solid. If one end contains the other, the solid is a single sphere.
+    /// Prepares a solid. If one end contains the other, the solid is a single sphere.
     pub(super) fn from_capsule(solid: &TaperedCapsule) -> Self {
         let (axis, growth) = (solid.b - solid.a, solid.radius_b - solid.radius_a);
         let length = axis.norm();
@@ -103,7 +103,7 @@ impl CapsuleAxis {
         }
     }
 
-    /// The same for the solid at another position; pose-independent quantities are reused.
+    /// The same solid at another position; pose-independent quantities are reused.
     #[inline(always)]
     pub(super) fn moved_to(&self, solid: &TaperedCapsule) -> Self {
         if self.length == 0.0 {
@@ -117,31 +117,31 @@ impl CapsuleAxis {
         self.start + self.along * self.length
     }
 
-    /// Radius of the last ball.
+    /// Radius of the last sphere.
     #[inline(always)]
     pub(super) fn end_radius(&self) -> f64 {
         self.radius + self.taper * self.length
     }
 
-    /// Signed distance of two.
+    /// Signed distance to another capsule.
     #[inline(always)]
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.between_sides(other).unwrap_or_else(|| self.least_end_distance(other).min(other.least_end_distance(self)))
     }
 
-    /// The distance if both nearest spheres lie between the ends, else `None`.
+    /// The distance if both nearest spheres are between the ends, else `None`.
     ///
-    /// There the unit vector `n` from the other's sphere to this one's satisfies `n . u = k` and `n . v = -l`, with
-    /// `u`, `v` the axes and `k`, `l` the tapers: `n` is known up to its sign across the axes, which is that of the
-    /// line between the axes. The vector between the spheres is `d n`; its components across and along the axes give
-    /// `d` and the positions of the spheres.
+    /// Then the unit vector `n` from the other's sphere to this one's satisfies `n . u = k` and `n . v = -l`, with
+    /// `u`, `v` the axes and `k`, `l` the tapers. This determines `n` up to the sign of its component across the axes,
+    /// which is that of the line between the axes. The vector between the spheres is `d n`; its components across and
+    /// along the axes give `d` and the positions of the spheres.
     #[inline(always)]
     fn between_sides(&self, other: &Self) -> Option<f64> {
         let (u, v, w) = (&self.along, &other.along, self.start - other.start);
         let (k, l, c) = (self.taper, other.taper, u.dot(v));
         let sine_squared = 1.0 - c * c;
         if sine_squared < 1e-12 {
-            return None; // parallel: an end is as near as any other ball
+            return None; // parallel: an end is as near as any other sphere
         }
         let flat = (k * k + l * l + 2.0 * k * l * c) / sine_squared;
         if flat >= 1.0 {
@@ -157,7 +157,7 @@ impl CapsuleAxis {
     }
 
     /// Signed distance of the nearer end sphere of the other: along this axis the nearest sphere is at the foot of the
-    /// perpendicular moved by `k y / sqrt(1 - k^2)`, with `y` the distance from the axis. Both ends are computed at
+    /// perpendicular, shifted by `k y / sqrt(1 - k^2)`, with `y` the distance from the axis. Both ends are computed at
     /// once.
     fn least_end_distance(&self, other: &Self) -> f64 {
         let (first, last) = (other.start - self.start, other.end() - self.start);
@@ -219,8 +219,8 @@ mod tests {
     }
 
     /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
-    /// millimetre. That of axes is computed in single precision, and of axes that are all but parallel it is too far by
-    /// up to half a millimetre, for it takes another pair of points.
+    /// millimetre. The distance of axes is computed in single precision; for nearly parallel axes it is too large by
+    /// up to half a millimetre, because another pair of points is chosen.
     fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {
@@ -231,12 +231,12 @@ mod tests {
         f64::from(apart.distance) - a.radius_a - b.radius_a
     }
 
-    /// The golden section over one row of the best of the other, found by another golden section.
+    /// A golden section search over the minimum of a nested golden section search.
     fn by_search(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         nearest_ball(a, |centre| nearest_ball(b, |other| (centre - other).norm()))
     }
 
-    /// The nearest pair of balls of 400 x 400.
+    /// The nearest pair of 400 x 400 sampled spheres.
     fn by_sampling(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         let ball = |c: &TaperedCapsule, i: usize| {
             let s = i as f64 / 399.0;
@@ -251,7 +251,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn capsules_are_as_far_apart_as_parry_says(a in solid(), b in solid()) {
+        fn capsule_distances_agree_with_parry(a in solid(), b in solid()) {
             let (a, b) = (plain(a), plain(b));
             let ours = tapered_capsule_distance(&a, &b);
             let all_but_parallel = (a.b - a.a).normalize().cross(&(b.b - b.a).normalize()).norm() < 0.05;
@@ -261,7 +261,7 @@ mod tests {
         }
 
         #[test]
-        fn tapered_capsules_are_as_far_apart_as_a_search_finds(a in solid(), b in solid()) {
+        fn tapered_capsule_distances_agree_with_a_search(a in solid(), b in solid()) {
             let (ours, found) = (tapered_capsule_distance(&a, &b), by_search(&a, &b));
             prop_assert!((ours - found).abs() < 1e-8, "{ours} {found}");
             prop_assert!((ours - tapered_capsule_distance(&b, &a)).abs() < 1e-12);
@@ -271,14 +271,14 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
-        fn no_sampled_pair_of_balls_is_nearer(a in solid(), b in solid()) {
+        fn no_sampled_pair_of_spheres_is_nearer(a in solid(), b in solid()) {
             let (ours, sampled) = (tapered_capsule_distance(&a, &b), by_sampling(&a, &b));
             prop_assert!(ours <= sampled + 1e-9 && sampled < ours + 5e-3, "{ours} {sampled}");
         }
     }
 
     #[test]
-    fn degenerate_capsules_are_balls() {
+    fn degenerate_capsules_are_spheres() {
         let ball = |x: f64, r: f64| TaperedCapsule {
             a: Point3::new(x, 0.0, 0.0),
             b: Point3::new(x, 0.0, 0.0),

@@ -6,9 +6,9 @@ use crate::input::excerpt;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContactError {
-    /// The motion has no pose, or no rate.
+    /// The motion has no pose, or no frame rate.
     #[error(
-        "the motion has {poses} poses at {frames_per_second} frames a second; expected at least one, and a rate above zero"
+        "the motion has {poses} poses at {frames_per_second} frames a second; expected at least one pose and a rate above 0"
     )]
     EmptyMotion {
         /// Number of poses.
@@ -16,7 +16,7 @@ pub enum ContactError {
         /// The rate.
         frames_per_second: f64,
     },
-    /// A pose belongs to another body.
+    /// The number of joint angles does not match the body.
     #[error(
         "frame {frame} (from 0): the pose has {found} joint angles, {:?} has {expected} degrees of freedom",
         excerpt(body)
@@ -33,7 +33,7 @@ pub enum ContactError {
     },
     /// A link's position is not finite.
     #[error(
-        "frame {frame} (from 0): the position of link {:?} is not finite; look for NaN or huge numbers in the motion",
+        "frame {frame} (from 0): the position of link {:?} is not finite; check the motion for NaN or huge numbers",
         excerpt(link)
     )]
     NotFinite {
@@ -44,7 +44,7 @@ pub enum ContactError {
     },
     /// A foot has no geometry.
     #[error(
-        "{:?} has no {foot}: its link with the marker of the ankle and all links below have no geometry; give them a \
+        "{:?} has no {foot}: the link with the ankle marker and all links below it have no geometry; give them a \
          <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
         excerpt(body)
     )]
@@ -57,11 +57,11 @@ pub enum ContactError {
     /// A threshold is invalid.
     #[error("{key}: expected {expected}, found {found}")]
     Rule {
-        /// Which threshold.
+        /// Name of the threshold.
         key: &'static str,
-        /// What it must be.
+        /// Expected value.
         expected: &'static str,
-        /// What it is.
+        /// Invalid value.
         found: f64,
     },
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, stances};
-use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::body::{Humanoid, LinkFrames, Motion, Pose};
 use crate::parallel;
 
 /// Contact of every link with geometry, and of the two feet, in every frame of a motion.
@@ -15,43 +15,43 @@ pub struct GroundContacts {
     pub rule: ContactRule,
     /// One track per link with geometry, in the body's order.
     pub links: Vec<ContactTrack>,
-    /// The left and the right foot, each the link with the ankle and its descendants as one surface.
+    /// The left and the right foot, each the link with the ankle and its descendants, combined into one surface.
     pub feet: [ContactTrack; 2],
 }
 
-/// Contact of one part of a body over a motion.
+/// Contact of one body part over a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactTrack {
     /// The link's name, or one of [`FOOT_NAMES`].
     pub name: String,
     /// Indices of its links.
     pub links: Vec<usize>,
-    /// One entry a frame.
+    /// One entry per frame.
     pub frames: Vec<GroundContact>,
 }
 
-/// A link up to this height touches the ground even if it moves too fast to stand, metres: a heel that strikes, toes
-/// that push off.
+/// A link up to this height touches the ground even if it moves too fast to be standing, metres: a striking heel, toes
+/// pushing off.
 const TOUCHES: f64 = 0.002;
 
-/// Contact of one part of a body with the ground in one frame.
+/// Contact of one body part with the ground in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundContact {
     /// Height of the lowest point of its surface, metres; negative under the ground.
     pub gap_m: f64,
-    /// That point, world, metres.
+    /// The lowest point, world, metres.
     pub point: Point3<f64>,
-    /// The link that carries it.
+    /// The link with the lowest point.
     pub link: usize,
     /// Velocity of the lowest material point, world, m/s: central difference over one frame before and after (one-sided
     /// at the ends; zero in a motion of one frame). It is zero for a rolling sole.
     pub velocity: Vector3<f64>,
-    /// Whether it stands on the ground by a [`ContactRule`].
+    /// Whether the part stands on the ground by a [`ContactRule`].
     pub in_contact: bool,
 }
 
 impl GroundContact {
-    /// How deep it is under the ground, metres; 0 above.
+    /// Depth under the ground, metres; 0 above.
     pub fn penetration_m(&self) -> f64 {
         (-self.gap_m).max(0.0)
     }
@@ -63,15 +63,15 @@ impl GroundContact {
 }
 
 impl ContactTrack {
-    /// Its uninterrupted contacts.
+    /// The uninterrupted contacts.
     pub fn stances(&self) -> Vec<Stance> {
         stances(&self.frames.iter().map(|frame| frame.in_contact).collect::<Vec<_>>())
     }
 }
 
 impl GroundContacts {
-    /// The links that touch the ground in a frame, standing, striking or pushing off, and the height of their lowest
-    /// point, metres.
+    /// The links that touch the ground in a frame, whether standing, striking or pushing off, with the heights of
+    /// their lowest points, metres.
     #[doc(hidden)]
     pub fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
         let tracks = self.links.iter().map(move |track| (track, &track.frames[frame]));
@@ -88,8 +88,8 @@ impl GroundContacts {
         Self::from_motion_at_pace(body, motion, rule, Pace::default())
     }
 
-    /// As [`Self::from_motion`], with stances found at the speed of the recording that the motion passes at `pace`.
-    /// Velocities are those of the motion.
+    /// As [`Self::from_motion`], with stances found at the speed of the recording, which the motion plays back at
+    /// `pace`. Velocities are those of the motion.
     ///
     /// # Errors
     /// As [`Self::from_motion`].
@@ -104,10 +104,10 @@ impl GroundContacts {
         Self::from_track_input(&GroundTrackInput { body, frames: &frames, frames_per_second, rule, pace })
     }
 
-    /// As [`Self::from_motion`], with the links at `frames`.
+    /// As [`Self::from_motion`], with given link frames.
     ///
     /// # Errors
-    /// [`ContactError`] for invalid thresholds, and for feet without surface.
+    /// [`ContactError`] for invalid thresholds, and for feet without a surface.
     pub fn from_frames(
         body: &Humanoid,
         frames: &[LinkFrames],
@@ -118,7 +118,7 @@ impl GroundContacts {
         Self::from_track_input(&GroundTrackInput { body, frames, frames_per_second, rule, pace })
     }
 
-    /// Of tracks' input.
+    /// Contact from prepared input.
     #[doc(hidden)]
     pub fn from_track_input(clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
         let body = clip.body;
@@ -137,10 +137,10 @@ impl GroundContacts {
     }
 }
 
-/// Whether a body has two feet with geometry to stand on.
+/// Checks that both feet of a body have geometry.
 ///
 /// # Errors
-/// [`ContactError::NoFoot`] that names the foot.
+/// [`ContactError::NoFoot`] with the name of the foot.
 pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
     let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].solids.is_empty());
     let feet = body.foot_links();
@@ -150,7 +150,7 @@ pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
     }
 }
 
-/// The frames of every link in a motion, checked.
+/// The frames of all links in a motion, with checks.
 ///
 /// # Errors
 /// [`ContactError`] for a motion that is empty, not finite, or of another body.
@@ -159,40 +159,41 @@ pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, 
     if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
         return Err(ContactError::EmptyMotion { poses, frames_per_second });
     }
-    let of_pose = |(frame, pose): (usize, &crate::body::Pose)| {
-        let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
-        if found != expected {
-            return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
-        }
-        let frames = body.link_frames(pose);
-        let is_finite = |f: &nalgebra::Isometry3<f64>| {
-            f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
-        };
-        match frames.0.iter().position(|f| !is_finite(f)) {
-            Some(lost) => Err(ContactError::NotFinite { frame, link: body.links[lost].name.clone() }),
-            None => Ok(frames),
-        }
-    };
-    motion.poses.iter().enumerate().map(of_pose).collect()
+    motion.poses.iter().enumerate().map(|(frame, pose)| checked_link_frames(body, frame, pose)).collect()
 }
 
-/// The input of tracks.
+fn checked_link_frames(body: &Humanoid, frame: usize, pose: &Pose) -> Result<LinkFrames, ContactError> {
+    let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
+    if found != expected {
+        return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
+    }
+    let frames = body.link_frames(pose);
+    let is_finite = |f: &nalgebra::Isometry3<f64>| {
+        f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
+    };
+    match frames.0.iter().position(|f| !is_finite(f)) {
+        Some(invalid) => Err(ContactError::NotFinite { frame, link: body.links[invalid].name.clone() }),
+        None => Ok(frames),
+    }
+}
+
+/// The input from which contact tracks are computed.
 #[derive(Clone, Copy)]
 pub struct GroundTrackInput<'a> {
-    /// What touches.
+    /// The body's surface.
     pub body: &'a Humanoid,
     /// The frames of every link.
     pub frames: &'a [LinkFrames],
-    /// Their rate.
+    /// The frame rate.
     pub frames_per_second: f64,
-    /// What counts as contact.
+    /// The rule for contact.
     pub rule: &'a ContactRule,
-    /// How fast the motion is against its recording.
+    /// Speed of the motion relative to its recording.
     pub pace: Pace<'a>,
 }
 
 impl GroundTrackInput<'_> {
-    /// `None` where the links have no surface.
+    /// `None` if the links have no surface.
     #[doc(hidden)]
     pub fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.body.lowest_on_link(frames, &links));
@@ -219,7 +220,7 @@ impl GroundTrackInput<'_> {
         Some(ContactTrack { name: name.to_owned(), frames: frames.collect(), links })
     }
 
-    /// Of the point of a link that is there in `frame`.
+    /// Velocity of the material point at `point` of a link in `frame`.
     fn velocity_about(
         &self,
         centre: usize,
@@ -233,15 +234,15 @@ impl GroundTrackInput<'_> {
 }
 
 /// The speed for the contact rule: that of the window around `frame`. Where the window extends beyond an end of the
-/// motion, the smaller of it and the nearest whole window. Half a window has twice the noise of a whole one, and a
-/// whole one, further from the end, may include a heel strike.
+/// motion, the smaller of this speed and that of the nearest complete window. Half a window has twice the noise of a
+/// complete one, and a complete one, further from the end, may include a heel strike.
 pub(super) fn least_speed(frame: usize, frames: usize, reach: usize, speed: impl Fn(usize) -> f64) -> f64 {
     let nearest_whole = frame.max(reach).min((frames - 1).saturating_sub(reach));
     let own = speed(frame);
     if nearest_whole == frame { own } else { own.min(speed(nearest_whole)) }
 }
 
-/// Mean velocity of a point of a link over `reach` frames before and after `centre`, world, m/s.
+/// Mean velocity of a link's point over `reach` frames before and after `centre`, world, m/s.
 pub(super) fn material_velocity(
     frames: &[LinkFrames],
     frames_per_second: f64,
@@ -296,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_rolls_does_not_slip_and_one_that_slides_does() {
+    fn a_rolling_ball_does_not_slip_and_a_sliding_one_does() {
         // 0.2 m/s: 2 rad/s about y at a radius of 0.1 m
         let roll = |t: f64| {
             let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 2.0 * t);
@@ -313,17 +314,17 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_falls_touches_when_it_has_stopped() {
+    fn a_falling_ball_touches_when_it_has_stopped() {
         let fall = |t: f64| Isometry3::translation(0.0, 0.0, 0.1 + (0.5 - t).max(0.0));
         let found = contacts(&moved(60.0, 60, fall));
         let first = found.iter().position(|contact| contact.in_contact).unwrap();
-        // at 30 frames it lies still; the speed's window of two frames either way falls below 0.25 m/s one frame later
+        // at 30 frames it is at rest; the speed over two frames on either side falls below 0.25 m/s one frame later
         assert_eq!(first, 31, "{:?}", found[first]);
         assert!((found[15].velocity.z + 1.0).abs() < 1e-9 && !found[15].in_contact);
     }
 
     #[test]
-    fn motions_and_bodies_that_cannot_stand_are_refused_by_name() {
+    fn unsuitable_motions_and_bodies_are_refused_by_name() {
         let refused = |body: &Humanoid, motion: &Motion| {
             GroundContacts::from_motion(body, motion, &ContactRule::default()).unwrap_err().to_string()
         };

@@ -4,10 +4,10 @@ use std::fmt;
 
 use super::{GroundContact, GroundContacts};
 
-/// Summary of a motion's ground contact, by its own contact truth.
+/// Summary of a motion's ground contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundQuality {
-    /// Mean speed of standing feet along the ground, mm/s; 0 where nothing ever stands.
+    /// Mean speed of standing feet along the ground, mm/s; 0 if no foot ever stands.
     pub skate_mm_per_s: f64,
     /// Greatest depth of any link under the ground, mm.
     pub penetration_mm: f64,
@@ -18,7 +18,7 @@ pub struct GroundQuality {
 }
 
 impl GroundQuality {
-    /// Of these contacts.
+    /// Summarises these contacts.
     pub fn from_contacts(contacts: &GroundContacts) -> Self {
         let stands: Vec<&GroundContact> =
             contacts.feet.iter().flat_map(|foot| &foot.frames).filter(|contact| contact.in_contact).collect();
@@ -27,7 +27,7 @@ impl GroundQuality {
         let frames = contacts.feet[0].frames.len();
         let standing = (0..frames).filter(|&f| contacts.feet.iter().any(|foot| foot.frames[f].in_contact)).count();
         Self {
-            // a sum of nothing is -0
+            // an empty sum is -0
             skate_mm_per_s: skate / stands.len().max(1) as f64 + 0.0,
             penetration_mm: all.map(|contact| 1000.0 * contact.penetration_m()).fold(0.0, f64::max),
             float_mm: stands.iter().map(|contact| 1000.0 * contact.gap_m).fold(0.0, f64::max),

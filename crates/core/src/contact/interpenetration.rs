@@ -14,20 +14,20 @@ use crate::simd::{Dispatched, dispatch};
 /// The solids of a body, prepared for many poses.
 ///
 /// The pairs are those of [`SelfCollision::pairs`]. Boxes around links are compared first, then boxes around their
-/// solids, then the axes of tapered capsules with their largest radii. Only pairs that pass all of these are measured:
-/// in closed form if both solids are tapered capsules, else by parry.
+/// solids, then the axes of tapered capsules with their largest radii. Only pairs that pass all of these tests are
+/// measured: in closed form if both solids are tapered capsules, else by parry.
 #[derive(Clone, Debug)]
 pub struct Interpenetration {
     tolerance_m: f64,
     solids: Vec<LinkSolid>,
-    /// Measured quantities of the solids, in their order, contiguous in memory.
+    /// Measured quantities of the solids, in order, contiguous in memory.
     outlines: Vec<CapsuleShape>,
     parts: Vec<LinkSolids>,
     part_pairs: Vec<PartPair>,
     solid_pairs: Vec<SolidPair>,
 }
 
-/// One solid, in its link.
+/// One solid and its link.
 #[derive(Clone, Debug)]
 struct LinkSolid {
     link: usize,
@@ -49,9 +49,9 @@ struct CapsuleShape {
 #[derive(Clone, Copy, Debug)]
 struct LinkSolids {
     link: u32,
-    /// The first and that after the last.
+    /// Index of the first solid and the index after the last.
     solids: [u32; 2],
-    /// Their largest distance from the link's origin, metres.
+    /// Largest distance of its solids from the link's origin, metres.
     reach: f64,
 }
 
@@ -59,7 +59,7 @@ struct LinkSolids {
 #[derive(Clone, Copy, Debug)]
 struct PartPair {
     parts: [u32; 2],
-    /// Of their solids: the first pair and that after the last.
+    /// Range of their solid pairs: the first index and the index after the last.
     pairs: [u32; 2],
 }
 
@@ -72,18 +72,18 @@ struct SolidPair {
     axes_reach_squared: f64,
 }
 
-/// Penetration of a body with the ground z = 0 and with itself, each beyond the tolerance, metres.
+/// Penetration of a body with the ground z = 0 and with itself, beyond the tolerance, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Depths {
-    /// Of the deepest point under the ground.
+    /// Depth of the deepest point under the ground.
     pub ground_m: f64,
-    /// Of the deepest pair of solids.
+    /// Depth of the deepest pair of solids.
     pub own_m: f64,
     /// Sum over all pairs of solids.
     pub own_sum_m: f64,
 }
 
-/// Memory of one thread for [`Interpenetration::depths`].
+/// Per-thread scratch memory for [`Interpenetration::depths`].
 #[derive(Clone, Debug, Default)]
 pub struct InterpenetrationScratch {
     capsules: Vec<TaperedCapsule>,
@@ -92,7 +92,7 @@ pub struct InterpenetrationScratch {
 }
 
 impl Interpenetration {
-    /// Of a body; depths up to `tolerance_m` metres, >= 0, do not count.
+    /// Prepares a body; depths up to `tolerance_m` metres, >= 0, are ignored.
     pub fn new(body: &Humanoid, tolerance_m: f64) -> Self {
         let (mut parts, mut solids) = (Vec::new(), Vec::<LinkSolid>::new());
         for (link, solid) in body.links.iter().map(|link| &link.solids).enumerate() {
@@ -139,8 +139,8 @@ impl Interpenetration {
         dispatch(Measuring { body: self, capsules, ground, frames, boxes, part_boxes })
     }
 
-    /// The same for a body of tapered capsules only that a silhouette has already placed in a camera's frame, all of
-    /// them ([`crate::body::capsules_in_camera`]): depths do not depend on the frame, and placing them again costs as
+    /// The same for a body whose solids are all tapered capsules, already placed in a camera's frame by a silhouette
+    /// ([`crate::body::capsules_in_camera`]): depths do not depend on the frame, and placing capsules again costs as
     /// much as measuring.
     pub fn depths_in_camera(
         &self,
@@ -203,13 +203,13 @@ impl Dispatched for Measuring<'_> {
 }
 
 impl Measuring<'_> {
-    /// No coordinate of any capsule is greater, metres, if the body is no more than 10 m long.
+    /// Bound on the coordinates of all capsules, metres, for a body of at most 10 m.
     fn reach(&self) -> f64 {
         10.0 + self.capsules.first().map_or(0.0, |capsule| capsule.a.coords.amax())
     }
 }
 
-/// Puts boxes around solids and parts, around capsules with radii larger by `more`.
+/// Computes boxes around solids and parts, with capsule radii enlarged by `more`.
 #[inline(always)]
 fn bound(
     parts: &[LinkSolids],
@@ -219,7 +219,7 @@ fn bound(
     part_boxes: &mut [Bounds],
 ) {
     for (around, part) in part_boxes.iter_mut().zip(parts) {
-        // joined here, not read back: a vector load after scalar stores stalls (no store forwarding)
+        // computed here, not read back: a vector load after scalar stores stalls (no store forwarding)
         let mut whole = Bounds::NOTHING;
         for (bounds, capsule) in boxes[within(part.solids)].iter_mut().zip(&capsules[within(part.solids)]) {
             let own = Bounds::around(capsule, more);
@@ -308,7 +308,7 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// From the first to that before the last.
+/// The index range `first..end`.
 #[inline(always)]
 fn within([first, end]: [u32; 2]) -> std::ops::Range<usize> {
     first as usize..end as usize
@@ -327,7 +327,7 @@ impl LinkSolids {
 }
 
 impl LinkSolid {
-    /// `None` of an empty mesh.
+    /// `None` for an empty mesh.
     fn new(link: usize, solid: &Solid) -> Option<Self> {
         let capsule = match solid {
             Solid::TaperedCapsule(capsule) => *capsule,

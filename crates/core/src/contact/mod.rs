@@ -1,13 +1,13 @@
 //! Contact of a body with the ground, with props and with itself.
 //!
-//! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds parts
-//! of a body that penetrate each other. Everything is computed from the surface of the body, its skin or its solids,
-//! and is exact up to rounding; nothing is guessed from joint speeds.
+//! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds
+//! parts of a body that penetrate each other. Everything is computed from the surface of the body, its skin or its
+//! solids, exact up to rounding; nothing is estimated from joint speeds.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};
 //! use skiagraph_core::contact::{ContactRule, GroundContacts};
-//! // a body that stands 3 mm above the ground
+//! // a body 3 mm above the ground
 //! let body = shipped("actor")?;
 //! let mut pose = body.zero_pose();
 //! let links: Vec<usize> = (0..body.links.len()).collect();

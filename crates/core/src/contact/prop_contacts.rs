@@ -24,35 +24,35 @@ pub struct PropTrack {
     pub prop: usize,
     /// Index of the link.
     pub link: usize,
-    /// One entry a frame.
+    /// One entry per frame.
     pub frames: Vec<PropContact>,
 }
 
 /// Contact of one link with one prop in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropContact {
-    /// Signed distance of their surfaces, metres: negative where the link is inside the prop ([`solid_distance`]).
-    /// Infinite beyond 10 m if one of them is a box, a cylinder or a mesh.
+    /// Signed distance of the surfaces, metres: negative where the link is inside the prop ([`solid_distance`]).
+    /// Infinite beyond 10 m if either is a box, a cylinder or a mesh.
     pub gap_m: f64,
-    /// The point of the link that is nearest to the prop or deepest in it, world, metres, accurate to about 0.1 mm; NaN
-    /// if the gap is infinite. If the two touch along an edge or a face, it is any point of that.
+    /// The point of the link nearest to the prop or deepest in it, world, metres, accurate to about 0.1 mm; NaN if the
+    /// gap is infinite. If the two touch along an edge or a face, any point of it.
     pub point: Point3<f64>,
-    /// Velocity along the prop's surface of the material there, world, m/s: central difference over one frame before
+    /// Velocity of the material point along the prop's surface, world, m/s: central difference over one frame before
     /// and after (one-sided at the ends; zero in a motion of one frame).
     pub slip: Vector3<f64>,
-    /// Whether it touches the prop by a [`ContactRule`], as a foot stands on the ground.
+    /// Whether the link touches the prop by a [`ContactRule`], as a foot stands on the ground.
     pub in_contact: bool,
 }
 
 impl PropContact {
-    /// How deep the link is inside the prop, metres; 0 outside.
+    /// Depth of the link inside the prop, metres; 0 outside.
     pub fn penetration_m(&self) -> f64 {
         (-self.gap_m).max(0.0)
     }
 }
 
 impl PropContacts {
-    /// Contact of `body` with its links at `frames`.
+    /// Contact of `body` with given link frames.
     ///
     /// # Errors
     /// [`ContactError`] for invalid thresholds.
@@ -76,7 +76,7 @@ impl PropContacts {
         Ok(Self { frames_per_second, tracks })
     }
 
-    /// Greatest depth of a link inside any prop, per frame, metres; 0 outside.
+    /// Greatest depth of any link inside any prop, per frame, metres; 0 outside.
     pub fn deepest_m(&self, frames: usize) -> Vec<f64> {
         let deepest =
             |frame: usize| self.tracks.iter().map(|track| track.frames[frame].penetration_m()).fold(0.0, f64::max);
@@ -84,7 +84,7 @@ impl PropContacts {
     }
 }
 
-/// What tracks are made of.
+/// The input from which contact tracks are computed.
 struct PropTrackInput<'a> {
     body: &'a Humanoid,
     frames: &'a [LinkFrames],
@@ -129,7 +129,7 @@ impl PropTrackInput<'_> {
     }
 }
 
-/// Where a link is nearest to a prop, and the prop's outward normal there.
+/// The point of a link nearest to a prop, and the prop's outward normal there.
 struct Near {
     gap_m: f64,
     point: Point3<f64>,
@@ -159,7 +159,7 @@ mod tests {
         body
     }
 
-    /// A box of 1 m whose upper face is at z = 0.5.
+    /// A box of 1 m with its upper face at z = 0.5.
     fn table() -> Prop {
         let solid = Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.5; 3] };
         Prop { name: "table".to_owned(), solid }
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_rolls_on_a_table_touches_it_without_slip() {
+    fn a_ball_rolling_on_a_table_touches_it_without_slip() {
         // 0.3 m/s at a radius of 0.1 m: 3 rad/s about y
         let roll = |t: f64| {
             let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 3.0 * t);
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_slides_slips_and_one_pressed_in_is_deep() {
+    fn a_sliding_ball_slips_and_a_pressed_ball_penetrates() {
         for contact in moved(|t| Isometry3::translation(0.2 * t, 0.0, 0.59)) {
             assert!((contact.penetration_m() - 0.01).abs() < 1e-4, "{contact:?}");
             assert!((contact.slip - Vector3::new(0.2, 0.0, 0.0)).norm() < 1e-3, "{contact:?}");
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_that_sinks_along_a_wall_or_flies_past_does_not_touch() {
+    fn a_ball_sinking_along_a_wall_or_flying_past_does_not_touch() {
         assert!(moved(|t| Isometry3::translation(0.6, 0.0, -t)).iter().all(|contact| !contact.in_contact), "too fast");
         let far = moved(|_| Isometry3::translation(40.0, 0.0, 0.0));
         assert!(far.iter().all(|contact| !contact.in_contact && contact.gap_m > 30.0));

@@ -1,34 +1,34 @@
-//! The rule for standing on the ground.
+//! The rule for ground contact.
 
 use std::ops::Range;
 
 use super::ContactError;
 
 /// Thresholds with hysteresis in both directions of time: a contact is a period low and slow enough to *continue* that
-/// contains, for a minimum time, a period low and slow enough to *begin*. Forward-only hysteresis would let one dip of
-/// the speed between two frames of a slow camera move or drop a stance.
+/// contains, for a minimum time, a period low and slow enough to *begin*. With forward-only hysteresis, a single dip
+/// of the speed between two frames of a slow camera would move or drop a stance.
 ///
-/// All are lengths, speeds and times, not numbers of frames, and times are interpolated between frames (gap and speed
-/// are linear there), so the same motion gets the same labels at any frame rate.
+/// All are lengths, speeds and times rather than frame counts, and times are interpolated between frames (gap and
+/// speed are linear there), so the same motion gets the same labels at any frame rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRule {
     /// A contact begins below this gap to the ground, metres.
     pub enter_gap_m: f64,
-    /// And, at the same time, below this speed of the lowest point, m/s.
+    /// A contact begins below this speed of the lowest point at the same time, m/s.
     pub enter_speed_m_per_s: f64,
-    /// It lasts while the gap is at most this, metres.
+    /// A contact lasts while the gap is at most this, metres.
     pub leave_gap_m: f64,
-    /// And the speed at most this, m/s.
+    /// A contact lasts while the speed is at most this, m/s.
     pub leave_speed_m_per_s: f64,
-    /// Speeds are means over this time, half before and half after, seconds (at least one frame each). At the beginning
-    /// and end of a motion, the smaller of the means over the available half and over the nearest whole window counts.
+    /// Speeds are means over this time, half before and half after, seconds (at least one frame each). At the
+    /// beginning and end of a motion, the smaller of the means over the available half and over the nearest complete
+    /// window is used.
     pub speed_window_s: f64,
-    /// Contacts with less time than this below the thresholds at which they begin are ignored, unless the beginning or
-    /// the end of the motion cuts them off; breaks between two contacts that are shorter than this are ignored too,
-    /// seconds.
+    /// Contacts that are below the thresholds at which they begin for less than this time are ignored, unless they are
+    /// cut off by the beginning or end of the motion; so are shorter breaks between two contacts. Seconds.
     pub shortest_s: f64,
     /// Whether hysteresis works in both directions of time. If not, a contact begins at the first frame below the
-    /// thresholds at which it begins, as a causal detector would.
+    /// thresholds at which it begins, as with a causal detector.
     pub looks_ahead: bool,
 }
 
@@ -50,10 +50,10 @@ impl ContactRule {
     /// Checks the thresholds.
     ///
     /// # Errors
-    /// [`ContactError::Rule`] names the invalid one.
+    /// [`ContactError::Rule`] names the invalid threshold.
     pub fn check(&self) -> Result<(), ContactError> {
         let positive = "a finite number above 0";
-        let not_less = "not less than the threshold at which contact begins";
+        let not_less = "a value not less than the threshold at which contact begins";
         let checks = [
             ("enter_gap_m", self.enter_gap_m, self.enter_gap_m > 0.0, positive),
             ("enter_speed_m_per_s", self.enter_speed_m_per_s, self.enter_speed_m_per_s > 0.0, positive),
@@ -67,14 +67,14 @@ impl ContactRule {
             ("speed_window_s", self.speed_window_s, self.speed_window_s > 0.0, positive),
             ("shortest_s", self.shortest_s, self.shortest_s >= 0.0, "a finite number, 0 or more"),
         ];
-        match checks.into_iter().find(|(_, found, sound, _)| !(*sound && found.is_finite())) {
+        match checks.into_iter().find(|(_, found, valid, _)| !(*valid && found.is_finite())) {
             Some((key, found, _, expected)) => Err(ContactError::Rule { key, expected, found }),
             None => Ok(()),
         }
     }
 
-    /// The thresholds in words, for protocols of metrics.
-    pub fn in_words(&self) -> String {
+    /// Describes the thresholds, for the protocols of metrics.
+    pub fn describe(&self) -> String {
         let [enter_gap, leave_gap] = [self.enter_gap_m, self.leave_gap_m].map(thousandths);
         let [shortest, window] = [self.shortest_s, self.speed_window_s].map(thousandths);
         let hindsight = if self.looks_ahead { "" } else { ", told frame by frame without looking ahead" };
@@ -85,7 +85,7 @@ impl ContactRule {
         )
     }
 
-    /// Number of frames on either side in the window of speeds.
+    /// Number of frames on either side of the window for speeds.
     pub(super) fn speed_reach(&self, frames_per_second: f64) -> usize {
         (libm::round(0.5 * self.speed_window_s * frames_per_second) as usize).max(1)
     }
@@ -95,7 +95,7 @@ impl ContactRule {
         self.label_at_pace(frames, frames_per_second, Pace::default())
     }
 
-    /// As [`Self::label`], with speeds and times of the recording that is passed at a pace of its own.
+    /// As [`Self::label`], with speeds and times of the recording, which is played back at `pace`.
     pub(super) fn label_at_pace(&self, frames: &[(f64, f64)], frames_per_second: f64, pace: Pace<'_>) -> Vec<bool> {
         let comes = Thresholds { gap_m: self.enter_gap_m, speed_m_per_s: self.enter_speed_m_per_s };
         let lasts = Thresholds { gap_m: self.leave_gap_m, speed_m_per_s: self.leave_speed_m_per_s };
@@ -162,7 +162,7 @@ impl Thresholds {
         gap <= self.gap_m && speed <= self.speed_m_per_s
     }
 
-    /// The duration for which they hold, in frames: both quantities are linear between frames.
+    /// The time for which the limits hold, in frames: both quantities are linear between frames.
     fn held(&self, frames: &[(f64, f64)]) -> f64 {
         let between = |pair: &[(f64, f64)]| {
             let gap = part_below(pair[0].0, pair[1].0, self.gap_m);
@@ -173,8 +173,8 @@ impl Thresholds {
     }
 }
 
-/// The interval of the interpolation between two values, within 0 to 1, in which it is at most a threshold. A value may
-/// be infinite.
+/// The interval, within 0 to 1, in which the interpolation between two values is at most a threshold. A value may be
+/// infinite.
 fn part_below(from: f64, to: f64, threshold: f64) -> [f64; 2] {
     let crossing = || if from.is_finite() { (threshold - from) / (to - from) } else { 1.0 };
     match (from <= threshold, to <= threshold) {
@@ -185,24 +185,23 @@ fn part_below(from: f64, to: f64, threshold: f64) -> [f64; 2] {
     }
 }
 
-/// Times as fast as it was recorded, frame by frame; where there is none, as fast. A stance is found at the recording's
-/// own speed: a step that is played at a quarter of its speed is a step, though its foot swings as slowly as others
-/// stand.
+/// Playback speed relative to the recording, per frame. Stances are found at the recording's own speed: a step played
+/// at a quarter of its speed is still a step, although its foot then swings as slowly as a standing foot moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pace<'a>(
-    /// One finite number above 0 a frame, 0.25 for a quarter of the recorded speed; empty for none.
+    /// One finite number above 0 per frame, 0.25 for a quarter of the recorded speed; empty for the recorded speed.
     pub &'a [f64],
 );
 
 impl Pace<'_> {
-    /// Times as fast as recorded in a frame.
+    /// Playback speed in a frame, relative to the recording.
     #[inline]
     pub fn at(&self, frame: usize) -> f64 {
         self.0.get(frame).copied().unwrap_or(1.0)
     }
 }
 
-/// Names of the tracks of the left and of the right foot.
+/// Names of the tracks of the left and right foot.
 pub const FOOT_NAMES: [&str; 2] = ["left foot", "right foot"];
 
 /// Frames of one uninterrupted contact.
@@ -225,11 +224,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_contact_is_all_that_is_low_and_slow_about_a_time_that_is_lower_and_slower() {
+    fn a_contact_extends_around_a_time_that_is_low_and_slow_enough_to_begin() {
         let rule = ContactRule::default();
         let frames = [
             (0.010, 0.50), // low, too fast
-            (0.030, 0.40), // not enough to come, but enough to last: begins
+            (0.030, 0.40), // too high to begin, low enough to continue: begins
             (0.010, 0.20),
             (0.010, 0.20),
             (0.010, 0.20),
@@ -237,7 +236,7 @@ mod tests {
             (0.010, 0.60), // too fast: ends
             (0.010, 0.60),
             (0.010, 0.60),
-            (0.010, 0.40), // would last, but never comes
+            (0.010, 0.40), // could continue, but never begins
             (0.010, 0.40),
             (0.041, 0.10), // too high
             (0.050, 0.50),
@@ -253,8 +252,8 @@ mod tests {
     }
 
     #[test]
-    fn contacts_and_breaks_shorter_than_50_ms_are_none() {
-        // low for 2 frames and 0.2 of one to either side, high for 2 and 0.6 of one to either side
+    fn contacts_and_breaks_shorter_than_50_ms_are_ignored() {
+        // low for 2 frames and 0.2 of one on either side, high for 2 and 0.6 of one on either side
         let contact = high_or_low(&[0, 0, 1, 1, 0, 0]);
         let pause = high_or_low(&[1, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1, 1, 1]);
         let kept =
@@ -264,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_that_the_motion_cuts_off_is_kept_however_short() {
+    fn a_contact_cut_off_by_the_motion_is_kept_however_short() {
         let frames = high_or_low(&[1, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
         let found = ContactRule::default().label(&frames, 120.0);
         assert_eq!(stances(&found), [0..1, 9..10]);
@@ -272,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_infinitely_far_away_between_two_contacts_parts_them() {
+    fn infinite_distance_between_two_contacts_separates_them() {
         let far = (f64::INFINITY, 0.0);
         let frames = [[(0.0, 0.0); 6].as_slice(), &[far; 6], &[(0.0, 0.0); 6]].concat();
         assert_eq!(stances(&ContactRule::default().label(&frames, 60.0)), [0..6, 12..18]);
     }
 
     #[test]
-    fn without_looking_ahead_a_contact_begins_when_it_is_sure() {
+    fn without_lookahead_a_contact_begins_when_it_is_certain() {
         let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
         let frames = [(0.01, 0.40), (0.01, 0.20), (0.01, 0.40), (0.01, 0.50), (0.01, 0.40), (0.01, 0.10)];
         assert_eq!(rule.label(&frames, 30.0), [false, true, true, false, false, false], "the last one is too short");
@@ -299,16 +298,19 @@ mod tests {
     }
 
     #[test]
-    fn thresholds_that_make_no_sense_are_named() {
+    fn invalid_thresholds_are_named() {
         let rule = ContactRule { leave_gap_m: 0.01, ..ContactRule::default() };
         let message = rule.check().unwrap_err().to_string();
-        assert_eq!(message, "leave_gap_m: expected not less than the threshold at which contact begins, found 0.01");
+        assert_eq!(
+            message,
+            "leave_gap_m: expected a value not less than the threshold at which contact begins, found 0.01"
+        );
         assert!(ContactRule { enter_gap_m: f64::NAN, ..ContactRule::default() }.check().is_err());
         assert_eq!(ContactRule::default().check(), Ok(()));
     }
 
     #[test]
-    fn stances_are_the_runs_of_contact() {
+    fn stances_are_runs_of_contact() {
         assert_eq!(stances(&[true, true, false, true, false, false, true]), [0..2, 3..4, 6..7]);
         assert!(stances(&[false; 3]).is_empty() && stances(&[]).is_empty());
     }

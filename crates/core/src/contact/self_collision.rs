@@ -20,9 +20,9 @@ pub enum LeftOut {
 /// Two links that penetrate each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collision {
-    /// Which.
+    /// The links.
     pub links: LinkPair,
-    /// How deep, metres, > 0: the deepest overlap of any of their solids.
+    /// Depth, metres, > 0: the deepest overlap of any of their solids.
     pub depth_m: f64,
 }
 
@@ -32,7 +32,7 @@ pub struct SelfCollision<'a> {
     body: &'a Humanoid,
     pairs: Vec<LinkPair>,
     left_out: Vec<(LinkPair, LeftOut)>,
-    /// Per link, the solids with their bounding spheres: centre in the link, radius.
+    /// Per link, the solids with their bounding spheres: centre in the link's frame, radius.
     solids: Vec<Vec<(&'a Solid, Point3<f64>, f64)>>,
 }
 
@@ -69,23 +69,23 @@ impl<'a> SelfCollision<'a> {
         &self.left_out
     }
 
-    /// The links that penetrate each other when the body's links are at `frames`, in the order of [`Self::pairs`].
+    /// The links that penetrate each other in these link frames, in the order of [`Self::pairs`].
     pub fn collisions(&self, frames: &LinkFrames) -> Vec<Collision> {
         let collision = |&links: &LinkPair| Collision { links, depth_m: self.depth(frames, links) };
         self.pairs.iter().map(collision).filter(|collision| collision.depth_m > 0.0).collect()
     }
 
-    /// Depth of every pair of [`Self::pairs`], metres; 0 apart.
+    /// Depth of every pair of [`Self::pairs`], metres; 0 if apart.
     pub fn depths_m(&self, frames: &LinkFrames) -> Vec<f64> {
         self.pairs.iter().map(|&pair| self.depth(frames, pair)).collect()
     }
 
-    /// Depth of the deepest collision, metres; 0 without any.
+    /// Depth of the deepest collision, metres; 0 if there is none.
     pub fn deepest_m(&self, frames: &LinkFrames) -> f64 {
         self.pairs.iter().map(|&pair| self.depth(frames, pair)).fold(0.0, f64::max)
     }
 
-    /// Names of a pair's links.
+    /// Names of a pair of links.
     pub fn names(&self, pair: LinkPair) -> [&'a str; 2] {
         pair.map(|link| self.body.links[link].name.as_str())
     }
@@ -150,14 +150,14 @@ mod tests {
             let solid_links = body.links.iter().filter(|link| !link.solids.is_empty()).count();
             assert_eq!(collision.pairs().len() + collision.left_out().len(), solid_links * (solid_links - 1) / 2);
             let adjacent = collision.left_out().iter().filter(|(_, why)| *why == LeftOut::Adjacent).count();
-            assert_eq!(adjacent, solid_links - 1, "{name}: every part but the root hangs from one");
+            assert_eq!(adjacent, solid_links - 1, "{name}: every part except the root has one parent");
             let thigh_and_shank = ["left_thigh", "left_shank"].map(|n| body.find_link(n).unwrap());
             assert!(collision.left_out().contains(&(thigh_and_shank, LeftOut::Adjacent)));
         }
     }
 
     #[test]
-    fn crossed_legs_collide_as_deep_as_their_distance_says() {
+    fn crossed_legs_collide_as_deep_as_their_distance() {
         let body = shipped("actor").unwrap();
         let collision = SelfCollision::new(&body);
         let mut pose = body.zero_pose();

@@ -13,10 +13,11 @@ const FAR: f32 = 10.0;
 /// Search range of nearest points, metres.
 const FARTHEST: f32 = 1000.0;
 
-/// Signed distance of two solids, metres, `first_from_second` is the frame of the second's link in the first's;
-/// negative where they overlap. In closed form if both are tapered capsules; by the nearest sphere of the one to the
-/// other (parry) if one is; by parry (GJK and EPA, single precision) if neither is. Meshes count as their convex hulls.
-/// Infinite if parry finds no answer: solids more than 10 m apart, or a mesh without vertices.
+/// Signed distance of two solids, metres, negative where they overlap; `first_from_second` maps the frame of the
+/// second's link to that of the first's. In closed form if both are tapered capsules; by the sphere of the tapered
+/// capsule nearest to the other solid (parry) if one is; by parry (GJK and EPA, single precision) if neither is.
+/// Meshes are treated as their convex hulls. Infinite if parry finds no answer: solids more than 10 m apart, or a mesh
+/// without vertices.
 pub fn solid_distance(first: &Solid, second: &Solid, first_from_second: &Isometry3<f64>) -> f64 {
     let is_empty = |solid: &Solid| matches!(solid, Solid::Mesh { vertices, .. } if vertices.is_empty());
     if is_empty(first) || is_empty(second) {
@@ -36,8 +37,8 @@ pub fn solid_distance(first: &Solid, second: &Solid, first_from_second: &Isometr
     }
 }
 
-/// The point of `second` that is nearest to `first`, or deepest in it, and the outward normal of `first` there, both in
-/// the frame of `first`'s link; by parry, to single precision. `None` where [`solid_distance`] may be infinite.
+/// The point of `second` nearest to `first` or deepest in it, and the outward normal of `first` there, both in the
+/// frame of `first`'s link; by parry, in single precision. `None` where [`solid_distance`] may be infinite.
 pub(super) fn nearest_point(
     first: &Solid,
     second: &Solid,
@@ -51,7 +52,7 @@ pub(super) fn nearest_point(
 }
 
 fn from_point(solid: &Solid, point: &Point3<f64>) -> f64 {
-    by_parry(&Hull(solid), &Here, &Pose::from_translation(to_vector(point)))
+    by_parry(&Hull(solid), &OriginPoint, &Pose::from_translation(to_vector(point)))
 }
 
 fn by_parry(first: &impl SupportMap, second: &impl SupportMap, first_from_second: &Pose) -> f64 {
@@ -60,22 +61,22 @@ fn by_parry(first: &impl SupportMap, second: &impl SupportMap, first_from_second
 }
 
 /// The origin as a shape for parry.
-struct Here;
+struct OriginPoint;
 
-impl SupportMap for Here {
+impl SupportMap for OriginPoint {
     fn local_support_point(&self, _: Vector) -> Vector {
         Vector::ZERO
     }
 }
 
-/// A solid as a shape for parry: its support point along a direction.
+/// A solid as a support map for parry.
 struct Hull<'a>(&'a Solid);
 
 impl SupportMap for Hull<'_> {
     fn local_support_point(&self, direction: Vector) -> Vector {
         let unit = nalgebra::Vector3::new(f64::from(direction.x), f64::from(direction.y), f64::from(direction.z));
         let unit = unit.try_normalize(1e-12).unwrap_or(nalgebra::Vector3::x());
-        // the farthest point is the lowest one of a world whose down is that direction
+        // the farthest point is the lowest point of a world whose down direction is this one
         let upside_down = || UnitQuaternion::from_axis_angle(&nalgebra::Vector3::x_axis(), std::f64::consts::PI);
         let down = UnitQuaternion::rotation_between(&unit, &-nalgebra::Vector3::z()).unwrap_or_else(upside_down);
         let turned = Isometry3::from_parts(nalgebra::Translation3::identity(), down);
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_cylinders_and_balls_are_apart_as_worked_out_by_hand() {
+    fn distances_of_boxes_cylinders_and_balls_match_values_computed_by_hand() {
         let along_x = |x: f64| Isometry3::translation(x, 0.0, 0.0);
         let turned = Isometry3::new(Vector3::new(0.3, 0.0, 0.0), Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_4));
         let cylinder = Solid::Cylinder { link_from_cylinder: Isometry3::identity(), radius: 0.1, half_length: 0.2 };

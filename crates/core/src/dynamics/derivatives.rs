@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{Humanoid, Motion};
 
-/// First and second derivatives of a pose, per second, as [`Humanoid::difference`] orders them.
+/// First and second derivatives of a pose, per second, in the order of [`Humanoid::difference`].
 pub struct Derivatives {
     /// First derivatives.
     pub rates: Vec<f64>,
@@ -12,14 +12,14 @@ pub struct Derivatives {
     pub accelerations: Vec<f64>,
 }
 
-/// `reach_s` seconds in frames, at least one.
+/// Number of frames in `reach_s` seconds, at least one.
 pub(super) fn reach_frames(reach_s: f64, frames_per_second: f64) -> usize {
     (libm::round(reach_s * frames_per_second) as usize).max(1)
 }
 
-/// Of one frame: those of the least-squares parabola through the frames within `reach_s` seconds before and after
-/// (`[Savitzky 1964]`); at least one frame on each side, fewer at the ends. Zero in motions of fewer than three
-/// frames.
+/// Derivatives at one frame: those of the least-squares parabola through the frames within `reach_s` seconds before
+/// and after (`[Savitzky 1964]`); at least one frame on each side, fewer at the ends. Zero in motions of fewer than
+/// three frames.
 pub fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
     let reach = reach_frames(reach_s, motion.frames_per_second);
     let last = motion.poses.len() - 1;

@@ -1,4 +1,4 @@
-//! Inverse dynamics: the forces that a motion needs.
+//! Inverse dynamics: the forces that a motion requires.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -10,20 +10,20 @@ use crate::dynamics::GRAVITY;
 pub struct PointForce {
     /// Index of the link.
     pub link: usize,
-    /// Where it acts, world, metres.
+    /// Point of application, world, metres.
     pub point: Point3<f64>,
     /// World, newtons.
     pub force: Vector3<f64>,
 }
 
-/// The forces that a motion needs in addition to gravity and the external ones.
+/// The forces that a motion requires in addition to gravity and external forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Efforts {
-    /// On the root link, world, newtons.
+    /// Force on the root link, world, newtons.
     pub root_force: Vector3<f64>,
-    /// About the root link's origin, world, N m.
+    /// Moment about the root link's origin, world, N m.
     pub root_moment: Vector3<f64>,
-    /// Of every degree of freedom, N m or N.
+    /// Effort of every degree of freedom, N m or N.
     pub joints: Vec<f64>,
 }
 
@@ -36,7 +36,7 @@ struct LinkMotion {
 }
 
 /// The recursive Newton-Euler algorithm with a floating root (`[Featherstone 2008]`, sections 5.3 and 9.5). `frames`
-/// are the links of the pose; `rates` and `accelerations` its first and second derivatives in the order of
+/// are the link frames of the pose; `rates` and `accelerations` are its first and second derivatives in the order of
 /// [`Humanoid::difference`] (root in the world, its rotation about its own axes; rotations of ball joints about the
 /// child's), per second; both have [`Humanoid::step_len`] numbers.
 pub fn inverse_dynamics(
@@ -110,7 +110,7 @@ fn motions(body: &Humanoid, frames: &LinkFrames, rates: &[f64], accelerations: &
         let along = |axis: &Vector3<f64>, numbers: &[f64], dof: usize, factor: f64| {
             world_from_joint.rotation * axis * (factor * numbers[dof])
         };
-        // velocity and acceleration across the joint: turning, sliding
+        // velocity and acceleration across the joint: rotation, translation
         let still = [Vector3::zeros(); 2];
         let (turn, slide) = match &joint.kind {
             JointKind::Fixed => (still, still),

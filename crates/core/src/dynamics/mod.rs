@@ -1,4 +1,4 @@
-//! Dynamics of a motion: balance, support, and the forces it needs. Nothing is simulated.
+//! Dynamics of a motion: balance, support, and the forces it requires. Nothing is simulated.
 
 mod derivatives;
 mod inverse;
@@ -42,11 +42,11 @@ const FLIGHT: f64 = 0.2;
 const LEAST_LEVER: f64 = 0.1;
 /// Edges of the pyramid inside a friction cone.
 const EDGES: usize = 4;
-/// Regularisation weight of the strengths (squares): it distributes the load among equally good points, so forces do
-/// not jump between frames.
+/// Regularisation weight of the squared forces: it distributes the load among equally good points, so forces do not
+/// jump between frames.
 const EVEN: f64 = 1e-4;
 
-/// What has no dynamics.
+/// Why dynamics cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DynamicsError {
@@ -64,60 +64,61 @@ pub enum DynamicsError {
 /// Balance and forces of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
-    /// One entry a frame.
+    /// One entry per frame.
     pub frames: Vec<DynamicsFrame>,
-    /// Kilograms of the body.
+    /// Mass of the body, kilograms.
     pub mass: f64,
 }
 
 /// Balance and forces in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DynamicsFrame {
-    /// World, metres.
+    /// Centre of mass, world, metres.
     pub centre_of_mass: Point3<f64>,
-    /// The point on the ground at which the needed force has no horizontal moment (`[Vukobratovic 2004]`), metres.
+    /// The point on the ground at which the required force has no horizontal moment (`[Vukobratovic 2004]`), metres.
     /// `None` in flight, when the ground force is less than a fifth of the weight.
     pub zero_moment_point: Option<Point2<f64>>,
     /// The support polygon: convex hull of the points within 10 mm of the ground, anticlockwise, metres; empty in
     /// flight.
     pub support: Vec<Point2<f64>>,
-    /// Distance of the zero-moment point to the edge of the support polygon, metres, negative outside; `None` without
-    /// either.
+    /// Distance of the zero-moment point to the edge of the support polygon, metres, negative outside; `None` if
+    /// either is missing.
     pub margin_m: Option<f64>,
-    /// Size of the part of the root wrench that contact forces within their friction cones cannot supply, body
-    /// weights: the norm of its force and of its moment about the centre of mass over the centre's height.
+    /// Magnitude of the part of the root wrench that contact forces within their friction cones cannot supply, body
+    /// weights: the norm of its force and of its moment about the centre of mass divided by the centre's height.
     pub residual: f64,
-    /// Of every degree of freedom, N m or N, with the ground forces of least residual, evenly distributed.
+    /// Effort of every degree of freedom, N m or N, with the ground forces of least residual, evenly distributed.
     pub efforts: Vec<f64>,
-    /// Degrees of freedom beyond their limits (by more than a millionth) and faster than their greatest speed.
+    /// Number of degrees of freedom beyond their limits (by more than a millionth), and faster than their greatest
+    /// speed.
     pub violations: [usize; 2],
 }
 
-/// A motion's dynamics in a few numbers.
+/// Summary of a motion's dynamics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DynamicsSummary {
     /// Mean residual wrench, body weights.
     pub residual: f64,
-    /// Share of the frames with a zero-moment point and support in which it lies outside.
+    /// Share of the frames with a zero-moment point and support in which the point is outside the support polygon.
     pub outside: f64,
-    /// Mean margin of the zero-moment point, metres; 0 where there never is one.
+    /// Mean margin of the zero-moment point, metres; 0 if there never is one.
     pub margin_m: f64,
     /// Greatest effort of a joint, N m (N) per kilogram of the body.
     pub greatest_effort_per_kg: f64,
-    /// Share of frames with a joint beyond its limits, and with one that is too fast.
+    /// Share of frames with a joint beyond its limits, and with a joint that is too fast.
     pub violations: [f64; 2],
 }
 
 impl Dynamics {
-    /// Of `body` in `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s before and
-    /// after. GroundSupport forces are the least squares solution within friction cones (pyramids of four edges inside
-    /// them) of `friction`; if several solutions are equally good, the load is distributed evenly, which may differ
-    /// from the true distribution.
+    /// Dynamics of `body` in `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s
+    /// before and after. Ground forces are the least-squares solution within friction cones (approximated by inner
+    /// pyramids of four edges) of `friction`; if several solutions are equally good, the load is distributed evenly,
+    /// which may differ from the true distribution.
     ///
     /// # Errors
-    /// [`DynamicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
-    /// contacts of another length.
+    /// [`DynamicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass,
+    /// and contacts of another length.
     pub fn from_motion(
         body: &Humanoid,
         motion: &Motion,
@@ -143,12 +144,12 @@ impl Dynamics {
         Ok(Self { mass, frames: parallel::map(frames.len(), |frame| clip.frame(frame)) })
     }
 
-    /// Number of frames before and after a frame that enter its derivatives, at this rate.
+    /// Number of frames before and after a frame that contribute to its derivatives, at this rate.
     pub fn reach(frames_per_second: f64) -> usize {
         reach_frames(REACH_S, frames_per_second)
     }
 
-    /// In a few numbers.
+    /// The summary.
     pub fn summary(&self) -> DynamicsSummary {
         let count = self.frames.len().max(1) as f64;
         let margins: Vec<f64> = self.frames.iter().filter_map(|frame| frame.margin_m).collect();
@@ -165,7 +166,7 @@ impl Dynamics {
     }
 }
 
-/// The input of frames.
+/// The input from which frames are computed.
 struct DynamicsInput<'a> {
     body: &'a Humanoid,
     motion: &'a Motion,
@@ -215,25 +216,25 @@ impl DynamicsInput<'_> {
 /// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
 #[doc(hidden)]
 pub struct GroundSupport<'a> {
-    /// Where the body may be carried.
+    /// Points that may carry the body.
     pub points: &'a [SupportPoint],
     /// Coefficient of friction.
     pub friction: f64,
-    /// Of the body, newtons.
+    /// Weight of the body, newtons.
     pub weight: f64,
 }
 
 /// A wrench approximated by ground forces.
 #[doc(hidden)]
 pub struct GroundShare {
-    /// One force a point.
+    /// One force per point.
     pub forces: Vec<PointForce>,
     /// The part of the wrench that the ground cannot supply: force, and moment about the centre.
     pub missing: [Vector3<f64>; 2],
 }
 
 impl GroundSupport<'_> {
-    /// The forces that come nearest to a wrench: its force and its moment about `centre`, world, N and N m.
+    /// The forces that best approximate a wrench: its force and its moment about `centre`, world, N and N m.
     #[doc(hidden)]
     pub fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
         let lever = centre.z.max(LEAST_LEVER);
@@ -250,7 +251,8 @@ impl GroundSupport<'_> {
         Vector3::new(self.friction * cos, self.friction * sin, 1.0)
     }
 
-    /// Wrench of every edge, of the body's weight along z, about the centre of mass, in body weights.
+    /// Wrenches of all edges about the centre of mass, each for a vertical force of the body's weight, in body
+    /// weights.
     fn columns(&self, centre: &Point3<f64>, lever: f64) -> DMatrix<f64> {
         let mut columns = DMatrix::zeros(6, self.points.len() * EDGES);
         for (index, mut column) in columns.column_iter_mut().enumerate() {

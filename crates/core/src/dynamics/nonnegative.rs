@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x >= 0` that makes `|a x - b|` least, by the active set method of `[Lawson 1974]`, chapter 23. Every round lets
-/// one number become positive; it stops after three times as many rounds as there are numbers, at the best that it then
-/// has.
+/// The `x >= 0` that minimises `|a x - b|`, by the active set method of `[Lawson 1974]`, chapter 23. Every round lets
+/// one number become positive; it stops after at most three times as many rounds as there are numbers, with the best
+/// solution so far.
 pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let unknowns = a.ncols();
     let mut x = DVector::zeros(unknowns);
@@ -34,7 +34,7 @@ pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> D
     x
 }
 
-/// Least squares with all but the `positive` numbers zero; `None` without any.
+/// Least squares with all but the `positive` numbers zero; `None` if none is positive.
 fn solve(a: &DMatrix<f64>, b: &DVector<f64>, positive: &[bool]) -> Option<DVector<f64>> {
     let columns: Vec<usize> = (0..positive.len()).filter(|&i| positive[i]).collect();
     let part = a.select_columns(&columns);
@@ -54,7 +54,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_solution_that_is_positive_is_found_and_one_that_is_not_ends_at_zero() {
+    fn positive_solutions_are_found_and_negative_ones_end_at_zero() {
         let a = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 2.0, 1.0, 1.0]);
         let x = nonnegative_least_squares(&a, &DVector::from_vec(vec![2.0, 6.0, 5.0]));
         assert!((x[0] - 2.0).abs() < 1e-9 && (x[1] - 3.0).abs() < 1e-9, "{x}");
@@ -63,10 +63,10 @@ mod tests {
     }
 
     proptest! {
-        /// The conditions of Karush, Kuhn and Tucker: nothing negative, no slope towards more, none at all where
-        /// positive.
+        /// The Karush-Kuhn-Tucker conditions: nothing negative, no slope towards larger values, none at all for
+        /// positive values.
         #[test]
-        fn no_step_makes_it_better(numbers in proptest::collection::vec(-1.0_f64..1.0, 6 * 10 + 6)) {
+        fn no_step_improves_the_solution(numbers in proptest::collection::vec(-1.0_f64..1.0, 6 * 10 + 6)) {
             let a = DMatrix::from_row_slice(6, 10, &numbers[..60]);
             let b = DVector::from_row_slice(&numbers[60..]);
             let x = nonnegative_least_squares(&a, &b);

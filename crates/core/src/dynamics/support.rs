@@ -4,13 +4,13 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Solid};
 
-/// Points of a link up to this height above the ground, or above its lowest point if all of it is higher (recordings
-/// float), carry the body, metres: soft tissue yields.
+/// Points of a link up to this height above the ground carry the body, metres, because soft tissue yields; above the
+/// link's lowest point if all of it is higher, because recordings float.
 const CARRIES: f64 = 0.01;
-/// Points on the edge of a disc.
+/// Number of points on the edge of a disc.
 const AROUND: usize = 16;
 
-/// A point on which a body stands.
+/// A point that can support the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportPoint {
     /// The link that it belongs to.
@@ -19,9 +19,9 @@ pub struct SupportPoint {
     pub point: Point3<f64>,
 }
 
-/// The support points of links that touch the ground, given with their heights: of the parts that are low enough, the
-/// lowest points of the spheres of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of
-/// a mesh those vertices that lie furthest out in sixteen directions.
+/// The support points of links that touch the ground, given with their heights. Of the parts that are low enough: the
+/// lowest points of the spheres of a tapered capsule, the corners of a box, eight points of each rim of a cylinder,
+/// and the outermost vertices of a mesh in sixteen directions.
 pub fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -39,7 +39,7 @@ pub fn support_points(
 }
 
 /// The extreme points in [`AROUND`] horizontal directions, without duplicates: forces inside their hull are sums of
-/// forces at them. A sole with thousands of vertices would otherwise take minutes per frame.
+/// forces at them. Otherwise a sole with thousands of vertices would take minutes per frame.
 fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     let furthest = |index: usize| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / AROUND as f64);
@@ -52,7 +52,7 @@ fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     chosen.into_iter().map(|index| points[index]).collect()
 }
 
-/// Height up to which points of a link with this gap to the ground carry, metres.
+/// Height up to which points of a link with this gap to the ground carry the body, metres.
 fn carried(gap: f64) -> f64 {
     gap.max(0.0) + CARRIES
 }
@@ -129,21 +129,23 @@ pub(super) fn convex_hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
     if points.len() < 3 {
         return points;
     }
-    let turns_left = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a)) > 0.0;
-    let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
-        let mut chain: Vec<Point2<f64>> = Vec::new();
-        for point in points {
-            while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
+    let mut hull = half_hull(points.iter().copied());
+    hull.extend(half_hull(points.iter().rev().copied()));
     hull
+}
+
+/// One side of the convex hull of sorted points, without its last point.
+fn half_hull(points: impl Iterator<Item = Point2<f64>>) -> Vec<Point2<f64>> {
+    let turns_left = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a)) > 0.0;
+    let mut chain: Vec<Point2<f64>> = Vec::new();
+    for point in points {
+        while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) {
+            chain.pop();
+        }
+        chain.push(point);
+    }
+    chain.pop();
+    chain
 }
 
 /// Signed distance of a point to the nearest edge of a convex hull, metres, negative outside; minus infinity for an
@@ -166,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sole_of_thousands_of_vertices_stands_on_sixteen_that_reach_as_far() {
+    fn a_sole_with_thousands_of_vertices_is_reduced_to_sixteen_of_the_same_extent() {
         let around = |index: u32| {
             let angle = std::f64::consts::TAU * f64::from(index) / 5000.0;
             Point3::new(0.1 * angle.cos(), 0.1 * angle.sin(), 0.0)
@@ -179,14 +181,14 @@ mod tests {
             let pairs = hull.iter().zip(hull.iter().cycle().skip(1));
             0.5 * pairs.map(|(a, b)| a.coords.perp(&b.coords)).sum::<f64>()
         };
-        // the area of a regular 16-gon over that of its circle
+        // the area of a regular 16-gon relative to that of its circle
         let expected = 8.0 / std::f64::consts::PI * (std::f64::consts::TAU / 16.0).sin();
         assert!((area(&kept) / area(&sole) - expected).abs() < 0.002, "{} {}", area(&kept), area(&sole));
         assert!(outermost(Vec::new()).is_empty());
     }
 
     #[test]
-    fn margins_are_those_of_a_square_worked_out_by_hand() {
+    fn margins_of_a_square_match_values_computed_by_hand() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5], [0.5, 0.0]];
         let hull = convex_hull(square.into_iter().map(Point2::from).collect());
         assert_eq!(hull.len(), 4);
@@ -198,19 +200,19 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_on_the_ground_stands_on_the_disc_that_is_low_enough() {
+    fn a_ball_on_the_ground_stands_on_its_low_disc() {
         let disc = |x: f64, z: f64| super::disc(&Point3::new(x, 0.0, z), 0.05, 0.01);
         // 0.05 m: at a height of 0.01 m it is 2 * 0.03 m wide
         let edge = disc(1.0, 0.05);
         assert_eq!(edge.len(), AROUND);
         assert!(edge.iter().all(|point| ((point - Point2::new(1.0, 0.0)).norm() - 0.03).abs() < 1e-12));
         assert!(disc(0.0, 0.0601).is_empty());
-        // sunk beyond its middle it is as wide as it is
+        // sunk beyond its middle, it has its full width
         assert!((disc(0.0, -0.2)[0].x - 0.05).abs() < 1e-12);
     }
 
     #[test]
-    fn nobody_stands_within_a_line_or_a_point() {
+    fn a_line_or_a_point_has_no_interior() {
         let line = convex_hull(vec![Point2::new(0.0, 0.0), Point2::new(1.0, 1.0), Point2::new(0.5, 0.5)]);
         assert!((margin(&line, &Point2::new(0.0, 1.0)) + 0.5_f64.sqrt()).abs() < 1e-12);
         assert!((margin(&[Point2::origin()], &Point2::new(3.0, 4.0)) + 5.0).abs() < 1e-12);

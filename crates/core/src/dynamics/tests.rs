@@ -9,7 +9,7 @@ use crate::dynamics::GRAVITY;
 use crate::test_bodies::standing;
 
 #[test]
-fn a_standing_person_needs_nothing_but_the_ground() {
+fn a_standing_person_needs_only_ground_forces() {
     let (body, motion) = standing(5);
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
     let found = Dynamics::from_motion(&body, &motion, &contacts, 0.8).unwrap();
@@ -24,10 +24,9 @@ fn a_standing_person_needs_nothing_but_the_ground() {
     assert!(summary.outside == 0.0 && summary.greatest_effort_per_kg < 1.5, "{summary:?}");
 }
 
-/// A statue that is carried along with a steady acceleration: the zero-moment point lags by `a h / g` behind the centre
-/// of mass.
+/// A rigid body with constant acceleration: the zero-moment point lags by `a h / g` behind the centre of mass.
 #[test]
-fn the_zero_moment_point_of_a_body_that_speeds_up_lags_as_the_cart_and_table_say() {
+fn the_zero_moment_point_of_an_accelerating_body_lags_as_in_the_cart_table_model() {
     let (body, mut motion) = standing(13);
     let speeding_up = 2.0;
     for (frame, pose) in motion.poses.iter_mut().enumerate() {
@@ -43,9 +42,9 @@ fn the_zero_moment_point_of_a_body_that_speeds_up_lags_as_the_cart_and_table_say
     assert_relative_eq!(found.mass, body.total_mass());
 }
 
-/// Recordings float a little where they stand, and feet that strike the ground touch it before they stand.
+/// Recordings float slightly above the ground, and feet that strike the ground touch it before they stand.
 #[test]
-fn what_stands_a_little_too_high_and_what_slides_are_carried() {
+fn slightly_floating_and_sliding_bodies_are_supported() {
     let (body, still) = standing(13);
     let (mut high, mut sliding) = (still.clone(), still);
     high.poses.iter_mut().for_each(|pose| pose.world_from_root.translation.z += 0.015);
@@ -61,7 +60,7 @@ fn what_stands_a_little_too_high_and_what_slides_are_carried() {
 }
 
 #[test]
-fn a_body_that_floats_is_carried_by_nothing() {
+fn a_floating_body_has_no_support() {
     let (body, mut motion) = standing(5);
     motion.poses.iter_mut().for_each(|pose| pose.world_from_root.translation.z += 0.5);
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();

@@ -8,10 +8,10 @@ use crate::body::{
 };
 use crate::dynamics::GRAVITY;
 
-/// Time between the poses of a difference, seconds.
+/// Time between the poses of a finite difference, seconds.
 const INSTANT: f64 = 1e-4;
 
-/// tracker25 that carries a ball joint, a slider and a floating link on its head.
+/// tracker25 with a ball joint, a slider and a floating link on its head.
 fn body_with_every_kind_of_joint() -> Humanoid {
     let mut body = Humanoid::tracker25().unwrap();
     let mut parent = body.links.iter().position(|link| link.name == "head").unwrap();
@@ -37,7 +37,7 @@ fn body_with_every_kind_of_joint() -> Humanoid {
     body
 }
 
-/// Numbers without a pattern that any recursion could share.
+/// Irregular numbers that no recursion could reproduce by accident.
 fn numbers(count: usize, scale: f64, start: f64) -> Vec<f64> {
     (0..count).map(|i| scale * (start + 1.7 * i as f64).sin()).collect()
 }
@@ -62,8 +62,8 @@ impl Swing {
         self.body.link_frames(&self.body.step(&self.pose, &step))
     }
 
-    /// Mass times acceleration less gravity, and rate of the angular momentum about the centre of mass, of every link;
-    /// world.
+    /// Of every link: mass times acceleration minus gravity, and rate of the angular momentum about the centre of
+    /// mass; world.
     fn inertial(&self) -> Vec<Option<[Vector3<f64>; 2]>> {
         let [before, early, now, late, after] =
             [-1.0, -0.5, 0.0, 0.5, 1.0].map(|instants| self.frames_at(instants * INSTANT));
@@ -82,7 +82,7 @@ impl Swing {
         self.body.links.iter().enumerate().map(of_link).collect()
     }
 
-    /// The generalised force of one number of the step: what all forces do when it alone changes (Kane).
+    /// The generalised force of one number of the step: the work of all forces when it alone changes (Kane).
     fn virtual_work(&self, inertial: &[Option<[Vector3<f64>; 2]>], external: &[PointForce], number: usize) -> f64 {
         let nudge = 1e-5;
         let [back, forth] = [-nudge, nudge].map(|by| {
@@ -107,7 +107,7 @@ impl Swing {
 }
 
 #[test]
-fn every_effort_does_the_work_that_inertia_weight_and_contact_ask_for() {
+fn efforts_do_the_work_required_by_inertia_weight_and_contact() {
     for body in [Humanoid::tracker25().unwrap(), Humanoid::actor().unwrap(), body_with_every_kind_of_joint()] {
         let swing = Swing::new(body);
         let now = swing.frames_at(0.0);

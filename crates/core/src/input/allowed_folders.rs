@@ -1,41 +1,41 @@
-//! Where the files that a file names may lie.
+//! Which folders referenced files may be in.
 //!
-//! Scenarios, sweeps, robots and skins come from strangers too, and may name any path. What they name must lie below
-//! the folder of the file that names it or below its project (the nearest folder above it that holds `.git` or
-//! [`PROJECT_FILE`]), or be named on the command line, or lie below a folder that is. Symbolic links count as what they
-//! lead to.
+//! Scenarios, sweeps, robots and skins may come from untrusted sources and can reference any path. Referenced files
+//! must be below the folder of the referencing file or below its project (the nearest parent folder that contains
+//! `.git` or [`PROJECT_FILE`]), or be allowed on the command line, either directly or through a folder. Symbolic links
+//! are resolved first.
 
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
-/// A file of this name makes its folder a project, whatever it holds.
+/// A folder that contains a file of this name is a project.
 const PROJECT_FILE: &str = "skiagraph.project";
 
-/// The files and folders that names in a file may lead to; none at first.
+/// The files and folders that references in a file may lead to; initially none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AllowedFolders {
     anywhere: bool,
-    /// Files, and folders with all below them, without links.
+    /// Allowed files, and folders with everything below them, with links resolved.
     places: Vec<PathBuf>,
-    /// Folders of which everything is allowed but the files that lie directly in them.
+    /// Folders whose subfolders are allowed, but not the files directly in them.
     around: Vec<PathBuf>,
 }
 
 impl AllowedFolders {
-    /// For names that stand in a file in this folder: the folder itself, or its project.
+    /// For references in files of this folder: allows the folder itself, or its project.
     pub fn of_folder(folder: &Path) -> Self {
-        let Ok(folder) = fs::canonicalize(or_here(folder)) else { return Self::default() };
+        let Ok(folder) = fs::canonicalize(or_current(folder)) else { return Self::default() };
         let projects = folder.ancestors().take_while(|above| !is_home_or_root(above));
         let project =
             projects.into_iter().find(|above| above.join(".git").exists() || above.join(PROJECT_FILE).is_file());
         Self { places: vec![project.unwrap_or(&folder).to_owned()], ..Self::default() }
     }
 
-    /// Also the folders beside this one, as packages of robots lay them out: `urdf/` and `meshes/`.
+    /// Also allows the sibling folders of this one, as in robot packages: `urdf/` and `meshes/`.
     pub fn and_beside(mut self, folder: &Path) -> Self {
-        if let Ok(folder) = fs::canonicalize(or_here(folder))
+        if let Ok(folder) = fs::canonicalize(or_current(folder))
             && let Some(above) = folder.parent().filter(|above| !is_home_or_root(above) && !is_home_or_root(&folder))
         {
             self.around.push(above.to_owned());
@@ -43,28 +43,28 @@ impl AllowedFolders {
         self
     }
 
-    /// Also this file or folder. One that is not there is allowed too, so that its reader says that it is not there.
+    /// Also allows this file or folder. A missing one is allowed too, so that its reader reports that it is missing.
     pub fn allow(&mut self, place: &Path) {
-        let place = or_here(place);
+        let place = or_current(place);
         self.places.push(fs::canonicalize(place).unwrap_or_else(|_| without_links(place)));
     }
 
-    /// Also everything that another allows.
+    /// Also allows everything that `other` allows.
     pub fn allow_all_of(&mut self, other: &Self) {
         self.anywhere |= other.anywhere;
         self.places.extend(other.places.iter().cloned());
         self.around.extend(other.around.iter().cloned());
     }
 
-    /// Everything.
+    /// Allows all paths.
     pub fn allow_anywhere(&mut self) {
         self.anywhere = true;
     }
 
-    /// An error unless the path, which need not be there, leads to an allowed file.
+    /// Fails unless the path, which need not exist, leads to an allowed file.
     ///
     /// # Errors
-    /// [`ErrorKind::PermissionDenied`], in words that follow the path.
+    /// [`ErrorKind::PermissionDenied`], with a message that continues after the path.
     pub fn check(&self, path: &Path) -> io::Result<()> {
         if self.anywhere {
             return Ok(());
@@ -86,7 +86,7 @@ impl AllowedFolders {
     }
 }
 
-/// The path without links and `..`; of what is not there, as far as it is there.
+/// The path with links and `..` resolved, as far as it exists.
 fn without_links(path: &Path) -> PathBuf {
     let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut real = PathBuf::new();
@@ -96,7 +96,7 @@ fn without_links(path: &Path) -> PathBuf {
             Component::CurDir => {}
             part => {
                 real.push(part);
-                // a link is followed before `..` goes up from where it leads
+                // a link is resolved first, so `..` goes up from its target
                 if let Ok(target) = fs::canonicalize(&real) {
                     real = target;
                 }
@@ -106,11 +106,11 @@ fn without_links(path: &Path) -> PathBuf {
     real
 }
 
-fn or_here(folder: &Path) -> &Path {
+fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
-/// Whether everything that a user has lies below: then it is nobody's project.
+/// Whether the folder contains all of a user's files, so that it cannot be a project.
 fn is_home_or_root(folder: &Path) -> bool {
     let home = std::env::var_os("HOME").filter(|home| home != OsStr::new(""));
     folder.parent().is_none() || home.is_some_and(|home| fs::canonicalize(home).is_ok_and(|home| home == folder))
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn names_lead_to_files_below_the_folder_of_the_file_that_names_them() {
+    fn only_files_below_the_folder_of_the_referencing_file_are_allowed() {
         let root = tree(&["mine/a.toml", "mine/motions/walk.bvh", "secret"]);
         let mine = root.path().join("mine");
         let allowed = AllowedFolders::of_folder(&mine);
@@ -155,7 +155,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_counts_as_what_it_leads_to() {
+    fn links_are_resolved_before_the_check() {
         let root = tree(&["mine/a.toml", "other/secret", "other/deep/b"]);
         let mine = root.path().join("mine");
         std::os::unix::fs::symlink("../other", mine.join("link")).unwrap();
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_project_is_the_nearest_folder_above_with_a_mark() {
+    fn the_project_is_the_nearest_parent_folder_with_a_marker() {
         let root = tree(&["work/.git/HEAD", "work/scenarios/sub/a.toml", "work/robots/r.urdf", "secret"]);
         let folder = root.path().join("work/scenarios/sub");
         let allowed = AllowedFolders::of_folder(&folder);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_beside_a_robots_are_allowed_and_files_beside_its_folder_are_not() {
+    fn sibling_folders_of_a_robots_folder_are_allowed_but_not_files_beside_it() {
         let root = tree(&["package/urdf/r.urdf", "package/meshes/a.stl", "package/secret", "secret"]);
         let folder = root.path().join("package/urdf");
         let allowed = AllowedFolders::of_folder(&folder).and_beside(&folder);

@@ -1,15 +1,15 @@
-//! SHA-256, by which files are known.
+//! SHA-256 digests, which identify files.
 
 use std::io::{self, Read, Write};
 
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of these bytes, in small hexadecimal digits.
+/// SHA-256 of the bytes, in lowercase hexadecimal.
 pub fn hex_sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
-/// The same of all that can still be read, a part at a time.
+/// SHA-256 of everything that can still be read from a reader, in chunks.
 pub fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
     let (mut digest, mut part) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
@@ -20,7 +20,7 @@ pub fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
     }
 }
 
-/// Passes on what is written, and knows its SHA-256.
+/// A writer that forwards bytes and computes their SHA-256.
 pub struct HashingWriter<W> {
     to: W,
     digest: Sha256,
@@ -31,7 +31,7 @@ impl<W: Write> HashingWriter<W> {
         Self { to, digest: Sha256::new() }
     }
 
-    /// Where it was written to, and the SHA-256 of all of it in small hexadecimal digits.
+    /// The inner writer, and the SHA-256 of everything written, in lowercase hexadecimal.
     pub fn finish(self) -> (W, String) {
         (self.to, hex(&self.digest.finalize()))
     }
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_digest_is_that_of_the_standard_and_the_same_in_parts() {
+    fn the_digest_matches_the_standard_and_is_the_same_in_parts() {
         // FIPS 180-2, appendix B.1
         let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(hex_sha256(b"abc"), abc);

@@ -4,13 +4,13 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use super::limits::in_words;
+use super::limits::describe_size;
 
 /// The bytes of a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// The operating system's error; for anything except a regular file within the limit, a message with what was
-/// expected.
+/// The operating system's error; an error that states what was expected unless the path is a regular file within the
+/// limit.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open(path, limit)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
@@ -22,7 +22,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// As [`read`], of a file that must be UTF-8.
 ///
 /// # Errors
-/// As [`read`], and where the bytes are not UTF-8.
+/// As [`read`], and if the bytes are not UTF-8.
 pub fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
     let not_text = |e: std::string::FromUtf8Error| {
         io::Error::new(ErrorKind::InvalidData, format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()))
@@ -30,15 +30,15 @@ pub fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit)?).map_err(not_text)
 }
 
-/// A regular file of at most `limit` bytes, open for reading. A pipe is never opened, because that would block until a
-/// writer appears.
+/// Opens a regular file of at most `limit` bytes for reading. A pipe is never opened, because opening it would block
+/// until a writer appears.
 ///
 /// # Errors
 /// As [`read`].
 pub fn open(path: &Path, limit: u64) -> io::Result<File> {
     check(&fs::metadata(path)?, limit)?;
     let file = File::open(path)?;
-    // another file may have replaced it in between
+    // the file may have been replaced in between
     check(&file.metadata()?, limit)?;
     Ok(file)
 }
@@ -55,7 +55,7 @@ fn check(metadata: &Metadata, limit: u64) -> io::Result<()> {
 }
 
 fn too_large(limit: u64) -> io::Error {
-    let message = format!("larger than {}, the limit for a file of this kind", in_words(limit));
+    let message = format!("larger than {}, the limit for a file of this kind", describe_size(limit));
     io::Error::new(ErrorKind::FileTooLarge, message)
 }
 
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn a_file_of_many_gigabytes_is_refused_by_its_length_alone() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        file.as_file().set_len(1 << 40).unwrap(); // a hole: it takes no room
+        file.as_file().set_len(1 << 40).unwrap(); // a sparse file: it takes no space
         assert_eq!(read(file.path(), super::super::limits::ARRAYS).unwrap_err().kind(), ErrorKind::FileTooLarge);
     }
 

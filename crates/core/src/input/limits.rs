@@ -1,4 +1,4 @@
-//! The greatest size of every kind of file, bytes. `scenarios/README.md` lists them with all other limits.
+//! Size limits of all kinds of files, bytes. `scenarios/README.md` lists them with all other limits.
 
 const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
@@ -8,17 +8,17 @@ const GIB: u64 = 1 << 30;
 pub const RECORDING: u64 = 512 * MIB;
 /// An Acclaim skeleton (`.asf`).
 pub const SKELETON: u64 = MIB;
-/// The text of a robot.
+/// A robot description.
 pub const ROBOT: u64 = 16 * MIB;
 /// One mesh of a robot.
 pub const MESH: u64 = 256 * MIB;
 /// A scenario, and a set's `set.toml`.
 pub const SETTINGS: u64 = MIB;
-/// Arrays: `.npz` files, models among them.
+/// `.npz` files, including models.
 pub const ARRAYS: u64 = 2 * GIB;
-/// A JSON file; those of bodies hold their meshes.
+/// A JSON file, such as a body with its meshes.
 pub const JSON: u64 = GIB;
-/// A JSON file of a run, which holds settings.
+/// A JSON file with the settings of a run.
 pub const RECORD: u64 = 16 * MIB;
 /// A silhouette.
 pub const PICTURE: u64 = 256 * MIB;
@@ -27,8 +27,8 @@ pub const LAYER: u64 = 2 * GIB;
 /// The list of a set's files.
 pub const LISTING: u64 = 512 * MIB;
 
-/// A size in words, the greatest whole unit: `512 MiB`.
-pub fn in_words(bytes: u64) -> String {
+/// Formats a size in its largest whole unit: `512 MiB`.
+pub fn describe_size(bytes: u64) -> String {
     match bytes {
         b if b >= GIB && b % GIB == 0 => format!("{} GiB", b / GIB),
         b if b >= MIB => format!("{} MiB", b / MIB),

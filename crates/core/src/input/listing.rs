@@ -1,15 +1,15 @@
-//! Listings of files with their SHA-256, as `sha256sum` writes and checks them, and the walk over a folder's files.
+//! Lists of files with their SHA-256 in `sha256sum`'s format, and a recursive listing of a folder's files.
 
 use std::fs::{self, DirEntry};
 use std::io;
 use std::path::Path;
 
-/// Pairs of path and SHA-256 as lines.
+/// Formats pairs of path and SHA-256 as lines.
 pub fn listing_of<'a>(files: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     files.into_iter().map(|(path, digest)| format!("{digest}  {path}\n")).collect()
 }
 
-/// Path and SHA-256 of a line; `None` where it is none, or the path leads elsewhere than below the folder.
+/// Path and SHA-256 of a line; `None` if the line is malformed or the path leads out of the folder.
 pub fn listed_in(line: &str) -> Option<(String, String)> {
     let (digest, path) = line.split_once("  ").filter(|(digest, path)| is_digest(digest) && stays_inside(path))?;
     Some((path.to_owned(), digest.to_owned()))
@@ -23,11 +23,11 @@ fn stays_inside(path: &str) -> bool {
     !path.is_empty() && !path.contains('\\') && path.split('/').all(|part| !["", ".", ".."].contains(&part))
 }
 
-/// Everything below a folder but folders, in order of the names in each: paths, their parts divided by `/`. Links are
-/// listed and not followed: one could lead anywhere, or form a cycle.
+/// Paths of all files below a folder, relative to it with `/` as separator, sorted by name within each folder. Links
+/// are listed but not followed: one could lead anywhere, or form a cycle.
 ///
 /// # Errors
-/// Where a folder cannot be read.
+/// If a folder cannot be read.
 pub fn files_below(folder: &Path) -> io::Result<Vec<String>> {
     let mut found = Vec::new();
     add_files_below(folder, "", &mut found)?;

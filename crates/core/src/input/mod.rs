@@ -1,10 +1,10 @@
-//! Shared by all readers of external files: size limits, where files that a file names may lie, and quoting of their
-//! text in messages.
+//! Shared by all readers of external files: size limits, the folders that referenced files may be in, and quoting of
+//! input in messages.
 //!
-//! A file is read only if it is a regular file within the limit of its kind ([`limits`]); devices, pipes and
-//! directories are refused before they are opened. Files that a file names lie in [`AllowedFolders`]. Messages quote at
-//! most 200 characters of a file and no control characters, and nothing of a file that is not of its kind: a scenario
-//! may name somebody's credentials as a recording.
+//! Only regular files within the size limit of their kind ([`limits`]) are read; devices, pipes and directories are
+//! refused before they are opened. Referenced files must be in [`AllowedFolders`]. Messages quote at most 200
+//! characters of a file, without control characters, and nothing of a file of another kind: a scenario may reference a
+//! user's credentials as a recording.
 
 mod allowed_folders;
 mod digest;

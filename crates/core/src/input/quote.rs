@@ -1,11 +1,11 @@
-//! Quotes text of files and command lines in messages: short, and without control characters.
+//! Quotes input from files and command lines in messages: short, and without control characters.
 
 use std::fmt::{Display, Write};
 
-/// Characters of an input that a message quotes at most.
+/// Greatest number of characters quoted from an input.
 const SHOWN: usize = 200;
 
-/// Characters that a whole message has at most.
+/// Greatest number of characters of a message.
 const LONGEST_MESSAGE: usize = 1200;
 
 /// At most 200 characters of a text, on one line.
@@ -20,8 +20,8 @@ pub fn plain(message: impl Display) -> String {
     if writer.characters > LONGEST_MESSAGE { shortened(writer.text.chars(), LONGEST_MESSAGE) } else { writer.text }
 }
 
-/// An error message of another crate about an input. Its messages quote the input and end with `, expected ...`: the
-/// quote is cut, the end is kept.
+/// An error message of another crate about an input. Such messages quote the input and end with `, expected ...`: the
+/// quote is shortened, the end is kept.
 pub fn foreign(message: impl Display) -> String {
     let message = message.to_string();
     let (found, expected) = match message.rfind(", expected ") {
@@ -31,19 +31,20 @@ pub fn foreign(message: impl Display) -> String {
     plain(format_args!("{}{expected}", excerpt(found)))
 }
 
-/// Whether a file's text says that it is of this program: those that do hold `"skiagraph.KIND/1"` as their schema.
+/// Whether a text is of this program's own formats: those contain `"skiagraph.KIND/1"` as their schema.
 pub fn is_own_output(text: &[u8]) -> bool {
     const MARK: &[u8] = b"skiagraph.";
     text.windows(MARK.len()).any(|found| found == MARK)
 }
 
-/// An error message of another crate about a file of this text, which quotes it only if it is one of this program.
+/// An error message of another crate about a file with this text; quotes are kept only if the file is in one of this
+/// program's formats.
 pub fn foreign_about(text: &[u8], message: impl Display) -> String {
     if is_own_output(text) { foreign(message) } else { unquoted(message) }
 }
 
-/// An error message of another crate about an input that may be anything: what it quotes of the input is left out, what
-/// it expected is kept.
+/// An error message of another crate about an untrusted input: quotes of the input are removed, the expectation is
+/// kept.
 pub fn unquoted(message: impl Display) -> String {
     let message = message.to_string();
     let (found, expected) = message.split_at(message.rfind(", expected ").unwrap_or(message.len()));
@@ -55,7 +56,7 @@ pub fn unquoted(message: impl Display) -> String {
     plain(format_args!("{shown}{expected}"))
 }
 
-/// Takes a message character by character, so a huge one is never held in memory.
+/// Collects a message character by character, so that a huge message is never held in memory.
 struct Harmless {
     text: String,
     characters: usize,
@@ -80,15 +81,15 @@ fn shortened(characters: impl Iterator<Item = char>, most: usize) -> String {
     text
 }
 
-/// A text as a cell of a CSV table: without control characters, and with an apostrophe in front where a spreadsheet
-/// would take it for a formula (`=cmd|...`) and run it. Numbers are as they are.
+/// A text as a cell of a CSV table: without control characters, and with a leading apostrophe where a spreadsheet
+/// would run it as a formula (`=cmd|...`). Numbers are unchanged.
 pub fn table_cell(text: &str) -> String {
     let text: String = text.chars().map(harmless).collect();
     let is_formula = text.trim_start().starts_with(['=', '+', '-', '@']) && text.parse::<f64>().is_err();
     if is_formula { format!("'{text}") } else { text }
 }
 
-/// A word or path as a shell takes it.
+/// A word or path quoted for a POSIX shell.
 pub fn shell_word(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -98,7 +99,7 @@ pub fn shell_word(word: &str) -> String {
     }
 }
 
-/// The character, or a replacement if it would control a terminal or change the direction of writing.
+/// The character, or a replacement if it would control a terminal or change the text direction.
 pub fn harmless(character: char) -> char {
     match character {
         '\n' | '\r' | '\t' | '\u{2028}' | '\u{2029}' => ' ',
@@ -113,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_excerpt_has_200_characters_at_most_whatever_their_bytes() {
+    fn an_excerpt_has_at_most_200_characters_of_any_width() {
         assert_eq!(excerpt("short"), "short");
         assert_eq!(excerpt(&"é".repeat(200)), "é".repeat(200));
         let cut = excerpt(&"é".repeat(201));
@@ -121,13 +122,13 @@ mod tests {
     }
 
     #[test]
-    fn control_characters_and_turns_of_direction_are_taken_out() {
+    fn control_characters_and_changes_of_direction_are_removed() {
         assert_eq!(plain("a\u{1b}[2Jb\r\nc\u{9b}d\u{202e}e"), "a\u{fffd}[2Jb  c\u{fffd}d\u{fffd}e");
         assert_eq!(excerpt("two\nlines"), "two lines");
     }
 
     #[test]
-    fn of_another_crates_message_the_quote_is_cut_and_the_expectation_kept() {
+    fn quotes_in_foreign_messages_are_shortened_and_expectations_are_kept() {
         let message = format!("unknown field `{}`, expected one of `a`, `b`", "x".repeat(5000));
         let shown = foreign(&message);
         assert!(shown.starts_with("unknown field `xxx") && shown.ends_with("…, expected one of `a`, `b`"), "{shown}");
@@ -136,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_file_that_is_not_ours_nothing_is_quoted() {
+    fn nothing_is_quoted_from_files_of_other_programs() {
         for (message, shown) in [
             (
                 "invalid type: string \"hunter2, expected x\", expected u32 at line 2 column 4",
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_of_tables_are_no_formulas_and_hold_no_control_characters() {
+    fn table_cells_contain_neither_formulas_nor_control_characters() {
         for (text, cell) in [
             ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
             (" @SUM(A1)", "' @SUM(A1)"),
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_is_never_longer_than_a_screen() {
+    fn messages_have_a_limited_length() {
         assert_eq!(plain("y".repeat(100_000)).chars().count(), LONGEST_MESSAGE);
     }
 }

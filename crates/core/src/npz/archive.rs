@@ -22,13 +22,13 @@ use crate::input::excerpt;
 const LOCAL: u32 = 0x0403_4b50;
 const CENTRAL: u32 = 0x0201_4b50;
 const END: u32 = 0x0605_4b50;
-/// MS-DOS date of 1980-01-01, the earliest that zip can say.
+/// MS-DOS date of 1980-01-01, the earliest that zip can represent.
 const DATE: u16 = 0x0021;
-/// Longest distance of the end record from the end of the file: itself and a comment of 65535 bytes.
+/// Greatest distance of the end record from the end of the file: its own length plus a comment of 65535 bytes.
 const END_REACH: usize = 22 + 65_535;
-/// Arrays that an archive may have.
+/// Greatest number of arrays in an archive.
 const MOST_ENTRIES: usize = 1_000;
-/// Characters of an array's name.
+/// Greatest number of bytes in an entry's name.
 const LONGEST_NAME: usize = 200;
 /// Limit of the total expanded size of compressed arrays: a few kilobytes can expand to gigabytes.
 const MOST_EXPANDED: usize = 256 << 20;
@@ -51,7 +51,7 @@ impl Npz {
         self.arrays.push((name.to_string(), array));
     }
 
-    /// The array of that name.
+    /// The array with this name.
     pub fn get(&self, name: &str) -> Option<&Array> {
         self.arrays.iter().find(|(n, _)| n == name).map(|(_, array)| array)
     }
@@ -61,7 +61,7 @@ impl Npz {
         self.arrays.iter().map(|(name, array)| (name.as_str(), array))
     }
 
-    /// The archive's bytes. `file` is its name in errors.
+    /// The archive's bytes. `file` names it in errors.
     ///
     /// # Errors
     /// [`NpzError`] when values do not fill their shape or an array takes 4 GiB or more.
@@ -74,10 +74,10 @@ impl Npz {
         Ok(bytes)
     }
 
-    /// The bytes of the archive, array after array: one array is in memory as bytes at a time.
+    /// Writes the bytes of the archive array by array, so only one array at a time is held as bytes.
     ///
     /// # Errors
-    /// As [`Self::to_bytes`], and what `put` refuses.
+    /// As [`Self::to_bytes`], and any error of `put`.
     #[doc(hidden)]
     pub fn write_to<E: From<NpzError>>(
         &self,
@@ -115,7 +115,7 @@ impl Npz {
         put(&directory)
     }
 
-    /// The arrays of an archive. `file` is its name in errors.
+    /// Reads the arrays of an archive. `file` names it in errors.
     ///
     /// # Errors
     /// [`NpzError`] for anything except a complete, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
@@ -123,7 +123,7 @@ impl Npz {
         read_archive(bytes).map_err(|detail| NpzError::new(file, detail))
     }
 
-    /// The numbers of array `name`, which must have this shape (`None`: any length along that axis).
+    /// The values of the float array `name`, which must have this shape (`None`: any length along that axis).
     ///
     /// # Errors
     /// [`NpzError`] with the expected type or shape.
@@ -134,7 +134,7 @@ impl Npz {
         }
     }
 
-    /// The numbers of array `name` of whatever type, which must have this shape.
+    /// The values of the numeric array `name` as floats; it must have this shape.
     #[doc(hidden)]
     pub fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, NpzError> {
         match &self.shaped(file, name, shape)?.values {
@@ -145,7 +145,7 @@ impl Npz {
         }
     }
 
-    /// The whole numbers of array `name`, which must have one axis.
+    /// The integers of array `name`, which must be one-dimensional.
     #[doc(hidden)]
     pub fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, NpzError> {
         match &self.shaped(file, name, &[None])?.values {
@@ -155,7 +155,7 @@ impl Npz {
         }
     }
 
-    /// The texts of array `name`, which must have one axis; `None` where there is no such array.
+    /// The strings of array `name`, which must be one-dimensional; `None` if there is no such array.
     #[doc(hidden)]
     pub fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, NpzError> {
         if self.get(name).is_none() {
@@ -163,11 +163,11 @@ impl Npz {
         }
         match &self.shaped(file, name, &[None])?.values {
             Values::Text(values) => Ok(Some(values)),
-            _ => Err(NpzError::new(file, format!("{name}: expected texts"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected strings"))),
         }
     }
 
-    /// The booleans of array `name`, which must have this shape.
+    /// The values of the boolean array `name`, which must have this shape.
     #[doc(hidden)]
     pub fn bools(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[bool], NpzError> {
         match &self.shaped(file, name, shape)?.values {
@@ -189,7 +189,7 @@ impl Npz {
     }
 }
 
-/// The fields shared by local and central headers, from "version needed" to "extra length"; `None` when the name is
+/// The fields shared by local and central headers, from "version needed" to "extra length"; `None` if the name is too
 /// too long.
 fn entry_fields(name: &str, crc: u32, size: u32) -> Option<Vec<u8>> {
     let name_length = u16::try_from(name.len() + ".npy".len()).ok()?;
@@ -214,22 +214,26 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
     let count = u16_at(bytes, end + 10).ok_or_else(truncated)?;
     let mut at = u32_at(bytes, end + 16).ok_or_else(truncated)? as usize;
     if usize::from(count) > MOST_ENTRIES {
-        return Err(format!("{count} entries; expected at most {MOST_ENTRIES}"));
+        return Err(format!("the archive has {count} entries; expected at most {MOST_ENTRIES}"));
     }
     let mut npz = Npz::default();
     let mut taken = Vec::new();
     let mut expanded = 0;
     for _ in 0..count {
         if u32_at(bytes, at) != Some(CENTRAL) {
-            return Err("the archive's directory is damaged, or it is a 64-bit archive (4 GiB or more)".to_string());
+            return Err("the archive's directory is damaged, or the archive is 64-bit (4 GiB or more)".to_string());
         }
         let header = bytes.get(at..at + 46).ok_or_else(truncated)?;
         let half = |offset| u16_at(header, offset).map_or(0, usize::from);
         let word = |offset| u32_at(header, offset).unwrap_or(0);
         let entry_name = bytes.get(at + 46..at + 46 + half(28)).ok_or_else(truncated)?;
-        let entry_name = std::str::from_utf8(entry_name).map_err(|_| "an entry's name is not UTF-8".to_string())?;
+        let entry_name =
+            std::str::from_utf8(entry_name).map_err(|_| "the name of an entry is not UTF-8".to_string())?;
         if entry_name.len() > LONGEST_NAME {
-            return Err(format!("an entry's name has {} bytes; expected at most {LONGEST_NAME}", entry_name.len()));
+            return Err(format!(
+                "the name of an entry has {} bytes; expected at most {LONGEST_NAME}",
+                entry_name.len()
+            ));
         }
         let entry = ArchiveEntry {
             offset: word(42) as usize,
@@ -253,30 +257,30 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
     }
     taken.sort_by_key(|range| range.start);
     if taken.windows(2).any(|pair| pair[0].end > pair[1].start) {
-        return Err("two entries share bytes; expected entries one after another".to_string());
+        return Err("two entries overlap; expected consecutive entries".to_string());
     }
     Ok(npz)
 }
 
-/// The position of a file in the archive, from its directory.
+/// An entry of the archive, as its directory lists it.
 struct ArchiveEntry {
-    /// Of its local header.
+    /// Offset of its local header.
     offset: usize,
-    /// Bytes in the archive.
+    /// Size in the archive, bytes.
     stored: usize,
-    /// Bytes of the file itself.
+    /// Uncompressed size, bytes.
     size: usize,
     flags: usize,
     method: usize,
 }
 
 impl ArchiveEntry {
-    /// Bytes that its contents take in the archive.
+    /// Length of its contents in the archive, bytes.
     fn length(&self) -> usize {
         if self.method == 0 { self.size } else { self.stored }
     }
 
-    /// The file's bytes. `expanded` counts those of all compressed files.
+    /// The uncompressed bytes. `expanded` accumulates the total of all compressed files.
     fn bytes<'a>(&self, archive: &'a [u8], expanded: &mut usize) -> Result<Cow<'a, [u8]>, String> {
         if self.flags & 1 != 0 {
             return Err("is encrypted".to_string());
@@ -284,9 +288,9 @@ impl ArchiveEntry {
         match self.method {
             0 => self.slice(archive, self.size).map(Cow::from),
             8 => self.inflated(archive, expanded).map(Cow::from),
-            other => {
-                Err(format!("is compressed by method {other}; save it with numpy.savez or numpy.savez_compressed"))
-            }
+            other => Err(format!(
+                "compression method {other} is not supported; save it with numpy.savez or numpy.savez_compressed"
+            )),
         }
     }
 
@@ -300,15 +304,15 @@ impl ArchiveEntry {
             ));
         }
         let found = decompress_to_vec_with_limit(self.slice(archive, self.stored)?, self.size)
-            .map_err(|e| format!("cannot be expanded to the {} bytes that the archive says: {e}", self.size))?;
+            .map_err(|e| format!("cannot be expanded to the {} bytes stated in the archive: {e}", self.size))?;
         if found.len() != self.size {
-            return Err(format!("expands to {} bytes, the archive says {}", found.len(), self.size));
+            return Err(format!("expands to {} bytes, but the archive states {}", found.len(), self.size));
         }
         Ok(found)
     }
 
     fn slice<'a>(&self, archive: &'a [u8], length: usize) -> Result<&'a [u8], String> {
-        let truncated = || "is cut short".to_string();
+        let truncated = || "is truncated".to_string();
         if u32_at(archive, self.offset) != Some(LOCAL) {
             return Err(truncated());
         }
@@ -345,14 +349,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_back() {
+    fn written_arrays_are_read_back() {
         let bytes = sample().to_bytes("x").unwrap();
         assert_eq!(Npz::from_bytes("x", &bytes).unwrap(), sample());
         assert_eq!(bytes, sample().to_bytes("x").unwrap());
     }
 
     #[test]
-    fn any_cut_and_any_flipped_byte_is_an_error_or_changes_no_value() {
+    fn truncation_and_flipped_bytes_cause_errors_or_change_no_value() {
         let bytes = sample().to_bytes("x").unwrap();
         for length in 0..bytes.len() {
             assert!(Npz::from_bytes("x", &bytes[..length]).is_err(), "cut at {length}");
@@ -360,7 +364,7 @@ mod tests {
         for at in 0..bytes.len() {
             let mut broken = bytes.clone();
             broken[at] ^= 0x41;
-            // dates, attributes and names are not covered by a checksum; values are
+            // checksums cover the values, but not dates, attributes and names
             if let Ok(read) = Npz::from_bytes("x", &broken) {
                 for (name, array) in &read.arrays {
                     assert!(sample().get(name).is_none_or(|a| a == array), "byte {at} changed {name}");
@@ -369,7 +373,7 @@ mod tests {
         }
     }
 
-    /// An archive of one entry that deflate made smaller; `size` is what the directory claims.
+    /// An archive with one deflated entry; `size` is what the directory claims.
     fn compressed(npy: &[u8], size: u32) -> Vec<u8> {
         let deflated = miniz_oxide::deflate::compress_to_vec(npy, 9);
         let mut fields = entry_fields("a", crc32fast::hash(npy), size).unwrap();
@@ -409,12 +413,12 @@ mod tests {
     }
 
     #[test]
-    fn other_compression_is_refused_with_what_to_do() {
+    fn other_compression_is_refused_with_advice() {
         let mut bytes = sample().to_bytes("x").unwrap();
         let directory = bytes.windows(4).position(|w| w == CENTRAL.to_le_bytes()).unwrap();
         bytes[directory + 10] = 12;
         let message = Npz::from_bytes("run/poses.npz", &bytes).unwrap_err().to_string();
-        assert!(message.starts_with("run/poses.npz: root.npy: is compressed by method 12"), "{message}");
+        assert!(message.starts_with("run/poses.npz: root.npy: compression method 12"), "{message}");
         assert!(message.contains("numpy.savez"), "{message}");
     }
 
@@ -430,7 +434,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn numbers_and_texts_survive_unchanged(
+        fn numbers_and_strings_survive_unchanged(
             numbers in proptest::collection::vec(any::<i64>(), 0..40),
             floats in proptest::collection::vec(any::<f64>().prop_filter("NaN differs from itself", |x| !x.is_nan()), 0..40),
             texts in proptest::collection::vec("[^\0]{0,12}", 0..8),

@@ -1,4 +1,4 @@
-//! Element types of NumPy's arrays, and their values out of bytes.
+//! Element types of NumPy arrays, and decoding of their values.
 
 use super::Values;
 use crate::input::excerpt;
@@ -6,7 +6,7 @@ use crate::input::excerpt;
 /// An element type: `<f8`, `>i4`, `|u1`, `<U12`.
 pub(super) struct Element {
     kind: NumberKind,
-    /// Bytes of one element, at least 1.
+    /// Size of one element in bytes, at least 1.
     size: usize,
     big_endian: bool,
 }
@@ -22,44 +22,46 @@ enum NumberKind {
 }
 
 impl Element {
-    /// The type of a `descr`, or an error with the supported types.
+    /// Parses a `descr`; the error lists the supported types.
     pub(super) fn parse(descr: &str) -> Result<Self, String> {
-        let known = || {
-            let (order, rest) = descr.split_at_checked(1)?;
-            let (kind, size) = rest.split_at_checked(1)?;
-            let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
-            let kind = match (kind, size) {
-                ("f", 4 | 8) => NumberKind::Float,
-                ("i", 1 | 2 | 4 | 8) => NumberKind::Signed,
-                ("u", 1 | 2 | 4 | 8) => NumberKind::Unsigned,
-                ("b", 1) => NumberKind::Bool,
-                ("U", _) => NumberKind::Text,
-                _ => return None,
-            };
-            let size = if let NumberKind::Text = kind { size.checked_mul(4)? } else { size };
-            let big_endian = match order {
-                "<" => false,
-                ">" => true,
-                "|" if size == 1 => false,
-                _ => return None,
-            };
-            Some(Self { kind, size, big_endian })
-        };
-        known().ok_or_else(|| {
+        Self::supported(descr).ok_or_else(|| {
             format!(
-                "element type {:?} is not supported; expected floats of 4 or 8 bytes, whole numbers, booleans or \
-                 texts (no pickled objects)",
+                "element type {:?} is not supported; expected floats of 4 or 8 bytes, integers, booleans or \
+                 strings (no pickled objects)",
                 excerpt(descr)
             )
         })
     }
 
-    /// `count` elements, which must fill `bytes` exactly; nothing is allocated before that is known.
+    /// The type of a `descr`; `None` if it is not supported.
+    fn supported(descr: &str) -> Option<Self> {
+        let (order, rest) = descr.split_at_checked(1)?;
+        let (kind, size) = rest.split_at_checked(1)?;
+        let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
+        let kind = match (kind, size) {
+            ("f", 4 | 8) => NumberKind::Float,
+            ("i", 1 | 2 | 4 | 8) => NumberKind::Signed,
+            ("u", 1 | 2 | 4 | 8) => NumberKind::Unsigned,
+            ("b", 1) => NumberKind::Bool,
+            ("U", _) => NumberKind::Text,
+            _ => return None,
+        };
+        let size = if let NumberKind::Text = kind { size.checked_mul(4)? } else { size };
+        let big_endian = match order {
+            "<" => false,
+            ">" => true,
+            "|" if size == 1 => false,
+            _ => return None,
+        };
+        Some(Self { kind, size, big_endian })
+    }
+
+    /// `count` elements, which must fill `bytes` exactly; this is checked before memory is allocated.
     pub(super) fn values(&self, count: usize, bytes: &[u8]) -> Result<Values, String> {
         if count.checked_mul(self.size) != Some(bytes.len()) {
-            return Err(format!("{} bytes of values, expected {count} elements of {}", bytes.len(), self.size));
+            return Err(format!("found {} bytes of values, expected {count} elements of {}", bytes.len(), self.size));
         }
-        let too_large = || "a whole number is above 2^63 - 1".to_string();
+        let too_large = || "an integer is above 2^63 - 1".to_string();
         Ok(match (self.kind, self.size) {
             (NumberKind::Float, 8) => Values::F64(self.each(bytes, f64::from_le_bytes)),
             (NumberKind::Float, _) => Values::F32(self.each(bytes, f32::from_le_bytes)),
@@ -81,7 +83,7 @@ impl Element {
         })
     }
 
-    /// One value for every `N` bytes, which `from` takes in little-endian order.
+    /// One value for every `N` bytes; `from` receives them in little-endian order.
     fn each<const N: usize, T>(&self, bytes: &[u8], from: impl Fn([u8; N]) -> T) -> Vec<T> {
         let in_order = |mut element: [u8; N]| {
             if self.big_endian {
@@ -94,7 +96,7 @@ impl Element {
 
     fn text(&self, bytes: &[u8]) -> Result<String, String> {
         let text: Option<String> = self.each(bytes, u32::from_le_bytes).into_iter().map(char::from_u32).collect();
-        Ok(text.ok_or("a text contains a number that is not a character")?.trim_end_matches('\0').to_string())
+        Ok(text.ok_or("a string contains an invalid code point")?.trim_end_matches('\0').to_string())
     }
 }
 
@@ -107,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn both_byte_orders_and_all_widths_of_whole_numbers_are_read() {
+    fn both_byte_orders_and_all_integer_widths_are_read() {
         for (descr, bytes) in [
             ("<i2", vec![0xfe, 0xff, 7, 0]),
             (">i2", vec![0xff, 0xfe, 0, 7]),
@@ -127,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plain_type_is_refused_by_its_name() {
+    fn unsupported_types_are_refused_by_name() {
         for descr in
             ["|O", "<f2", "<f16", "<c8", "<M8[s]", "|S5", "<U0", "<U99999999999999999999", "|f8", "é8", "<", ""]
         {

@@ -1,4 +1,4 @@
-//! NumPy's arrays: `.npy` files, and `.npz` archives of them.
+//! NumPy arrays: `.npy` files, and `.npz` archives of them.
 //!
 //! ```
 //! use skiagraph_core::npz::{Array, Npz};
@@ -20,7 +20,7 @@ pub use array::{Array, Values};
 
 use crate::input::plain;
 
-/// An error of an archive of arrays.
+/// An error in an archive of arrays.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {}", plain(file), plain(detail))]
 pub struct NpzError {

@@ -1,21 +1,21 @@
-//! NumPy's array format (NEP 1): a header that is a Python dictionary, then the values.
+//! NumPy's array format (NEP 1): a header holding a Python dictionary, then the values.
 //!
-//! Written little-endian and in C order. Read in either byte order and in C or Fortran order, of every plain type that
-//! [`super::element`] knows.
+//! Written little-endian and in C order. Read in either byte order, in C or Fortran order, with any element type that
+//! [`super::element`] supports.
 
 use super::element::Element;
 use super::{Array, Values};
 use crate::input::excerpt;
 
-/// Dimensions that an array may have.
+/// Greatest number of dimensions of an array.
 const MOST_DIMENSIONS: usize = 8;
-/// Elements along one axis, even of an empty array: 2 GiB of bytes.
+/// Greatest length of one axis, even of an empty array: 2 GiB of bytes.
 const LONGEST_AXIS: usize = 1 << 31;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
 impl Array {
-    /// The bytes of a `.npy` file (version 1.0), or what is wrong with the array.
+    /// The bytes of a `.npy` file (version 1.0), or the reason why the array is invalid.
     pub(super) fn to_npy(&self) -> Result<Vec<u8>, String> {
         if element_count(&self.shape) != Some(self.values.len()) {
             return Err(format!("{} values do not fill shape {:?}", self.values.len(), self.shape));
@@ -46,7 +46,7 @@ impl Array {
         Ok(bytes)
     }
 
-    /// The array of a `.npy` file, or why it cannot be read.
+    /// Reads the array of a `.npy` file.
     #[doc(hidden)]
     pub fn from_npy(bytes: &[u8]) -> Result<Self, String> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("not a .npy array: it does not begin with \\x93NUMPY")?;
@@ -55,7 +55,7 @@ impl Array {
             [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
             _ => return Err("unknown .npy version, expected 1, 2 or 3".to_string()),
         };
-        let (header, body) = rest.split_at_checked(length).ok_or("the .npy header is cut short")?;
+        let (header, body) = rest.split_at_checked(length).ok_or("the .npy header is truncated")?;
         let header = std::str::from_utf8(header).map_err(|_| "the .npy header is not text")?;
         let Header { element, fortran_order, shape } = parse_header(header)?;
         let count = element_count(&shape).ok_or_else(|| "the shape is too large".to_string())?;
@@ -73,7 +73,7 @@ fn element_count(shape: &[usize]) -> Option<usize> {
     shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
 }
 
-/// The content of the dictionary literal.
+/// Parsed contents of the header's dictionary.
 struct Header {
     element: Element,
     fortran_order: bool,
@@ -88,7 +88,7 @@ fn parse_header(header: &str) -> Result<Header, String> {
     let missing = |key: &str| format!("the .npy header has no readable {key}: {}", excerpt(header.trim()));
     let descr = value("'descr'").ok_or_else(|| missing("'descr'"))?;
     let descr = descr.strip_prefix('\'').and_then(|d| d.split_once('\'')).map(|(d, _)| d);
-    let descr = descr.ok_or("a structured or pickled array; expected plain numbers, booleans or texts")?;
+    let descr = descr.ok_or("a structured or pickled array; expected plain numbers, booleans or strings")?;
     let order = value("'fortran_order'").ok_or_else(|| missing("'fortran_order'"))?;
     let fortran_order = order.starts_with("True");
     if !fortran_order && !order.starts_with("False") {
@@ -101,7 +101,8 @@ fn parse_header(header: &str) -> Result<Header, String> {
     Ok(Header { element: Element::parse(descr)?, fortran_order, shape })
 }
 
-/// Values whose first index runs fastest, ordered so that the last does. There are as many as `shape` says.
+/// Reorders values from Fortran order (first index fastest) to C order (last index fastest). Their number matches
+/// `shape`.
 fn in_c_order<T: Clone>(values: &[T], shape: &[usize]) -> Vec<T> {
     let mut index = vec![0; shape.len()];
     let place = |index: &[usize]| index.iter().zip(shape).rev().fold(0, |place, (i, length)| place * length + i);
@@ -130,7 +131,7 @@ impl Values {
         }
     }
 
-    /// Characters of the longest text, at least 1 (NumPy has no texts of width 0).
+    /// Characters of the longest string, at least 1 (NumPy has no strings of width 0).
     fn widest_text(&self) -> usize {
         match self {
             Self::Text(texts) => texts.iter().map(|t| t.chars().count()).max().unwrap_or(0).max(1),
@@ -154,7 +155,7 @@ impl Values {
         }
     }
 
-    /// Values in Fortran order, put into C order.
+    /// Converts values from Fortran order to C order.
     fn in_c_order(self, shape: &[usize]) -> Self {
         match self {
             Self::F64(v) => Self::F64(in_c_order(&v, shape)),
@@ -172,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_header_is_what_numpy_writes_and_the_values_start_at_64_bytes() {
+    fn headers_match_numpys_and_values_start_at_a_multiple_of_64_bytes() {
         let bytes = Array::new(&[3], vec![1.0, 2.0, 3.0]).to_npy().unwrap();
         let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3,), }";
         assert_eq!(&bytes[10..10 + header.len()], header.as_bytes());
@@ -188,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn unreadable_headers_say_what_is_wrong_and_allocate_nothing() {
+    fn invalid_headers_cause_specific_errors_and_no_allocation() {
         let with_header = |header: &str| {
             let mut bytes = MAGIC.to_vec();
             bytes.extend([1, 0]);
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn fortran_order_is_put_into_c_order() {
+    fn fortran_order_is_converted_to_c_order() {
         let c = Array::new(&[2, 3, 4], (0..24_i64).collect::<Vec<_>>());
         let at = |i: usize, j: usize, k: usize| ((i * 3 + j) * 4 + k) as i64;
         let mut fortran = Vec::new();

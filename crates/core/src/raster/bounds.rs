@@ -1,6 +1,6 @@
 //! A rectangle of whole pixels.
 
-/// Pixels `left..right` by `top..bottom`; empty where a range is.
+/// Pixels `left..right` by `top..bottom`; empty if either range is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelBounds {
     /// First column.
@@ -14,13 +14,13 @@ pub struct PixelBounds {
 }
 
 impl PixelBounds {
-    /// Whether it holds no pixel.
+    /// Whether it contains no pixel.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.left >= self.right || self.top >= self.bottom
     }
 
-    /// The smallest rectangle that holds both; an empty one adds nothing.
+    /// The smallest rectangle that contains both; an empty one adds nothing.
     #[inline]
     pub fn union(&self, other: &Self) -> Self {
         match (self.is_empty(), other.is_empty()) {
@@ -36,7 +36,7 @@ impl PixelBounds {
         }
     }
 
-    /// The rectangle grown by `margin` on every side, cut to an image of `width` x `height`.
+    /// The rectangle grown by `margin` on every side, clipped to an image of `width` x `height`.
     pub fn grown(&self, margin: u32, width: u32, height: u32) -> Self {
         if self.is_empty() {
             return Self::default();

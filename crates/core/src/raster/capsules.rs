@@ -1,8 +1,8 @@
 //! Exact silhouettes of tapered capsules.
 //!
-//! A pixel is set iff the ray through its centre meets the part of a solid that lies at or beyond the near plane (z >=
-//! near). So a solid before the near plane is invisible, one that contains the camera is visible wherever it reaches
-//! beyond the near plane, and parts cut off by the plane are not seen.
+//! A pixel is set iff the ray through its centre meets the part of a solid at or beyond the near plane (z >= near).
+//! Solids nearer than the near plane are invisible, and parts cut off by it are not seen; a solid that contains the
+//! camera is visible wherever it extends beyond the near plane.
 
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ use crate::simd::{Dispatched, dispatch};
 /// Beyond this many pixels single precision no longer resolves half pixels.
 const FAR_AWAY: f32 = 65536.0;
 
-/// Draws silhouettes of tapered capsules as a pinhole camera sees them.
+/// Draws silhouettes of tapered capsules as seen by a pinhole camera.
 ///
 /// ```
 /// use skiagraph_core::camera::Pinhole;
@@ -43,7 +43,7 @@ impl CapsulePainter {
     }
 
     /// Adds the silhouettes of `capsules_in_camera` (metres, camera frame) to `mask`, which has the camera's size, and
-    /// returns the bounds of what they cover. Pixels beyond a smaller mask are lost.
+    /// returns the bounds of the covered pixels. Pixels outside a smaller mask are ignored.
     pub fn paint(&mut self, capsules_in_camera: &[TaperedCapsule], mask: &mut Mask) -> PixelBounds {
         let (width, height) = (self.pinhole.width, self.pinhole.height);
         self.scratch.draw(&self.pinhole, capsules_in_camera);
@@ -57,7 +57,7 @@ impl CapsulePainter {
     }
 }
 
-/// Reusable memory for drawing silhouettes: one per thread, for cameras of any size. It grows with the largest image so
+/// Reusable memory for drawing silhouettes: one per thread, for cameras of any size. It grows to the largest image so
 /// far and never allocates after that.
 #[derive(Default)]
 pub struct SilhouetteScratch {
@@ -71,7 +71,7 @@ pub struct SilhouetteScratch {
 }
 
 impl SilhouetteScratch {
-    /// Draws the silhouettes on a cleared image, with the best instruction set of this processor; the results are
+    /// Draws the silhouettes on a cleared image with the best instruction set of this processor; the results are
     /// bit-identical on all.
     pub(super) fn draw(&mut self, pinhole: &Pinhole, capsules_in_camera: &[TaperedCapsule]) {
         dispatch(CapsuleDrawing { scratch: self, pinhole, capsules_in_camera });
@@ -143,7 +143,7 @@ fn row_centres(layout: StripLayout) -> Vec<Rows<f32>> {
     (0..layout.rows).step_by(ROWS).map(|first| std::array::from_fn(|i| centre(first + i))).collect()
 }
 
-/// Draws one outline, block of rows by block of rows: where it begins and ends, and the words of all strips between.
+/// Draws one outline in blocks of rows: its start and end in every row, and the words of all strips between.
 #[inline(always)]
 fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[Rows<f32>]) {
     let layout = image.layout();
@@ -151,7 +151,7 @@ fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[Rows<f32>]
     if outline.bottom <= 0.0 || outline.top >= height || outline.right <= 0.0 || outline.left >= width {
         return;
     }
-    // Conversion to an integer cuts off below zero and above the end.
+    // Conversion to an integer saturates at zero and at the greatest value.
     let first = outline.top as usize / ROWS;
     let last = ((outline.bottom as usize + 1).div_ceil(ROWS)).min(layout.rows / ROWS);
     let first_strip = outline.left as usize / STRIP as usize;
@@ -169,20 +169,20 @@ fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[Rows<f32>]
     }
 }
 
-/// A word whose bits `bit..` are set; none where `bit` is beyond the word.
+/// A word whose bits `bit..` are set; zero if `bit` is beyond the word.
 #[inline(always)]
 fn ones_from(bit: u32) -> u32 {
     u32::MAX.checked_shl(bit).unwrap_or(0)
 }
 
-/// Draws a solid that the near plane cuts, ray by ray: slow and exact.
+/// Draws a solid cut by the near plane, ray by ray: slow and exact.
 #[inline(never)]
 fn draw_by_rays(capsule: &TaperedCapsule, pinhole: &Pinhole, image: &mut StripImage) {
     let bounds = bounds_beyond_near(capsule, pinhole);
     for y in bounds.top..bounds.bottom {
         for x in bounds.left..bounds.right {
             let (u, v) = pinhole.normalised(&nalgebra::Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            // The solid is convex: the ray meets its part beyond the near plane iff it leaves it there.
+            // The solid is convex: the ray meets the part beyond the near plane iff it exits there.
             if capsule.exit_along(&Vector3::new(u, v, 1.0)).is_some_and(|depth| depth >= pinhole.near) {
                 image.set(x, y);
             }
@@ -190,7 +190,7 @@ fn draw_by_rays(capsule: &TaperedCapsule, pinhole: &Pinhole, image: &mut StripIm
     }
 }
 
-/// A conservative bound of the pixels that see the part of the solid beyond the near plane.
+/// Conservative bounds of the pixels that see the part of the solid beyond the near plane.
 fn bounds_beyond_near(capsule: &TaperedCapsule, pinhole: &Pinhole) -> PixelBounds {
     let TaperedCapsule { a, b, radius_a, radius_b } = capsule;
     let low = |i: usize| (a[i] - radius_a).min(b[i] - radius_b);
@@ -203,7 +203,7 @@ fn bounds_beyond_near(capsule: &TaperedCapsule, pinhole: &Pinhole) -> PixelBound
     let least = |i: usize| low(i) / if low(i) < 0.0 { near } else { far };
     let most = |i: usize| high(i) / if high(i) > 0.0 { near } else { far };
     let (from, to) = (pinhole.pixel(least(0), least(1)), pinhole.pixel(most(0), most(1)));
-    // Conversion to an integer cuts off below zero and above the end, and turns NaN into an empty range.
+    // Conversion to an integer saturates at zero and at the greatest value, and turns NaN into an empty range.
     PixelBounds {
         left: from.x as u32,
         top: from.y as u32,

@@ -1,4 +1,4 @@
-//! One observed silhouette against thousands of modelled ones.
+//! Compares one observed silhouette with thousands of modelled ones.
 
 use nalgebra::Isometry3;
 
@@ -12,21 +12,21 @@ use crate::simd::{Dispatched, dispatch};
 /// Comparison of an observed silhouette with a model's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaskComparison {
-    /// Pixel counts of the two masks laid over each other, exact.
+    /// Exact pixel counts of the overlap of the two masks.
     pub overlap: Overlap,
     /// Mean over all pixels of the model's contour ([`super::contour()`]) of `min(d, tau) / tau`, where `d` is the
-    /// distance to the nearest pixel of the observed contour; in `[0, 1]`. A model without contour scores 0 against an
-    /// observation without one, else 1. `None` where the comparer was made without `tau`.
+    /// distance to the nearest pixel of the observed contour; in `[0, 1]`. A model without a contour scores 0 if the
+    /// observation has none either, else 1. `None` if the comparer was created without `tau`.
     pub contour: Option<f64>,
 }
 
-/// Compares silhouettes of tapered capsules, or of meshes, with one observed mask: made once per view and frame, used
-/// once per particle.
+/// Compares silhouettes of tapered capsules, or of meshes, with one observed mask: created once per view and frame,
+/// used once per particle.
 ///
-/// A comparison draws the model as [`super::CapsulePainter`] or [`MeshTopology::paint`] does and counts only the words
-/// it drew: what both masks share and how many pixels the model has; the observed mask was counted once. With a
-/// [`SilhouetteScratch`], or a [`MeshScratch`], per thread it does not allocate. Results do not depend on the processor
-/// or on what the scratch was used for before.
+/// A comparison draws the model as [`super::CapsulePainter`] or [`MeshTopology::paint`] does, and counts only the
+/// words that were drawn: the pixels shared by both masks, and those of the model; the observed mask is counted once.
+/// With a [`SilhouetteScratch`] or a [`MeshScratch`] per thread it does not allocate. Results do not depend on the
+/// processor or on previous uses of the scratch memory.
 ///
 /// ```
 /// use skiagraph_core::camera::Pinhole;
@@ -51,9 +51,9 @@ pub struct SilhouetteComparer {
 }
 
 impl SilhouetteComparer {
-    /// A comparer for one view. `observed` has the camera's size and is in its ideal pixels (what lies beyond the
-    /// camera's image is ignored); `contour_tau` is the distance in pixels, > 0, beyond which a contour pixel counts as
-    /// missed, or `None` to leave the contour out, which halves the time.
+    /// A comparer for one view. `observed` has the camera's size and is in its ideal pixels (pixels outside the
+    /// camera's image are ignored); `contour_tau` is the distance in pixels, > 0, beyond which a contour pixel counts
+    /// as missed, or `None` to omit the contour, which halves the time.
     pub fn new(pinhole: &Pinhole, observed: &Mask, contour_tau: Option<f64>) -> Self {
         let mut inside = Mask::new(pinhole.width, pinhole.height);
         inside |= observed;
@@ -80,7 +80,7 @@ impl SilhouetteComparer {
     #[inline(always)]
     fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> MaskComparison {
         scratch.draw_here(&self.pinhole, capsules_in_camera);
-        // no closure: it would be a function of its own, without the chosen instructions
+        // not a closure: it would be a separate function without the selected instructions
         let mut mean = None;
         if let Some(contour) = &self.contour {
             mean = Some(contour.mean(&scratch.image, &mut scratch.edge));
@@ -91,8 +91,8 @@ impl SilhouetteComparer {
 }
 
 impl SilhouetteComparer {
-    /// Compares the silhouette of a mesh with the observed one; of a mesh with fewer `vertices` (world, metres) than
-    /// its triangles need nothing is seen.
+    /// Compares the silhouette of a mesh with the observed one. If there are fewer `vertices` (world, metres) than the
+    /// triangles require, nothing is drawn.
     pub fn compare_mesh(
         &self,
         scratch: &mut MeshScratch,
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_comparison_equals_masks_compared_pixel_by_pixel_whatever_the_scratch_was_used_for() {
+    fn a_comparison_equals_the_comparison_of_masks_pixel_by_pixel() {
         let mut scratch = SilhouetteScratch::default();
         for (width, height) in [(160, 120), (64, 64), (33, 50), (200, 31)] {
             let pinhole = pinhole(width, height);
@@ -212,7 +212,7 @@ mod tests {
         }
     }
 
-    /// Tetrahedra about, in the world; some seed has one that the near plane cuts.
+    /// Random tetrahedra in the world; for some seeds the near plane cuts one.
     fn tetrahedra(seed: u64) -> (MeshTopology, Vec<Point3<f64>>) {
         let mut random = stream(seed, Purpose::Corruption, 0, 1, 0);
         let middle = Point3::new(0.0, 0.0, if seed.is_multiple_of(7) { 0.3 } else { 2.5 });
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_compares_as_its_mask_does_pixel_by_pixel() {
+    fn a_mesh_is_compared_like_its_mask_pixel_by_pixel() {
         let mut scratch = MeshScratch::default();
         let camera_from_world = nalgebra::Isometry3::translation(0.1, -0.05, 0.2);
         for (width, height) in [(160, 120), (64, 64), (33, 50), (200, 31)] {
@@ -239,7 +239,7 @@ mod tests {
                 let mut model = Mask::new(width, height);
                 mesh.paint(&pinhole, &in_camera, &mut MeshScratch::default(), &mut model);
                 assert_eq!(comparison.overlap, overlap(&model, &observed), "{seed}");
-                // what fills the image has no contour
+                // a mask that fills the image has no contour
                 let expected = match (contour(&model).is_empty(), contour(&observed).is_empty()) {
                     (true, true) => 0.0,
                     (true, false) => 1.0,

@@ -2,8 +2,8 @@
 
 use super::Mask;
 
-/// The set pixels that have an unset neighbour above, below, left or right *inside the image*: at the image's border a
-/// silhouette has no contour, because its end is not visible there.
+/// The set pixels that have an unset neighbour above, below, left or right *inside the image*: a silhouette has no
+/// contour at the image border, because its edge is not visible there.
 pub fn contour(mask: &Mask) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut contour = Mask::new(width, height);
@@ -44,7 +44,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_contour_of_any_mask_is_what_its_definition_says(
+        fn contours_agree_with_their_definition(
             width in 1..150_u32, height in 1..6_u32, seed in any::<u64>(),
         ) {
             let mut state = seed | 1;
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_has_its_four_sides_and_a_full_image_none() {
+    fn a_rectangle_has_four_sides_and_a_full_image_has_no_contour() {
         let mask = Mask::from_fn(200, 60, |x, y| (60..140).contains(&x) && (10..30).contains(&y));
         assert_eq!(contour(&mask).count(), 2 * 80 + 2 * 18);
         assert!(contour(&Mask::from_fn(130, 7, |_, _| true)).is_empty());

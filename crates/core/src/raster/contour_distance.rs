@@ -1,14 +1,14 @@
-//! Distance of a drawn silhouette's contour from an observed one.
+//! Distance between the contours of a drawn silhouette and an observed one.
 
 use super::strips::{STRIP, StripImage, StripLayout};
 use super::{DistanceMap, Mask, contour};
 
-/// What [`ContourDistance`] stores for a distance of tau or more.
+/// Stored value for a distance of tau or more.
 const FAR: u16 = u16::MAX;
-/// Up to which squared distance values are computed once an image: a bound on memory.
+/// Squared distances up to which values are computed once per image; bounds memory use.
 const MOST_KEPT: f64 = 65536.0;
 
-/// Truncated distances to the contour of an observed mask, in fixed point, so sums do not depend on their order.
+/// Truncated distances to the contour of an observed mask, in fixed point, so that sums do not depend on their order.
 #[derive(Clone, Debug)]
 pub(super) struct ContourDistance {
     layout: StripLayout,
@@ -19,7 +19,7 @@ pub(super) struct ContourDistance {
 }
 
 impl ContourDistance {
-    /// Distances to the contour of `observed`, cut off at `tau` pixels.
+    /// Distances to the contour of `observed`, truncated at `tau` pixels.
     pub(super) fn new(observed: &Mask, tau: f64) -> Self {
         let layout = StripLayout::new(observed.width(), observed.height());
         let mut words = vec![[FAR; STRIP as usize]; layout.words()];
@@ -30,7 +30,7 @@ impl ContourDistance {
             let distance = f64::from(squared).sqrt();
             if distance < tau { (distance / tau * f64::from(FAR)).round() as u16 } else { FAR }
         };
-        // squared distances are whole numbers, and many pixels share one
+        // squared distances are integers shared by many pixels
         let near: Vec<u16> = (0..=(tau * tau).min(MOST_KEPT) as u32).map(scaled).collect();
         let window = map.window();
         for y in window.top..window.bottom {
@@ -43,8 +43,8 @@ impl ContourDistance {
         Self { layout, words, nothing_observed: bounds.is_empty() }
     }
 
-    /// Mean over the contour of `model`, an image of the same layout; see [`super::MaskComparison::contour`]. `edge` is
-    /// memory for a strip's rows.
+    /// Mean over the contour of `model`, an image of the same layout; see [`super::MaskComparison::contour`]. `edge`
+    /// is scratch memory for a strip's rows.
     #[inline(always)]
     pub(super) fn mean(&self, model: &StripImage, edge: &mut [u32]) -> f64 {
         let (mut sum, mut count) = (0_u64, 0_u64);

@@ -2,8 +2,8 @@
 
 use super::{Mask, PixelBounds};
 
-/// For every pixel of an image, or of a window in it, the distance from its centre to the centre of the nearest set
-/// pixel of a mask.
+/// The distance from every pixel centre of an image, or of a window in it, to the centre of the nearest set pixel of a
+/// mask.
 ///
 /// Exact, in integers: squared distances by the lower envelope of parabolas (`[Felzenszwalb 2012]`, algorithm
 /// 1), rows after columns, O(width * height).
@@ -13,7 +13,7 @@ pub struct DistanceMap {
     squared: Vec<u32>,
 }
 
-/// Distance, and squared distance, from here on: no pixel is set.
+/// Greater than any distance or squared distance: no pixel is set.
 const NOWHERE: u32 = 1 << 30;
 
 impl DistanceMap {
@@ -22,8 +22,8 @@ impl DistanceMap {
         Self::within(mask, PixelBounds { left: 0, top: 0, right: mask.width(), bottom: mask.height() })
     }
 
-    /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; what lies outside
-    /// the image is cut off.
+    /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; the window is
+    /// clipped to the image.
     pub fn within(mask: &Mask, window: PixelBounds) -> Self {
         let window = window.grown(0, mask.width(), mask.height());
         let width = (window.right - window.left) as usize;
@@ -35,20 +35,20 @@ impl DistanceMap {
         Self { window, squared }
     }
 
-    /// The pixels for which there are distances.
+    /// The pixels with known distances.
     #[inline]
     pub fn window(&self) -> PixelBounds {
         self.window
     }
 
-    /// Squared distances of the window's pixels in row `y`, which is one of the window's; at least 2^30 where
-    /// the mask has no pixel in the window.
+    /// Squared distances of the window's pixels in row `y` of the window; at least 2^30 if the mask has no pixel in
+    /// the window.
     pub(super) fn row(&self, y: u32) -> &[u32] {
         let width = (self.window.right - self.window.left) as usize;
         &self.squared[(y - self.window.top) as usize * width..][..width]
     }
 
-    /// Squared distance in pixels at `(x, y)`; `None` outside the window and where the mask has no pixel in it.
+    /// Squared distance in pixels at `(x, y)`; `None` outside the window or if the mask has no pixel in it.
     #[inline]
     pub fn squared(&self, x: u32, y: u32) -> Option<u32> {
         let w = &self.window;
@@ -57,15 +57,15 @@ impl DistanceMap {
         inside.then(|| self.squared[index()]).filter(|&squared| squared < NOWHERE)
     }
 
-    /// Distance in pixels at `(x, y)`; infinite outside the window and where the mask has no pixel in it.
+    /// Distance in pixels at `(x, y)`; infinite outside the window or if the mask has no pixel in it.
     #[inline]
     pub fn distance(&self, x: u32, y: u32) -> f64 {
         self.squared(x, y).map_or(f64::INFINITY, |squared| f64::from(squared).sqrt())
     }
 }
 
-/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; at least [`NOWHERE`] in
-/// empty columns.
+/// For every pixel of the window the distance to the nearest set pixel in its column, not squared; at least
+/// [`NOWHERE`] in empty columns.
 fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
     let width = (window.right - window.left) as usize;
     let height = (window.bottom - window.top) as usize;
@@ -87,11 +87,11 @@ fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
     distances
 }
 
-/// Brings the distances of a row down to those of a row beside it, one more each. [`NOWHERE`] and what is added to it
-/// lie far above every distance and far below the greatest number, so that nothing has to be checked.
+/// Lowers the distances of a row to those of an adjacent row plus one. [`NOWHERE`] and values added to it are far
+/// above every distance and far below overflow, so no checks are needed.
 fn pull(row: &mut [u32], beside: &[u32]) {
     for (here, there) in row.iter_mut().zip(beside) {
-        // as signed numbers, for which every processor has a comparison of several at once
+        // as signed numbers, for which every processor has a vector comparison
         *here = (*here as i32).min(*there as i32 + 1) as u32;
     }
 }
@@ -104,7 +104,7 @@ struct Envelope {
 }
 
 impl Envelope {
-    /// Replaces column distances by squared Euclidean distances.
+    /// Replaces column distances with squared Euclidean distances.
     fn replace(&mut self, row: &mut [u32]) {
         self.parabolas.clear();
         for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance < NOWHERE) {
@@ -115,8 +115,8 @@ impl Envelope {
                 let numerator = height + at * at - last_height - last_at * last_at;
                 let denominator = 2 * (at - last_at);
                 if numerator >= last_from * denominator {
-                    // Both are integers below 2^37, whose quotient in f64 is never rounded over an integer; it is
-                    // several times as fast as theirs.
+                    // Both are integers below 2^37, and their quotient in f64 is never rounded past an integer;
+                    // floating-point division is several times as fast as integer division.
                     from = (numerator as f64 / denominator as f64) as i64 + 1;
                     break;
                 }
@@ -146,7 +146,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_distance_equals_brute_force(
+        fn distances_agree_with_brute_force(
             width in 1..90_u32, height in 1..40_u32, pixels in prop::collection::vec((0..90_u32, 0..40_u32), 0..30),
         ) {
             let mut mask = Mask::new(width, height);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_holds_every_set_pixel_gives_the_same_distances() {
+    fn a_window_with_all_set_pixels_gives_the_same_distances() {
         let mask = Mask::from_fn(120, 90, |x, y| (40..70).contains(&x) && (30..60).contains(&y) && (x + y) % 7 == 0);
         let window = mask.bounds().grown(5, 120, 90);
         let (whole, part) = (DistanceMap::new(&mask), DistanceMap::within(&mask, window));

@@ -4,10 +4,10 @@ use std::ops::{BitAndAssign, BitOrAssign, BitXorAssign, Range};
 
 use super::PixelBounds;
 
-/// A binary image, one bit a pixel, rows padded to whole 64-bit words; padding bits are always zero.
+/// A binary image, one bit per pixel, rows padded to whole 64-bit words; padding bits are always zero.
 ///
-/// Pixel `(x, y)` has its centre at `(x + 0.5, y + 0.5)`; bit `x % 64` (least significant first) of word `x / 64` of
-/// row `y`. Outside the image nothing is set: operations on two masks of different sizes take it so.
+/// Pixel `(x, y)` has its centre at `(x + 0.5, y + 0.5)` and is bit `x % 64` (least significant first) of word `x /
+/// 64` of row `y`. Pixels outside the image are unset; this defines operations on masks of different sizes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     width: u32,
@@ -23,7 +23,7 @@ impl Mask {
         Self { width, height, words_per_row, words: vec![0; words_per_row * height as usize] }
     }
 
-    /// The mask of the pixels `(x, y)` for which `is_set` says so.
+    /// The mask of the pixels `(x, y)` for which `is_set` is true.
     pub fn from_fn(width: u32, height: u32, mut is_set: impl FnMut(u32, u32) -> bool) -> Self {
         let mut mask = Self::new(width, height);
         for y in 0..height {
@@ -46,7 +46,7 @@ impl Mask {
         self.height
     }
 
-    /// Whether pixel `(x, y)` is set; outside the image nothing is.
+    /// Whether pixel `(x, y)` is set; false outside the image.
     #[inline]
     pub fn get(&self, x: u32, y: u32) -> bool {
         x < self.width
@@ -54,7 +54,7 @@ impl Mask {
             && self.words[y as usize * self.words_per_row + (x / 64) as usize] >> (x % 64) & 1 == 1
     }
 
-    /// Sets or clears pixel `(x, y)`; outside the image nothing happens.
+    /// Sets or clears pixel `(x, y)`; ignored outside the image.
     #[inline]
     pub fn set(&mut self, x: u32, y: u32, value: bool) {
         if x >= self.width || y >= self.height {
@@ -65,7 +65,7 @@ impl Mask {
         if value { *word |= bit } else { *word &= !bit }
     }
 
-    /// Sets the pixels `x0..x1` of row `y`, as far as they lie in the image.
+    /// Sets the pixels `x0..x1` of row `y` that are in the image.
     #[inline]
     pub fn fill_span(&mut self, y: u32, x0: u32, x1: u32) {
         let x1 = x1.min(self.width);
@@ -105,7 +105,7 @@ impl Mask {
         self.words.iter().all(|&w| w == 0)
     }
 
-    /// The smallest rectangle that holds every set pixel.
+    /// The smallest rectangle that contains every set pixel.
     pub fn bounds(&self) -> PixelBounds {
         let mut bounds = PixelBounds::default();
         let mut columns = vec![0_u64; self.words_per_row];
@@ -135,7 +135,7 @@ impl Mask {
         })
     }
 
-    /// The runs of set pixels of row `y`, from the left, each as long as it can be.
+    /// The maximal runs of set pixels in row `y`, from the left.
     #[inline]
     pub fn runs(&self, y: u32) -> impl Iterator<Item = Range<u32>> + '_ {
         let mut x = 0;
@@ -149,8 +149,7 @@ impl Mask {
         })
     }
 
-    /// The first pixel at or after `x` in row `y` whose bit differs from `flip`'s; the padded width where there is
-    /// none.
+    /// The first pixel at or after `x` in row `y` whose bit differs from `flip`'s; the padded width if there is none.
     #[inline]
     fn next_in_row(&self, y: u32, x: u32, flip: u64) -> u32 {
         let row = self.row(y);
@@ -190,7 +189,7 @@ impl Mask {
         self.words.fill(0);
     }
 
-    /// Replaces every pixel by `combine(pixel, other's pixel)`, word by word, inside this image.
+    /// Replaces every pixel of this image by `combine(pixel, other's pixel)`, word by word.
     fn combine(&mut self, other: &Self, combine: impl Fn(u64, u64) -> u64) {
         let inside = u64::MAX >> (64 * self.words_per_row as u32 - self.width).min(63);
         for y in 0..self.height {
@@ -249,7 +248,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn pixels_runs_count_and_bounds_tell_the_same(mask in any_mask()) {
+        fn pixels_runs_count_and_bounds_agree(mask in any_mask()) {
             let pixels: Vec<_> = mask.pixels().collect();
             let runs: Vec<_> = (0..mask.height()).flat_map(|y| mask.runs(y).flatten().map(move |x| (x, y))).collect();
             prop_assert_eq!(&pixels, &runs);

@@ -1,13 +1,13 @@
-//! Silhouettes of triangle meshes by the edges at which they turn away: what a fine mesh costs grows with its outline.
+//! Silhouettes of triangle meshes from their contour edges: the cost of a fine mesh is proportional to its outline.
 //!
-//! Every triangle, whichever side it shows, covers its pixels once. So where two triangles that share an edge show the
-//! same side, their parts of the edge cancel, and the number of triangles over a pixel is a sum over the remaining
-//! edges to its left. That holds for open, folded and non-manifold meshes too: an edge is drawn as often as its
-//! triangles do not cancel. Rows of pixel centres are crossed half-open, so neither gaps nor double pixels appear at
-//! vertices.
+//! Every triangle covers its pixels once, whichever side faces the camera. Where two triangles that share an edge show
+//! the same side, their contributions at the edge cancel, so the number of triangles over a pixel is a sum over the
+//! remaining edges to its left. This holds for open, folded and non-manifold meshes too: an edge is drawn as often as
+//! its triangles do not cancel. Rows of pixel centres are crossed half-open, so neither gaps nor double pixels appear
+//! at vertices.
 //!
-//! The loops run on plain arrays and are compiled for several instruction sets ([`crate::simd`]); nothing is fused, so
-//! all give the same bits.
+//! The loops run on plain arrays and are compiled for several instruction sets ([`crate::simd`]); operations are never
+//! fused, so all give the same bits.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -16,10 +16,10 @@ use super::{Mask, MeshTopology, paint_triangles};
 use crate::camera::Pinhole;
 use crate::simd::{Dispatched, dispatch};
 
-/// Wider images are drawn triangle by triangle: a column and a change of the cover share 32 bits.
+/// Wider images are drawn triangle by triangle: a column and a change of coverage share 32 bits.
 const WIDEST: u32 = 1 << 23;
 
-/// The vertices of a mesh, one array a coordinate, so that several are projected at once. Metres, world.
+/// The vertices of a mesh, one array per coordinate, so that several are projected at once. Metres, world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshVertices {
     columns: [Vec<f64>; 3],
@@ -34,13 +34,13 @@ impl MeshVertices {
         }
     }
 
-    /// How many there are.
+    /// Number of vertices.
     #[inline]
     pub fn len(&self) -> usize {
         self.columns[0].len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no vertices.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.columns[0].is_empty()
@@ -56,26 +56,26 @@ impl MeshVertices {
 #[derive(Clone, Debug, Default)]
 pub struct MeshScratch {
     pixels: Vec<[f64; 2]>,
-    /// 1 for counter-clockwise in the image, -1 for clockwise, 0 seen edge-on; then the same with the other sign. One
-    /// more entry, 0, for no triangle.
+    /// Orientation of every triangle in the image: 1 counter-clockwise, -1 clockwise, 0 edge-on; alternating with its
+    /// negative. One more entry, 0, for a missing triangle.
     facing: Vec<[i8; 2]>,
     /// Edges whose triangles do not cancel.
     turning: Vec<u32>,
     slopes: Vec<EdgeRows>,
-    /// Per row the place in `crossings` after its last one.
+    /// Per row the index in `crossings` after its last one.
     ends: Vec<u32>,
-    /// By row: first column right of a crossing, and by how much the cover changes there ([`Crossing`]).
+    /// By row: first column to the right of a crossing, and the change of coverage there ([`Crossing`]).
     crossings: Vec<u32>,
-    /// What was drawn to be compared.
+    /// Drawn image for comparisons.
     pub(super) image: StripImage,
     /// A strip's contour.
     pub(super) edge: Vec<u32>,
 }
 
-/// An edge as the rows see it whose centres it crosses.
+/// An edge in terms of the rows whose centres it crosses.
 #[derive(Clone, Copy, Debug)]
 struct EdgeRows {
-    /// Where it crosses the first row's centres, pixels, and how much further right every next one.
+    /// Position where it crosses the first row's centres, pixels, and the shift to the right from row to row.
     x: f64,
     slope: f64,
     first: u32,
@@ -83,9 +83,9 @@ struct EdgeRows {
     cover: i32,
 }
 
-/// Where rows are filled.
+/// A target for filled spans.
 trait Spans {
-    /// Sets the pixels `from..to`, not empty and within the image, of a row.
+    /// Sets the non-empty range of pixels `from..to` of a row inside the image.
     fn fill(&mut self, row: u32, from: u32, to: u32);
 }
 
@@ -104,8 +104,8 @@ impl Spans for StripImage {
 }
 
 impl MeshTopology {
-    /// Adds the mesh's silhouette to `mask`, which has the pinhole's size. `vertices_in_camera` are as many as the mesh
-    /// has, metres. What lies before the near plane is cut off.
+    /// Adds the mesh's silhouette to `mask`, which has the pinhole's size. `vertices_in_camera` are the mesh's
+    /// vertices, metres. Parts nearer than the near plane are cut off.
     pub fn paint(
         &self,
         pinhole: &Pinhole,
@@ -138,7 +138,7 @@ impl MeshScratch {
         if vertices.len() < topology.vertices() {
             return;
         }
-        // taken out for as long as it is drawn on beside the other buffers
+        // moved out while it is drawn on beside the other buffers
         let mut image = std::mem::take(&mut self.image);
         if project(pinhole, camera_from_world, vertices, &mut self.pixels) && pinhole.width < WIDEST {
             self.fill(topology, pinhole, &mut image);
@@ -148,7 +148,7 @@ impl MeshScratch {
         self.image = image;
     }
 
-    /// Fills the mesh whose vertices are at `pixels`.
+    /// Fills the mesh with its vertices at `pixels`.
     #[inline(always)]
     fn fill(&mut self, topology: &MeshTopology, pinhole: &Pinhole, spans: &mut impl Spans) {
         self.face(topology.triangles());
@@ -171,7 +171,7 @@ impl MeshScratch {
         self.facing[triangles.len()] = [0; 2];
     }
 
-    /// Finds the edges whose triangles do not cancel. Without a branch: which ones they are cannot be predicted.
+    /// Finds the edges whose triangles do not cancel. Branch-free, because the outcome is unpredictable.
     #[inline(always)]
     fn turn(&mut self, sides: &[[u32; 2]]) {
         self.turning.resize(sides.len(), 0);
@@ -195,7 +195,7 @@ impl MeshScratch {
             let cover = i32::from(facing[sides[0] as usize]) + i32::from(facing[sides[1] as usize]);
             let ends = topology.edges()[*edge as usize].ends;
             let (a, b) = (self.pixels[ends[0] as usize], self.pixels[ends[1] as usize]);
-            // from the upper end, so that an edge has one line whatever triangle asks
+            // from the upper end, so that an edge has the same line for both triangles
             let (top, bottom, cover) = if a[1] <= b[1] { (a, b, cover) } else { (b, a, -cover) };
             let (first, end) = (first_centre(top[1], height), first_centre(bottom[1], height));
             if first >= end {
@@ -251,16 +251,16 @@ impl MeshScratch {
     }
 }
 
-/// A crossing of an edge with a row's centres.
+/// A crossing of an edge with a row of pixel centres.
 #[derive(Clone, Copy)]
 struct Crossing {
-    /// The first column whose centre lies right of it.
+    /// The first column with its centre to the right.
     column: u32,
     change: i32,
 }
 
 impl Crossing {
-    /// A number that is ordered as columns are.
+    /// A number ordered by column.
     #[inline(always)]
     fn packed(self) -> u32 {
         self.column << 8 | (self.change + 128) as u32
@@ -272,7 +272,7 @@ impl Crossing {
     }
 }
 
-/// Sorts a row's crossings, of which there are about ten, in their place.
+/// Sorts a row's crossings in place; there are typically about ten.
 #[inline(always)]
 fn sort_few(crossings: &mut [u32]) {
     if crossings.len() > 32 {
@@ -289,7 +289,7 @@ fn sort_few(crossings: &mut [u32]) {
     }
 }
 
-/// Where the vertices are in the image; whether all of them lie beyond the near plane.
+/// Projects the vertices; returns whether all of them are beyond the near plane.
 #[inline(always)]
 fn project(
     pinhole: &Pinhole,
@@ -328,16 +328,16 @@ fn by_triangles(
     StripImage::from_mask(&mask)
 }
 
-/// The first pixel whose centre lies at or beyond a coordinate, within 0 and `most`. NaN is taken to 0.
+/// The first pixel whose centre is at or beyond a coordinate, clamped to `0..=most`. NaN gives 0.
 #[inline(always)]
 fn first_centre(coordinate: f64, most: u32) -> u32 {
     let within = (coordinate - 0.5).clamp(0.0, f64::from(most));
-    // no `ceil`, which older processors do by a call
+    // avoids `ceil`, which is a function call on older processors
     let whole = within as i32;
     (whole + i32::from(f64::from(whole) < within)) as u32
 }
 
-/// Work for [`dispatch`]: whether it could be done by edges.
+/// Work for [`dispatch`]: returns whether edges could be used.
 struct Painting<'a> {
     topology: &'a MeshTopology,
     pinhole: &'a Pinhole,
@@ -376,7 +376,7 @@ mod tests {
     const PINHOLE: Pinhole =
         Pinhole { focal: [300.0, 310.0], principal_point: [160.0, 118.0], width: 320, height: 240, near: 0.05 };
 
-    /// What [`paint_triangles`] draws, triangle by triangle.
+    /// The result of [`paint_triangles`], triangle by triangle.
     fn painted(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mask {
         let mut mask = Mask::new(320, 240);
         paint_triangles(&PINHOLE, vertices, triangles, &mut mask);
@@ -401,19 +401,19 @@ mod tests {
     }
 
     #[test]
-    fn any_soup_of_triangles_has_the_silhouette_of_its_triangles_one_by_one() {
+    fn random_triangles_have_the_silhouette_of_single_triangles() {
         for seed in 0..40 {
             let (vertices, triangles) = soup(seed, 12, 9, 1.0);
             let (drawn, painted) = (drawn(&vertices, &triangles), painted(&vertices, &triangles));
             let differing = (0..240).flat_map(|y| (0..320).map(move |x| (x, y)));
             let differing = differing.filter(|&(x, y)| drawn.get(x, y) != painted.get(x, y)).count();
-            // a centre that lies on an edge up to rounding
+            // a pixel centre may be on an edge up to rounding
             assert!(differing <= 1, "{differing} of {} in {seed}", painted.count());
         }
     }
 
     #[test]
-    fn what_lies_before_the_near_plane_is_cut_off() {
+    fn parts_nearer_than_the_near_plane_are_cut_off() {
         let (vertices, triangles) = soup(7, 12, 9, -1.0);
         assert!(vertices.iter().any(|v| v.z < 0.05));
         assert_eq!(drawn(&vertices, &triangles), painted(&vertices, &triangles));
@@ -421,7 +421,7 @@ mod tests {
 
     #[test]
     fn shared_edges_of_a_closed_mesh_leave_neither_gaps_nor_double_pixels() {
-        // a fan about a middle vertex on a pixel's centre, seen from both sides
+        // a fan around a vertex on a pixel centre, seen from both sides
         let ring = |k: u32| {
             let (sin, cos) = libm::sincos(f64::from(k) * 0.4);
             Point3::new(cos, sin, 3.0)
@@ -439,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn every_instruction_set_and_both_roads_give_the_same_pixels_whatever_the_buffers_were_used_for() {
+    fn all_instruction_sets_and_both_methods_give_the_same_pixels_with_reused_buffers() {
         let (mut scratch, mut other) = (MeshScratch::default(), MeshScratch::default());
         let camera_from_world = Isometry3::new(Vector3::new(0.1, -0.2, 0.3), Vector3::new(0.2, -0.1, 0.4));
         for seed in 0..30 {
@@ -457,7 +457,7 @@ mod tests {
             best.image.merge_into(&mut masks[2]);
             assert_eq!(masks[1], masks[2], "{seed}");
             let differing = masks[0].count() + masks[1].count() - 2 * masks[0].count_common(&masks[1]);
-            assert!(differing <= 1, "{differing} in {seed}, which a centre on an edge may explain");
+            assert!(differing <= 1, "{differing} in {seed}; a centre on an edge may explain one");
         }
     }
 
@@ -473,14 +473,14 @@ mod tests {
     }
 
     #[test]
-    fn more_edges_in_a_row_than_are_usual_are_drawn_as_any() {
+    fn unusually_many_edges_in_a_row_are_drawn_correctly() {
         let (vertices, triangles) = soup(3, 300, 400, 1.0);
         let (drawn, painted) = (drawn(&vertices, &triangles), painted(&vertices, &triangles));
         assert!(drawn.count() + painted.count() - 2 * drawn.count_common(&painted) <= 2);
     }
 
     #[test]
-    fn a_mesh_half_outside_the_image_is_cut_at_its_border_and_indices_astray_are_left_out() {
+    fn a_mesh_is_clipped_at_the_image_border_and_invalid_indices_are_ignored() {
         let square = [[-9.0, -0.5], [0.0, -0.5], [0.0, 0.5], [-9.0, 0.5]].map(|[x, y]| Point3::new(x, y, 1.0));
         let mask = drawn(&square, &[[0, 1, 2], [0, 2, 3], [0, 1, 77]]);
         assert_eq!(

@@ -1,32 +1,32 @@
-//! How the triangles of a mesh hang together.
+//! Adjacency of a mesh's triangles.
 
 use std::collections::BTreeMap;
 
-/// How the triangles of a mesh hang together: its edges, each with the triangles that meet there.
+/// Adjacency of a mesh's triangles: its edges, each with its triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshTopology {
     triangles: Vec<[u32; 3]>,
     edges: Vec<MeshEdge>,
-    /// For every edge and each of its triangles twice the triangle's number, one more where the triangle runs along
+    /// For every edge, two entries, one per triangle: twice the triangle's number, plus one if the triangle runs along
     /// the edge backwards.
     sides: Vec<[u32; 2]>,
     vertices: usize,
 }
 
-/// An edge and up to two triangles; more at one edge make several entries.
+/// An edge and up to two triangles; an edge with more triangles has several entries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshEdge {
-    /// Vertices, the smaller first.
+    /// Vertex indices, the smaller first.
     pub ends: [u32; 2],
-    /// Triangles; the number of triangles where there is none.
+    /// Triangle indices; the number of triangles for a missing one.
     pub triangles: [u32; 2],
 }
 
 impl MeshTopology {
-    /// Of a mesh; triangles with a vertex beyond `vertices` are left out.
+    /// The topology of a mesh; triangles with an index of `vertices` or more are left out.
     pub fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
-        let sound = |triangle: &&[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < vertices);
-        let triangles: Vec<[u32; 3]> = triangles.iter().filter(sound).copied().collect();
+        let valid = |triangle: &&[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < vertices);
+        let triangles: Vec<[u32; 3]> = triangles.iter().filter(valid).copied().collect();
         let none = triangles.len() as u32;
         let mut edges: Vec<MeshEdge> = Vec::with_capacity(triangles.len() * 3 / 2 + 1);
         let mut sides: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
@@ -51,27 +51,27 @@ impl MeshTopology {
         Self { triangles, edges, sides, vertices }
     }
 
-    /// Its edges.
+    /// The edges.
     #[doc(hidden)]
     #[inline]
     pub fn edges(&self) -> &[MeshEdge] {
         &self.edges
     }
 
-    /// Its triangles.
+    /// The triangles.
     #[doc(hidden)]
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Which sides of triangles lie at every edge: twice a triangle's number, one more where it runs along the edge
-    /// backwards; twice the number of triangles where there is none.
+    /// The sides of triangles at every edge: twice a triangle's number, plus one if it runs along the edge backwards;
+    /// twice the number of triangles for a missing one.
     pub(super) fn sides(&self) -> &[[u32; 2]] {
         &self.sides
     }
 
-    /// How many vertices the mesh has.
+    /// Number of vertices of the mesh.
     pub(super) fn vertices(&self) -> usize {
         self.vertices
     }

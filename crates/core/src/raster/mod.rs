@@ -1,7 +1,7 @@
-//! Bit-packed silhouettes and what is measured on them.
+//! Bit-packed silhouettes and measurements on them.
 //!
-//! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
-//! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
+//! [`CapsulePainter`] draws [`TaperedCapsule`]s as seen by a [`crate::camera::Pinhole`] into a [`Mask`];
+//! [`SilhouetteComparer`] does the same thousands of times per frame against one observed mask. [`paint_polygon`] and
 //! [`paint_triangles`] fill everything else, [`MeshTopology`] fine meshes by their outline. Everything is in the ideal
 //! (undistorted) pixels of a pinhole.
 //!

@@ -1,19 +1,19 @@
-//! Opening and closing of masks with squares, growing by discs, word by word.
+//! Opening and closing of masks with squares and dilation with discs, word by word.
 
 use super::Mask;
 
-/// `mask` without what a square of `2 radius + 1` pixels does not fit into: eroded, then dilated. Outside the image
-/// everything counts as set for erosion, so that what the border cuts stays.
+/// Opening of `mask` by a square of `2 radius + 1` pixels: erosion, then dilation. Pixels outside the image count as
+/// set for erosion, so that parts cut by the border remain.
 pub fn opened(mask: &Mask, radius: u32) -> Mask {
     dilated(&eroded(mask, radius), radius)
 }
 
-/// `mask` with the gaps filled that a square of `2 radius + 1` pixels does not fit into: dilated, then eroded.
+/// Closing of `mask` by a square of `2 radius + 1` pixels: dilation, then erosion.
 pub fn closed(mask: &Mask, radius: u32) -> Mask {
     eroded(&dilated(mask, radius), radius)
 }
 
-/// Every pixel whose centre is at most `radius` from that of a set one.
+/// Every pixel whose centre is at most `radius` from the centre of a set pixel.
 pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let inside = match width % 64 {
@@ -37,7 +37,7 @@ pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
     grown
 }
 
-/// Every bit also to its left and right.
+/// Spreads every bit to its left and right neighbours.
 fn spread_by_one(row: &mut [u64]) {
     let mut before = 0;
     for index in 0..row.len() {
@@ -55,8 +55,8 @@ fn eroded(mask: &Mask, radius: u32) -> Mask {
     (0..radius).fold(mask.clone(), |mask, _| with_neighbours(&mask, true))
 }
 
-/// Every pixel and its eight neighbours joined by "or", or, of the complement, by "and". Complementing the words turns
-/// one into the other.
+/// Every pixel combined with its eight neighbours by "or" or, for erosion, by "and". Complementing the words turns one
+/// into the other.
 fn with_neighbours(mask: &Mask, erode: bool) -> Mask {
     let flip = if erode { u64::MAX } else { 0 };
     let inside = match mask.width() % 64 {
@@ -104,7 +104,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_step_is_what_the_neighbours_of_every_pixel_say(
+        fn a_step_agrees_with_the_neighbours_of_every_pixel(
             width in 1..150_u32, height in 1..9_u32, seed in any::<u64>(), share in 1..10_u64,
         ) {
             let mut state = seed | 1;
@@ -116,13 +116,13 @@ mod tests {
             prop_assert_eq!(eroded(&mask, 1), by_pixel(&mask, true));
             let opened = opened(&mask, 2);
             prop_assert_eq!(opened.count_common(&mask), opened.count(), "opening adds nothing");
-            prop_assert_eq!(closed(&mask, 2).count_common(&mask), mask.count(), "closing takes nothing");
+            prop_assert_eq!(closed(&mask, 2).count_common(&mask), mask.count(), "closing removes nothing");
         }
     }
 
     proptest! {
         #[test]
-        fn a_disc_reaches_what_is_within_its_radius(
+        fn dilation_by_a_disc_sets_the_pixels_within_its_radius(
             width in 1_u32..140, height in 1_u32..12, radius in 0_u32..5, seed in prop::collection::vec((0_u32..140, 0_u32..12), 1..6)
         ) {
             let mut mask = Mask::new(width, height);

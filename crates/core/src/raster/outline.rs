@@ -1,15 +1,15 @@
-//! Silhouettes of tapered capsules in closed form, many at a time.
+//! Silhouettes of tapered capsules in closed form, several at a time.
 //!
-//! Perspective maps convex hulls to convex hulls, so the silhouette of a tapered capsule beyond the near plane is the
-//! hull of the outlines of its two balls. Each outline is an ellipse; where neither holds the other, the hull adds the
-//! two outer tangents: the images of the planes through the camera's centre that touch both balls.
+//! Perspective projection maps convex hulls to convex hulls, so the silhouette of a tapered capsule beyond the near
+//! plane is the hull of the outlines of its two balls. Each outline is an ellipse; if neither contains the other, the
+//! hull adds the two outer tangents: the images of the planes through the camera's centre that touch both balls.
 //!
 //! *Ball* with centre c and radius r: the ray (u, v, 1) meets it iff (c.(u, v, 1))^2 >= (|c|^2 - r^2)(u^2 + v^2 + 1).
-//! With L = cz^2 - r^2, K1 = cy^2 + L and K = cx^2 + K1 (all > 0 before the camera) the solutions in a row v are u = cx
-//! (cy v + cz) / K1 +- sqrt(K L) / K1 sqrt(R^2 - (v - vc)^2), vc = cy cz / L, R = r sqrt(K1) / L.
+//! With L = cz^2 - r^2, K1 = cy^2 + L and K = cx^2 + K1 (all > 0 in front of the camera) the solutions in a row v are
+//! u = cx (cy v + cz) / K1 +- sqrt(K L) / K1 sqrt(R^2 - (v - vc)^2), vc = cy cz / L, R = r sqrt(K1) / L.
 //!
-//! *Tangent planes* with unit normal n: n.a = ra and n.b = rb. With w = a x b and q = ra b - rb a they are
-//! n = (q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2; they touch the balls at a - ra n and b - rb n.
+//! *Tangent planes* with unit normal n: n.a = ra and n.b = rb. With w = a x b and q = ra b - rb a they are n = (q x w
+//! +- w sqrt(|w|^2 - |q|^2)) / |w|^2; they touch the balls at a - ra n and b - rb n.
 
 use crate::camera::Pinhole;
 
@@ -22,7 +22,7 @@ pub(super) const BLOCK: usize = 16;
 /// One number per capsule of a block.
 type Lane<T> = [T; BLOCK];
 
-/// Up to [`BLOCK`] capsules, number by number, camera frame, metres.
+/// Up to [`BLOCK`] capsules as a structure of arrays, camera frame, metres.
 #[derive(Default)]
 pub(super) struct CapsuleBlock {
     count: usize,
@@ -41,7 +41,7 @@ impl CapsuleBlock {
         self.count == BLOCK
     }
 
-    /// Adds a capsule; a full block takes no more.
+    /// Adds a capsule; ignored if the block is full.
     #[inline(always)]
     pub(super) fn push(&mut self, capsule: &TaperedCapsule) {
         let lane = self.count;
@@ -78,7 +78,7 @@ pub(super) struct Arc {
     pub(super) half_width: f32,
 }
 
-/// One outer tangent between its points of contact, pixels. NaN where there is none.
+/// One outer tangent between its points of contact, pixels. NaN if there is none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tangent {
     pub(super) x_a: f32,
@@ -96,13 +96,13 @@ pub(super) struct Outline {
     pub(super) tangents: [Tangent; 2],
     pub(super) top: f32,
     pub(super) bottom: f32,
-    /// A bound of the leftmost point, not always reached.
+    /// A lower bound of the leftmost point.
     pub(super) left: f32,
-    /// A bound of the rightmost point, not always reached.
+    /// An upper bound of the rightmost point.
     pub(super) right: f32,
 }
 
-/// Outlines, number by number, so that one instruction works on several capsules.
+/// Outlines as a structure of arrays, so that one instruction processes several capsules.
 #[derive(Default)]
 pub(super) struct OutlineBlock {
     count: usize,
@@ -130,11 +130,11 @@ struct TangentLanes {
 }
 
 impl OutlineBlock {
-    /// Finds the outlines of a block of capsules, all of them beyond the near plane.
+    /// Computes the outlines of a block of capsules, all of them beyond the near plane.
     #[inline(always)]
     pub(super) fn project(&mut self, capsules: &CapsuleBlock, pinhole: &Pinhole) {
         self.count = capsules.count;
-        // Whole vectors: results of the spare lanes are computed but never read.
+        // Whole vectors: results of unused lanes are computed but never read.
         let lanes = capsules.count.next_multiple_of(4).min(BLOCK);
         for i in 0..lanes {
             let a = [capsules.a[0][i], capsules.a[1][i], capsules.a[2][i]];
@@ -151,7 +151,7 @@ impl OutlineBlock {
         }
     }
 
-    /// How many outlines there are.
+    /// Number of outlines.
     pub(super) fn count(&self) -> usize {
         self.count.min(BLOCK)
     }
@@ -208,7 +208,7 @@ impl TangentLanes {
     }
 }
 
-/// The outline of one capsule beyond the near plane. Straight-line code, so that it can be done for several at once.
+/// The outline of one capsule beyond the near plane. Straight-line code, so that it can be vectorised.
 #[inline(always)]
 fn outline(a: [f64; 3], radius_a: f64, b: [f64; 3], radius_b: f64, pinhole: &Pinhole) -> Outline {
     let (arc_a, arc_b) = (arc(a, radius_a, pinhole), arc(b, radius_b, pinhole));
@@ -218,7 +218,7 @@ fn outline(a: [f64; 3], radius_a: f64, b: [f64; 3], radius_b: f64, pinhole: &Pin
     let across = cross(q, w);
     let w2 = dot(w, w);
     let inverse = 1.0 / w2;
-    // NaN, and with it no tangent, where one outline holds the other.
+    // NaN, and therefore no tangent, if one outline contains the other.
     let root = (w2 - dot(q, q)).sqrt() * inverse;
     let middle = scaled(across, inverse);
     let normals = [plus(middle, scaled(w, root)), plus(middle, scaled(w, -root))];
@@ -258,7 +258,7 @@ fn arc([x, y, z]: [f64; 3], radius: f64, pinhole: &Pinhole) -> Arc {
     }
 }
 
-/// Pixel where the plane of unit normal `normal` touches a ball.
+/// Pixel where the plane with unit normal `normal` touches a ball.
 #[inline(always)]
 fn contact(centre: [f64; 3], radius: f64, normal: [f64; 3], pinhole: &Pinhole) -> [f32; 2] {
     let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
@@ -287,13 +287,13 @@ fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// The lower of two numbers, `b` where they cannot be compared. (`f32::min` costs two instructions more.)
+/// The lesser of two numbers, `b` if they cannot be compared. (`f32::min` takes two more instructions.)
 #[inline(always)]
 pub(super) fn lower(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The upper of two numbers, `b` where they cannot be compared.
+/// The greater of two numbers, `b` if they cannot be compared.
 #[inline(always)]
 pub(super) fn upper(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -313,8 +313,8 @@ impl RowSpans {
         Self { arcs: outline.arcs, edges: outline.tangents.map(TangentEdge::new), width }
     }
 
-    /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is
-    /// none, also where the centre is NaN. A pixel whose centre lies exactly on the outline may fall on either side.
+    /// Starts and ends (pixels set are `start..end`) in the rows with these centres; empty if there is none or the
+    /// centre is NaN. A pixel whose centre is exactly on the outline may be counted as inside or outside.
     #[inline(always)]
     pub(super) fn rows(&self, centres: &Rows<f32>) -> [Rows<u32>; 2] {
         let (mut starts, mut ends) = ([0; ROWS], [0; ROWS]);
@@ -322,7 +322,7 @@ impl RowSpans {
             let [left_a, right_a] = self.arcs[0].crossings(y);
             let [left_b, right_b] = self.arcs[1].crossings(y);
             let (x_a, x_b) = (self.edges[0].crossing(y), self.edges[1].crossing(y));
-            // Every crossing lies in the hull and NaN means none, so the hull is between the outermost crossings.
+            // Every crossing is in the hull and NaN means none, so the hull is between the outermost crossings.
             let left = lower(x_a, lower(x_b, lower(left_a, lower(left_b, f32::INFINITY))));
             let right = upper(x_a, upper(x_b, upper(right_a, upper(right_b, f32::NEG_INFINITY))));
             *start = nearest_integer(lower(upper(left, 0.0), self.width));
@@ -341,7 +341,7 @@ impl Outline {
 }
 
 impl Arc {
-    /// A bound of how far it reaches to the left and right of its centre.
+    /// An upper bound of its extent to the left and right of its centre.
     #[inline(always)]
     fn reach(&self) -> f32 {
         self.radius * (self.shear.abs() + self.half_width)
@@ -375,7 +375,7 @@ impl TangentEdge {
 
     #[inline(always)]
     fn crossing(&self, y: f32) -> f32 {
-        // Level tangents have an infinite slope: the ends bound the result.
+        // Horizontal tangents have an infinite slope: the ends bound the result.
         let x = upper(lower(self.x + self.slope * (y - self.y), self.high[0]), self.low[0]);
         if (y - self.low[1]) * (self.high[1] - y) >= 0.0 { x } else { f32::NAN }
     }

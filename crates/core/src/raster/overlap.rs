@@ -2,7 +2,7 @@
 
 use super::Mask;
 
-/// Pixel counts of two masks laid over each other.
+/// Pixel counts of the overlap of two masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlap {
     /// Set in both: `Y` of Sigal's bidirectional error.
@@ -14,7 +14,7 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// From the counts of the two masks and of what they share.
+    /// From the pixel counts of the two masks and of their intersection.
     pub(super) fn from_counts(both: u64, model: u64, observed: u64) -> Self {
         Self { both, only_model: model - both, only_observed: observed - both }
     }
@@ -25,7 +25,7 @@ impl Overlap {
         self.both + self.only_model + self.only_observed
     }
 
-    /// Intersection over union in `[0, 1]`; two empty masks agree, 1.
+    /// Intersection over union in `[0, 1]`; 1 for two empty masks.
     #[inline]
     pub fn iou(&self) -> f64 {
         match self.union() {
@@ -35,7 +35,7 @@ impl Overlap {
     }
 }
 
-/// Counts where a model's mask and an observed mask agree and where not.
+/// Counts the pixels where a model's mask and an observed mask agree and differ.
 pub fn overlap(model: &Mask, observed: &Mask) -> Overlap {
     Overlap::from_counts(model.count_common(observed), model.count(), observed.count())
 }
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_masks_agree_with_each_other_and_with_nothing_else() {
+    fn empty_masks_agree_only_with_each_other() {
         let empty = Mask::new(10, 10);
         let full = Mask::from_fn(10, 10, |_, _| true);
         assert_eq!(overlap(&empty, &empty).iou(), 1.0);

@@ -1,4 +1,4 @@
-//! Polygons filled by an exact rule.
+//! Polygon filling by an exact rule.
 
 use nalgebra::Point2;
 
@@ -8,15 +8,15 @@ use super::Mask;
 const FRACTION: u32 = 12;
 const ONE: i64 = 1 << FRACTION;
 
-/// Corners further out are pulled in to here, pixels: products of two coordinates then fit into 64 bits.
+/// Corners further out are clamped to this, pixels, so that products of two coordinates fit into 64 bits.
 const LIMIT: f64 = 131_072.0;
 
-/// Adds a polygon with these corners (pixels, either sense of rotation) to a mask.
+/// Adds a polygon with these corners (pixels, either orientation) to a mask.
 ///
 /// A pixel is inside iff its centre is, by the even-odd rule; a centre on an edge belongs to the polygon to the right
-/// of the edge (below it, for level edges). So polygons that share an edge share no pixel and leave no gap. Corners are
-/// rounded to 1/4096 pixel and from there on the fill is exact, in integers. A polygon with a corner that is not finite
-/// is not drawn.
+/// of the edge (below it, for horizontal edges). So polygons that share an edge share no pixel and leave no gap.
+/// Corners are rounded to 1/4096 pixel; the fill is then exact, in integers. A polygon with a non-finite corner is not
+/// drawn.
 pub fn paint_polygon(corners: &[Point2<f64>], mask: &mut Mask) {
     if corners.iter().any(|p| !(p.x.is_finite() && p.y.is_finite())) {
         return;
@@ -64,13 +64,13 @@ impl PolygonEdge {
         }
     }
 
-    /// Index of the first pixel of the row with this centre that lies on or to the right of the edge.
+    /// Index of the first pixel of the row with this centre that is on or to the right of the edge.
     fn first_pixel_right(&self, centre: i64) -> Option<i64> {
         if !(self.top[1]..self.bottom[1]).contains(&centre) {
             return None;
         }
         let height = self.bottom[1] - self.top[1];
-        // The crossing, less half a pixel, times the height: its quotient rounded up is the pixel.
+        // The crossing minus half a pixel, times the height: the quotient rounded up is the pixel.
         let crossing = (self.top[0] - ONE / 2) * height + (centre - self.top[1]) * (self.bottom[0] - self.top[0]);
         let divisor = height * ONE;
         Some((crossing + divisor - 1).div_euclid(divisor))
@@ -105,7 +105,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_polygon_holds_the_pixels_whose_centres_it_surrounds(corners in corners(7)) {
+        fn polygons_contain_the_pixels_whose_centres_they_enclose(corners in corners(7)) {
             let inside = |x, y| contains(&corners, f64::from(x) + 0.5, f64::from(y) + 0.5);
             prop_assert_eq!(painted(&corners, 70, 60), Mask::from_fn(70, 60, inside));
         }
@@ -114,7 +114,7 @@ mod tests {
         fn triangles_around_a_point_share_no_pixel_and_leave_no_gap(
             x in 8..56_i32, y in 8..56_i32, places in prop::collection::vec(0..240_i32, 3..12),
         ) {
-            // A square's border, walked around; corners and centre on whole and half pixels, where ties happen.
+            // Points along a square's border; corners and centre on whole and half pixels, where ties occur.
             let border = |place: i32| {
                 let along = f64::from(place % 60) + 2.0;
                 [[along, 2.0], [62.0, along], [64.0 - along, 62.0], [2.0, 64.0 - along]][(place / 60) as usize]
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn huge_flat_and_broken_polygons_do_no_harm() {
+    fn huge_flat_and_invalid_polygons_do_no_harm() {
         let all = painted(&[[-1e12, -1e12], [1e12, -1e12], [1e12, 1e12], [-1e12, 1e12]], 64, 48);
         assert_eq!(all.count(), 64 * 48);
         assert!(painted(&[[1.0, 5.0], [60.0, 5.0], [30.0, 5.0]], 64, 48).is_empty());

@@ -6,11 +6,11 @@ use crate::simd::{Dispatched, dispatch};
 /// Rays of a strip.
 pub(crate) const STRIP_RAYS: usize = 16;
 
-/// Directions (u, v, 1) of neighbouring rays through the origin: all u, then all v; NaN where there is no ray.
+/// Directions (u, v, 1) of neighbouring rays through the origin: all u, then all v; NaN for a missing ray.
 pub(crate) type RayStrip = [[f64; STRIP_RAYS]; 2];
 
-/// For each of the `chosen` strips a bit for every ray that meets `capsule` at or beyond z = `near`, the first ray in
-/// the lowest bit: exactly those for which [`TaperedCapsule::exit_along`] gives at least `near`.
+/// For each of the `chosen` strips one bit for every ray that meets `capsule` at or beyond z = `near`, the first ray
+/// in the lowest bit: exactly those for which [`TaperedCapsule::exit_along`] gives at least `near`.
 pub(crate) fn rays_that_meet(
     capsule: &TaperedCapsule,
     near: f64,
@@ -24,7 +24,7 @@ pub(crate) fn rays_that_meet(
 }
 
 /// For each of the `chosen` strips the depth z at which every ray first is in `capsule` at or beyond z = `near`;
-/// infinite where it never is. The same rays meet it as in [`rays_that_meet`].
+/// infinite if it never is. The same rays meet it as in [`rays_that_meet`].
 pub(crate) fn entries_of_rays(
     capsule: &TaperedCapsule,
     near: f64,
@@ -76,7 +76,7 @@ impl Dispatched for ManyStrips<'_> {
     }
 }
 
-/// What [`TaperedCapsule::exit_along`] computes anew for every ray; the same operations in the same order.
+/// Quantities that [`TaperedCapsule::exit_along`] computes for every ray; the same operations in the same order.
 struct Quadratics {
     near: f64,
     ends: [[f64; 4]; 2],
@@ -122,7 +122,7 @@ impl Quadratics {
         bits
     }
 
-    /// Without branches. Roots that are not real are NaN, which lies beyond nothing.
+    /// Branch-free. Roots that are not real are NaN and compare as not beyond anything.
     #[inline(always)]
     fn is_met_by(&self, u: f64, v: f64) -> bool {
         let Crossings { ends, cone, on_cone } = self.crossings(u, v);
@@ -134,7 +134,7 @@ impl Quadratics {
     #[inline(always)]
     fn entry(&self, u: f64, v: f64) -> f64 {
         let Crossings { ends, cone, on_cone } = self.crossings(u, v);
-        // what is NaN is neither less nor more
+        // comparisons with NaN are false
         let less = |least: f64, t: f64| if t < least { t } else { least };
         let more = |most: f64, t: f64| if t > most { t } else { most };
         let (mut enters, mut leaves) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -172,11 +172,11 @@ impl Quadratics {
     }
 }
 
-/// Where a ray crosses the surfaces of a capsule's parts; NaN where it does not.
+/// Where a ray crosses the surfaces of a capsule's parts; NaN if it does not.
 struct Crossings {
     ends: [[f64; 2]; 2],
     cone: [f64; 2],
-    /// Whether that is on the part of the cone between the balls.
+    /// Whether it is on the part of the cone between the balls.
     on_cone: [bool; 2],
 }
 
@@ -216,7 +216,7 @@ mod tests {
         }
 
         #[test]
-        fn rays_enter_where_marching_along_them_first_is_inside(
+        fn entries_agree_with_marching_along_rays(
             ends in prop::array::uniform6(-1.0..1.0_f64),
             near_z in 0.5..3.0_f64,
             radii in prop::array::uniform2(0.05..0.5_f64),
@@ -230,7 +230,7 @@ mod tests {
             let (mut found, mut met, near) = (Vec::new(), Vec::new(), 0.1);
             entries_of_rays(&capsule, near, &[strip], &[0], &mut found);
             rays_that_meet(&capsule, near, &[strip], &[0], &mut met);
-            // the least distance to the surface of a ball of the solid, negative inside, convex along the axis
+            // the least distance to a ball of the solid, negative inside, convex along the axis
             let distance = |p: Point3<f64>| {
                 let ball = |s: f64| (p - (a + (b - a) * s)).norm() - radii[0] - s * (radii[1] - radii[0]);
                 let (mut low, mut high) = (0.0, 1.0);

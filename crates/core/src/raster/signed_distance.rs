@@ -1,16 +1,16 @@
-//! How far a point of the image lies outside or inside a silhouette.
+//! Signed distance of image points from a silhouette.
 
 use super::{DistanceMap, Mask, PixelBounds};
 
 /// Signed distances to the outline of a mask, in pixels: positive outside, negative inside.
 ///
-/// The outline runs between set and unset pixels: at a pixel's centre the distance is that to the nearest centre of the
-/// other kind, less half a pixel. Between centres it is interpolated bilinearly. Where the mask is cut by the image's
-/// border, or by pixels that show nothing, it has no outline, for there nothing is seen to end.
+/// The outline runs between set and unset pixels: at a pixel centre the distance is that to the nearest centre of the
+/// other kind, minus half a pixel. Between centres it is interpolated bilinearly. Where the mask is cut by the image
+/// border, or by pixels without information, it has no outline, because its edge is not visible there.
 #[derive(Clone, Debug)]
 pub struct SignedDistance {
     window: PixelBounds,
-    /// NaN at pixels that show nothing.
+    /// NaN at pixels without information.
     values: Vec<f32>,
 }
 
@@ -19,14 +19,14 @@ pub struct SignedDistance {
 pub struct DistanceSample {
     /// Signed distance, pixels.
     pub distance: f64,
-    /// Its gradient: about a unit vector that points away from the silhouette.
+    /// Its gradient: approximately a unit vector pointing away from the silhouette.
     pub gradient: [f64; 2],
 }
 
 impl SignedDistance {
     /// Distances for the pixels within `margin` pixels of the mask's bounds; `None` for a mask without an outline
-    /// (nothing is set, or everything). `shown` has the mask's size and says which pixels show anything; without it,
-    /// all do.
+    /// (nothing is set, or everything). `shown` has the mask's size and marks the pixels with information; if absent,
+    /// all have.
     pub fn new(mask: &Mask, shown: Option<&Mask>, margin: u32) -> Option<Self> {
         let window = mask.bounds().grown(margin.max(1), mask.width(), mask.height());
         let mut background = complement(mask);
@@ -35,7 +35,7 @@ impl SignedDistance {
             unshown.into_iter().for_each(|(x, y)| background.set(x, y, false));
         }
         let outside = DistanceMap::within(mask, window);
-        // what is nearest to a set pixel without being set lies in the bounds of the mask grown by one
+        // the nearest unset pixel to a set one is within the bounds of the mask grown by one
         let inside = DistanceMap::within(&background, mask.bounds().grown(1, mask.width(), mask.height()));
         let width = (window.right - window.left) as usize;
         let mut values: Vec<f32> = Vec::new();
@@ -56,8 +56,8 @@ impl SignedDistance {
         (has_outline && !mask.is_empty()).then_some(Self { window, values })
     }
 
-    /// The distance at pixel position `(u, v)` (centres lie at +0.5); `None` outside the window and beside pixels that
-    /// show nothing.
+    /// The distance at pixel position `(u, v)` (centres are at +0.5); `None` outside the window and next to pixels
+    /// without information.
     #[inline]
     pub fn sample(&self, u: f64, v: f64) -> Option<DistanceSample> {
         let w = &self.window;
@@ -99,7 +99,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn at_pixels_it_is_the_distance_to_the_nearest_pixel_of_the_other_kind_and_between_them_bilinear(
+        fn distances_are_exact_at_pixel_centres_and_bilinear_between_them(
             width in 2..24_u32, height in 2..24_u32, seed in any::<u64>(), share in 1..9_u64,
             at in prop::array::uniform2(0.0..1.0_f64),
         ) {
@@ -139,22 +139,22 @@ mod tests {
     }
 
     #[test]
-    fn beside_pixels_that_show_nothing_there_is_no_outline() {
+    fn next_to_pixels_without_information_there_is_no_outline() {
         let shown = Mask::from_fn(40, 40, |x, _| x < 25);
         let mask = Mask::from_fn(40, 40, |x, y| x < 25 && y < 20);
         let field = SignedDistance::new(&mask, Some(&shown), 10).unwrap();
         let sample = field.sample(24.0, 10.0).unwrap();
         assert!(
             (sample.distance + 10.0).abs() < 1e-6 && sample.gradient == [0.0, 1.0],
-            "{sample:?}: it ends below alone"
+            "{sample:?}: its only edge is below"
         );
         assert_eq!(field.sample(25.2, 10.0), None);
         let all = Mask::from_fn(40, 40, |x, _| x < 25);
-        assert!(SignedDistance::new(&all, Some(&shown), 10).is_none(), "all that is shown is set");
+        assert!(SignedDistance::new(&all, Some(&shown), 10).is_none(), "all shown pixels are set");
     }
 
     #[test]
-    fn the_distance_to_a_disc_is_that_of_geometry_within_a_pixel_and_its_gradient_points_outward() {
+    fn distances_to_a_disc_are_within_a_pixel_and_gradients_point_outward() {
         let (cx, cy, radius) = (60.3, 45.8, 20.0);
         let mask = Mask::from_fn(120, 90, |x, y| (f64::from(x) + 0.5 - cx).hypot(f64::from(y) + 0.5 - cy) <= radius);
         let field = SignedDistance::new(&mask, None, 25).unwrap();
@@ -162,7 +162,7 @@ mod tests {
             let (nx, ny) = (f64::cos(angle), f64::sin(angle));
             let sample = field.sample(cx + length * nx, cy + length * ny).unwrap();
             assert!((sample.distance - (length - radius)).abs() < 0.6, "{angle} {length} {}", sample.distance);
-            // within a pixel of the edge a cell mixes pixels of both kinds: there only the side is known for sure
+            // within a pixel of the edge a cell mixes pixels of both kinds: only the side is certain there
             let [gx, gy] = sample.gradient;
             let cosine = (gx * nx + gy * ny) / gx.hypot(gy);
             let least = if (length - radius).abs() < 1.0 { 0.5 } else { 0.85 };
@@ -183,11 +183,11 @@ mod tests {
     }
 
     #[test]
-    fn the_images_border_is_no_outline() {
+    fn the_image_border_is_not_an_outline() {
         let mask = Mask::from_fn(40, 40, |x, y| x < 20 && y < 30);
         let field = SignedDistance::new(&mask, None, 10).unwrap();
         let corner = field.sample(1.0, 1.0).unwrap();
-        assert!((corner.distance + 19.0).abs() < 1e-6, "{corner:?}: nothing ends at the left and upper border");
+        assert!((corner.distance + 19.0).abs() < 1e-6, "{corner:?}: the left and upper border are not outlines");
     }
 
     #[test]

@@ -1,10 +1,10 @@
-//! Taking specks and pinholes out of a mask.
+//! Removal of specks and pinholes from a mask.
 
 use super::Mask;
 
-/// `mask` without what segmentation leaves of noise: connected parts (pixels that share a side or a corner) of fewer
-/// than `least` pixels are cleared, but for the largest part, and so are holes filled: connected parts of the
-/// background (pixels that share a side) of fewer than `least` that do not reach the image's border.
+/// `mask` without segmentation noise: connected components (8-connectivity) of fewer than `least` pixels are cleared,
+/// except the largest component, and holes are filled: connected components of the background (4-connectivity) of
+/// fewer than `least` pixels that do not touch the image border.
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut cleaned = mask.clone();
@@ -33,27 +33,28 @@ struct PixelRun {
     to: u32,
 }
 
-/// Of every row the runs of set pixels, or of unset ones.
+/// The runs of set pixels in every row, or of unset ones.
 fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<PixelRun>> {
-    let of_row = |y| {
-        let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
-        if !unset {
-            return set.collect();
-        }
-        let mut gaps = Vec::new();
-        let mut from = 0;
-        for run in set.chain([PixelRun { y, from: mask.width(), to: mask.width() }]) {
-            if run.from > from {
-                gaps.push(PixelRun { y, from, to: run.from });
-            }
-            from = run.to;
-        }
-        gaps
-    };
-    (0..mask.height()).map(of_row).collect()
+    (0..mask.height()).map(|y| runs_of_row(mask, y, unset)).collect()
 }
 
-/// A connected part: its number of pixels, and the bounds of those.
+fn runs_of_row(mask: &Mask, y: u32, unset: bool) -> Vec<PixelRun> {
+    let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
+    if !unset {
+        return set.collect();
+    }
+    let mut gaps = Vec::new();
+    let mut from = 0;
+    for run in set.chain([PixelRun { y, from: mask.width(), to: mask.width() }]) {
+        if run.from > from {
+            gaps.push(PixelRun { y, from, to: run.from });
+        }
+        from = run.to;
+    }
+    gaps
+}
+
+/// A connected component: its number of pixels and its bounds.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     area: u64,
@@ -63,18 +64,17 @@ struct Region {
     bottom: u32,
 }
 
-/// Runs and the parts that they belong to.
+/// Runs and their components, as a disjoint-set forest.
 struct Regions {
     runs: Vec<PixelRun>,
-    /// `parents[i] <= i`: another run of the same part, or the run itself.
+    /// `parents[i] <= i`: another run of the same component, or the run itself.
     parents: Vec<usize>,
-    /// Of the run that is its own parent.
+    /// Valid for runs that are their own parents.
     parts: Vec<Region>,
 }
 
 impl Regions {
-    /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected
-    /// too.
+    /// Joins overlapping runs of adjacent rows; `reach` is 1 if pixels that share only a corner are connected too.
     fn new(rows: &[Vec<PixelRun>], reach: u32) -> Self {
         let runs: Vec<PixelRun> = rows.iter().flatten().copied().collect();
         let part = |run: &PixelRun| Region {
@@ -126,12 +126,12 @@ impl Regions {
         };
     }
 
-    /// Pixels of every part.
+    /// Number of pixels of every component.
     fn areas(&self) -> Vec<u64> {
         (0..self.runs.len()).filter(|i| self.parents[*i] == *i).map(|i| self.parts[i].area).collect()
     }
 
-    /// Every run and its part.
+    /// Every run with its component.
     fn runs(mut self) -> Vec<(Region, PixelRun)> {
         let count = self.runs.len();
         let of_run = |run| {
@@ -148,7 +148,7 @@ mod tests {
 
     use super::*;
 
-    /// The part that holds `(x, y)`, grown pixel by pixel: how many pixels, and whether it reaches the border.
+    /// The component containing `(x, y)`, by flood fill: its number of pixels, and whether it touches the border.
     fn flooded(mask: &Mask, x: u32, y: u32) -> (u64, bool) {
         let value = mask.get(x, y);
         let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
@@ -174,7 +174,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_left_is_what_flooding_every_pixel_leaves(
+        fn the_result_agrees_with_a_flood_fill_of_every_pixel(
             width in 1..90_u32, height in 1..14_u32, seed in any::<u64>(), share in 2..9_u64, least in 0..30_u64,
         ) {
             let mut state = seed | 1;

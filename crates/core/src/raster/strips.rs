@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Mask, PixelBounds};
 
-/// Width of a strip: one word a row.
+/// Width of a strip: one word per row.
 pub(super) const STRIP: u32 = 32;
 
 /// Rows of a strip are padded to a multiple of this, so that vectors of rows never straddle an end.
@@ -13,8 +13,8 @@ pub(super) const ROWS: usize = 8;
 /// One number for every row of a block.
 pub(super) type Rows<T> = [T; ROWS];
 
-/// How an image is cut into vertical strips 32 pixels wide. A strip's rows lie one after another, one `u32` each, so
-/// that one instruction fills a word of eight rows.
+/// Division of an image into vertical strips 32 pixels wide. A strip's rows are contiguous, one `u32` each, so that
+/// one instruction fills eight rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StripLayout {
     pub(super) width: u32,
@@ -36,12 +36,12 @@ impl StripLayout {
     }
 }
 
-/// A binary image in strips that tracks where it was drawn on; everything else is zero.
+/// A binary image in strips that tracks the drawn areas; everything else is zero.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StripImage {
     layout: StripLayout,
     words: Vec<u32>,
-    /// Per strip the rows `first..last` that may hold set pixels, multiples of [`ROWS`].
+    /// Per strip the rows `first..last` that may contain set pixels, multiples of [`ROWS`].
     drawn: Vec<(usize, usize)>,
 }
 
@@ -64,7 +64,7 @@ impl StripImage {
         image
     }
 
-    /// Makes the image empty and of this layout.
+    /// Resizes to this layout and clears the image.
     #[inline(always)]
     pub(super) fn reshape(&mut self, layout: StripLayout) {
         self.clear();
@@ -76,7 +76,7 @@ impl StripImage {
         }
     }
 
-    /// Clears what was drawn on.
+    /// Clears the drawn areas.
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         let rows = self.layout.rows;
@@ -97,7 +97,7 @@ impl StripImage {
         &self.words
     }
 
-    /// Marks blocks `first..last` of these strips as drawn on.
+    /// Marks blocks `first..last` of these strips as drawn.
     #[inline(always)]
     pub(super) fn mark_blocks(&mut self, strips: Range<usize>, first: usize, last: usize) {
         for (top, bottom) in &mut self.drawn[strips] {
@@ -113,7 +113,7 @@ impl StripImage {
         words[first * blocks + block..].iter_mut().step_by(blocks.max(1))
     }
 
-    /// Strip index and rows `first..last` of what was drawn on.
+    /// Strip index and rows `first..last` of the drawn areas.
     #[inline(always)]
     pub(super) fn drawn(&self) -> impl Iterator<Item = (usize, usize, usize)> {
         self.drawn.iter().enumerate().filter(|(_, (first, last))| first < last).map(|(strip, &(a, b))| (strip, a, b))
@@ -126,7 +126,7 @@ impl StripImage {
         self.drawn[strip] = (top.min(first), bottom.max(last.next_multiple_of(ROWS)));
     }
 
-    /// Sets pixel `(x, y)`; outside the image nothing happens.
+    /// Sets pixel `(x, y)`; ignored outside the image.
     pub(super) fn set(&mut self, x: u32, y: u32) {
         if x < self.layout.width && y < self.layout.height {
             let (strip, row) = ((x / STRIP) as usize, y as usize);
@@ -135,7 +135,7 @@ impl StripImage {
         }
     }
 
-    /// Sets the pixels `from..to`, not empty and within the image, of a row.
+    /// Sets the non-empty range of pixels `from..to` of a row inside the image.
     #[inline(always)]
     pub(super) fn fill_span(&mut self, row: usize, from: u32, to: u32) {
         let (first, last) = ((from / STRIP) as usize, ((to - 1) / STRIP) as usize);
@@ -173,14 +173,14 @@ impl StripImage {
         counts
     }
 
-    /// Per row from `first` on, the pixels of a strip that have an unset neighbour inside the image (as
-    /// [`super::contour`]); `edge` has as many rows as are asked.
+    /// For each row from `first` on, the pixels of a strip that have an unset neighbour inside the image (as
+    /// [`super::contour`]); one row per element of `edge`.
     #[inline(always)]
     pub(super) fn contour_of_strip(&self, strip: usize, first: usize, edge: &mut [u32]) {
         let StripLayout { width, height, rows, strips } = self.layout;
         let column = |strip: usize| &self.words[strip * rows..][..rows];
         let here = column(strip);
-        // What lies beyond a side: the neighbouring strip, or the image's border, which counts as set.
+        // Beyond a side: the adjacent strip, or the image border, which counts as set.
         let (before, before_bit) = if strip > 0 { (column(strip - 1), 1) } else { (here, 0) };
         let left_border = 1 - before_bit;
         let is_last = strip + 1 == strips;
@@ -198,7 +198,7 @@ impl StripImage {
         edge.iter_mut().zip(&here[first..]).for_each(|(edge, here)| *edge = here & !*edge);
     }
 
-    /// Sets in `mask`, an image of the same size, what is set here; returns the bounds of what is set here.
+    /// Adds the set pixels to `mask`, an image of the same size; returns their bounds.
     pub(super) fn merge_into(&self, mask: &mut Mask) -> PixelBounds {
         let mut bounds = PixelBounds::default();
         for (strip, first, last) in self.drawn() {
@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mask_comes_back_from_its_strips() {
+    fn a_mask_is_restored_from_its_strips() {
         for (width, height) in [(1, 1), (31, 9), (64, 8), (65, 17), (200, 33)] {
             let mask = Mask::from_fn(width, height, |x, y| (x * 7 + y * 3) % 5 == 0);
             let mut back = Mask::new(width, height);
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn spans_set_their_pixels_and_mark_where_they_were_drawn() {
+    fn spans_set_their_pixels_and_mark_the_drawn_area() {
         for (from, to) in [(0, 1), (0, 100), (31, 33), (5, 9), (32, 64), (40, 100)] {
             let mut image = StripImage::default();
             image.reshape(StripLayout::new(100, 20));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cleared_image_is_zero_everywhere_whatever_its_layout_becomes() {
+    fn a_cleared_image_is_zero_everywhere_even_with_another_layout() {
         let mut image = StripImage::from_mask(&Mask::from_fn(100, 40, |x, y| x > y));
         image.reshape(StripLayout::new(70, 90));
         assert!(image.words().iter().all(|&w| w == 0));

@@ -2,8 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Convex hull of two balls: a capsule where the radii are equal, a ball where the centres are (or one holds the
-/// other).
+/// Convex hull of two balls: a capsule if the radii are equal, a ball if the centres are (or one contains the other).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TaperedCapsule {
     /// Centre of the first ball, metres.
@@ -23,13 +22,13 @@ impl TaperedCapsule {
         Self { a: to_from_here * self.a, b: to_from_here * self.b, ..*self }
     }
 
-    /// Where the line `t * direction` through the origin leaves the solid: the greatest such `t`, negative where the
-    /// solid lies behind; `None` where the line misses it.
+    /// Where the line `t * direction` through the origin leaves the solid: the greatest such `t`, negative if the
+    /// solid is behind; `None` if the line misses it.
     ///
-    /// The solid is the union over `s` in `[0, 1]` of the balls about `a + s (b - a)` of radius
-    /// `radius_a + s (radius_b - radius_a)`. A point belongs to one of them iff a quadratic in `s` is not positive
-    /// somewhere on `[0, 1]`: at an end (an end ball) or at its lowest point (the cone that touches both balls). Every
-    /// root found belongs to the solid and the exit is among them.
+    /// The solid is the union over `s` in `[0, 1]` of the balls around `a + s (b - a)` with radius `radius_a + s
+    /// (radius_b - radius_a)`. A point belongs to one of them iff a quadratic in `s` is not positive somewhere on `[0,
+    /// 1]`: at an end (an end ball) or at its minimum (the cone that touches both balls). Every root found belongs to
+    /// the solid, and the exit is among them.
     pub fn exit_along(&self, direction: &Vector3<f64>) -> Option<f64> {
         let ends = [(self.a, self.radius_a), (self.b, self.radius_b)].into_iter().filter_map(|(centre, radius)| {
             let roots = roots(
@@ -50,7 +49,7 @@ impl TaperedCapsule {
         if gap <= 0.0 {
             return [None; 2];
         }
-        // Lowest point of the quadratic in s: s(t) = slope * t + start.
+        // Minimum of the quadratic in s: s(t) = slope * t + start.
         let slope = direction.dot(&axis) / gap;
         let start = (self.radius_a * taper - self.a.coords.dot(&axis)) / gap;
         let roots = roots(
@@ -63,7 +62,7 @@ impl TaperedCapsule {
     }
 }
 
-/// Roots of `a t^2 - 2 b t + c`, the lower first if `a > 0`; `None` where they are not real.
+/// Roots of `a t^2 - 2 b t + c`, the lower first if `a > 0`; `None` if they are not real.
 fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     let discriminant = b * b - a * c;
     if discriminant < 0.0 {
@@ -78,7 +77,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Signed distance by minimising over the balls, the second road.
+    /// Signed distance by minimisation over the balls, an independent method.
     fn signed_distance(solid: &TaperedCapsule, point: Point3<f64>) -> f64 {
         let ball = |s: f64| {
             let centre = solid.a + s * (solid.b - solid.a);
@@ -93,7 +92,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_exit_lies_on_the_surface_and_beyond_it_is_nothing(
+        fn the_exit_is_on_the_surface_and_nothing_is_beyond_it(
             ax in coordinate(), ay in coordinate(), az in 1.0..3.0_f64,
             bx in coordinate(), by in coordinate(), bz in 1.0..3.0_f64,
             radius_a in 0.05..0.6_f64, radius_b in 0.05..0.6_f64,
@@ -113,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_within_a_ball_is_the_larger_ball() {
+    fn a_ball_inside_a_ball_is_the_larger_ball() {
         let solid = TaperedCapsule {
             a: Point3::new(0.0, 0.0, 5.0),
             b: Point3::new(0.0, 0.1, 5.0),

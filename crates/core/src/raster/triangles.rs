@@ -8,7 +8,7 @@ use super::{Mask, paint_polygon};
 
 /// Adds the silhouette of a triangle mesh (vertices in the camera frame, metres; seen from either side) to `mask`.
 ///
-/// What lies before the near plane is cut off. Triangles that share an edge leave no gap, see [`paint_polygon`].
+/// Parts nearer than the near plane are cut off. Triangles that share an edge leave no gap, see [`paint_polygon`].
 /// Triangles with an index beyond `vertices_in_camera` are not drawn.
 pub fn paint_triangles(pinhole: &Pinhole, vertices_in_camera: &[Point3<f64>], triangles: &[[u32; 3]], mask: &mut Mask) {
     let mut corners = Vec::with_capacity(4);
@@ -28,8 +28,8 @@ fn pixel(pinhole: &Pinhole, point: &Point3<f64>) -> Point2<f64> {
     pinhole.pixel(point.x / point.z, point.y / point.z)
 }
 
-/// Sutherland and Hodgman's step: the start of an edge if it lies beyond the near plane, then where the edge crosses
-/// it.
+/// Sutherland and Hodgman's step: the start of an edge if it is beyond the near plane, then the point where the edge
+/// crosses the plane.
 fn beyond_near(from: &Point3<f64>, to: &Point3<f64>, near: f64) -> [Option<Point3<f64>>; 2] {
     let start = (from.z >= near).then_some(*from);
     let crosses = (from.z >= near) != (to.z >= near);
@@ -48,7 +48,7 @@ mod tests {
     const PINHOLE: Pinhole =
         Pinhole { focal: [300.0, 310.0], principal_point: [160.0, 118.0], width: 320, height: 240, near: 0.05 };
 
-    /// A ball of latitudes and longitudes.
+    /// A ball meshed by latitude and longitude.
     fn ball(centre: Point3<f64>, radius: f64) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
         const N: u32 = 96;
         let place = |i: u32, j: u32| {
@@ -66,8 +66,8 @@ mod tests {
     }
 
     #[test]
-    fn a_finely_meshed_ball_has_the_silhouette_of_a_ball_wherever_it_stands() {
-        // Before the camera, beside it, and around it, where the near plane cuts the mesh open.
+    fn a_finely_meshed_ball_has_the_silhouette_of_a_ball_at_any_position() {
+        // In front of the camera, beside it, and around it, where the near plane cuts the mesh open.
         for (x, y, z, radius) in [(0.1, -0.2, 3.0, 0.7), (1.2, 0.9, 2.0, 0.9), (0.3, 0.1, 0.4, 0.38)] {
             let centre = Point3::new(x, y, z);
             let (vertices, triangles) = ball(centre, radius);
@@ -82,8 +82,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_through_the_camera_shows_what_lies_beyond_the_near_plane() {
-        // The floor y = 1 from behind the camera to 10 m before it: from row 118 + 310 / 10 = 149 downwards.
+    fn a_wall_through_the_camera_is_visible_beyond_the_near_plane() {
+        // The floor y = 1 from behind the camera to 10 m in front of it: from row 118 + 310 / 10 = 149 downwards.
         let floor = [[-90.0, 1.0, -5.0], [90.0, 1.0, -5.0], [90.0, 1.0, 10.0], [-90.0, 1.0, 10.0]].map(Point3::from);
         let mut mask = Mask::new(320, 240);
         paint_triangles(&PINHOLE, &floor, &[[0, 1, 2], [0, 2, 3]], &mut mask);

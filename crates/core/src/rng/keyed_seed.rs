@@ -1,4 +1,4 @@
-//! A seed that is told, and the secret beside it.
+//! A public seed combined with a secret key.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::{ChaCha8Rng, ChaCha20Rng};
@@ -8,11 +8,11 @@ use super::{ObservationKey, Purpose, stream};
 /// `u32` words in a block of ChaCha.
 const WORDS_A_BLOCK: u128 = 16;
 
-/// What streams of an observation are keyed by: a seed, and a key that only the side of the truth knows.
+/// The key of an observation's random streams: a seed, and a secret known only to the generator of the ground truth.
 ///
-/// With the public key the streams are those of [`stream`]. With any other the key of a stream is derived by
-/// ChaCha20 in two steps, `(seed, purpose)` and `(frame, layer)` as nonce and block counter under a key that is never
-/// told, so that streams tell nothing of each other, of the key or of what another seed would give.
+/// With the public key, the streams are those of [`stream`]. With any other key, the key of a stream is derived by
+/// ChaCha20 in two steps, with `(seed, purpose)` and `(frame, layer)` as nonce and block counter, under a key that is
+/// never disclosed. Streams thus reveal nothing about each other, the key, or the streams of another seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeyedSeed {
     /// The secret.
@@ -22,7 +22,7 @@ pub struct KeyedSeed {
 }
 
 impl From<u64> for KeyedSeed {
-    /// The seed with the key that everybody knows.
+    /// The seed with the public key.
     fn from(seed: u64) -> Self {
         Self { key: ObservationKey::PUBLIC, seed }
     }
@@ -48,7 +48,7 @@ impl KeyedSeed {
         Self { seed, ..self }
     }
 
-    /// A seed that depends on all of these numbers too, as secret as this one.
+    /// A seed derived from all of these numbers, as secret as this one.
     #[must_use]
     pub fn of_numbers(self, purpose: Purpose, numbers: &[u64]) -> Self {
         (0..).zip(numbers).fold(self, |known, (index, number)| {
@@ -59,7 +59,7 @@ impl KeyedSeed {
     }
 }
 
-/// A key under another one: the block of ChaCha20 at this nonce and counter.
+/// Derives a key from another: the block of ChaCha20 at this nonce and counter.
 fn derived(key: [u8; 32], nonce: u64, counter: u64) -> [u8; 32] {
     let mut rng = ChaCha20Rng::from_seed(key);
     rng.set_stream(nonce);
@@ -100,7 +100,7 @@ mod tests {
             draw(1, 1, Purpose::Corruption, 3, 3, 4),
             draw(1, 1, Purpose::Corruption, 2, 4, 4),
             draw(1, 1, Purpose::Corruption, 2, 3, 5),
-            // numbers that meet in a sum
+            // numbers with equal sums
             draw(1, 3, Purpose::StartPose, 3, 2, 4),
             draw(1, 2, Purpose::Corruption, 3, 2, 4),
         ];
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_derivation_is_that_of_another_chacha20() {
+    fn the_derivation_matches_an_independent_chacha20() {
         // Python's `cryptography`: ChaCha20(key, counter || nonce) of zeros, for seed 7, purpose 3, frame 5, layer 9
         let expected = "8596f1e33c31558c5c8c4458c099e77881b6c4cddf67528ad7a8a3b410189e44";
         let twice: [u8; 32] = std::array::from_fn(|i| i as u8 % 16);
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_make_another_seed_and_their_order_counts() {
+    fn numbers_make_another_seed_and_their_order_matters() {
         let known = KeyedSeed::from(1);
         let of = |numbers: &[u64]| known.of_numbers(Purpose::BodyMismatch, numbers);
         assert_eq!(of(&[]), known);

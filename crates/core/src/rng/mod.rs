@@ -1,8 +1,8 @@
 //! Keyed random streams: every random number comes from a ChaCha8 stream that is keyed by its purpose.
 //!
-//! A stream is keyed by `(seed, purpose, frame, layer, index)`, so that results do not depend on the order in which
-//! threads ask for numbers. A normal deviate is drawn by [`normal`]. Streams of an observation are keyed by a
-//! secret too: [`KeyedSeed`].
+//! A stream is keyed by `(seed, purpose, frame, layer, index)`, so results do not depend on the order in which threads
+//! draw numbers. [`normal`] draws a normal deviate. Streams of an observation are also keyed by a secret:
+//! [`KeyedSeed`].
 //!
 //! ```
 //! use rand::RngExt;
@@ -28,7 +28,7 @@ use rand_distr::{Distribution, StandardNormal};
 pub enum Purpose {
     /// Lengths and girths of a mismatched tracker body.
     BodyMismatch = 1,
-    /// Errors planted in a start pose.
+    /// Errors added to a start pose.
     StartPose = 2,
     /// Corruption of observations.
     Corruption = 3,
@@ -38,23 +38,23 @@ pub enum Purpose {
     Perturbation = 5,
     /// The offset of systematic resampling.
     Resampling = 6,
-    /// Errors planted by the oracle.
+    /// Errors added by the oracle.
     Oracle = 7,
-    /// Bootstrap resamples, in studies.
+    /// Bootstrap resampling in studies.
     Bootstrap = 8,
     /// Random choices of a motion model (inter-transitions, latent noise).
     MotionModel = 9,
-    /// Poses that a refinement tries.
+    /// Candidate poses of a refinement.
     Refinement = 10,
     /// Slow drifts of a motion's tempo, amplitude and posture.
     MotionVariation = 11,
-    /// A body drawn from a population.
+    /// Sampling of a body from a population.
     BodyShape = 12,
-    /// Looks of a scene and noise of a sensor.
+    /// Appearance of a scene and sensor noise.
     Imaging = 13,
-    /// Lengths and girths by which a tracker's body is corrupted beyond its mismatch.
+    /// Errors in lengths and girths of a tracker's body in addition to its mismatch.
     BodyCorruption = 14,
-    /// Settings of a sweep that are drawn at random.
+    /// Randomly sampled settings of a sweep.
     Sweep = 20,
 }
 
@@ -69,7 +69,7 @@ pub fn stream(seed: u64, purpose: Purpose, frame: u64, layer: u64, index: u64) -
     rng
 }
 
-/// A standard normal deviate (libm inside: the same bits on every machine).
+/// A standard normal deviate (uses libm: the same bits on every machine).
 #[inline]
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)

@@ -1,4 +1,4 @@
-//! The secret that streams of an observation are drawn from.
+//! The secret key of an observation's random streams.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,25 +12,25 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 /// Hexadecimal digits of a key.
 const DIGITS: usize = 32;
 
-/// 128 bits that streams of an observation depend on besides their seed. Whoever does not know them cannot draw the
-/// same numbers; in text they are 32 hexadecimal digits. `Debug` does not tell them.
+/// 128 secret bits that key the streams of an observation in addition to their seed. Without them the numbers cannot
+/// be reproduced. Written as 32 hexadecimal digits; `Debug` does not reveal them.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct ObservationKey([u8; DIGITS / 2]);
 
-/// A text that is no key.
+/// An invalid key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyError {
     found: String,
 }
 
 impl ObservationKey {
-    /// The key that everybody knows, all zeros: streams depend on their seed alone.
+    /// The public key, all zeros: streams depend on their seed alone.
     pub const PUBLIC: Self = Self([0; DIGITS / 2]);
 
-    /// A key that nobody knows, from the operating system's entropy.
+    /// A new secret key from the operating system's entropy.
     ///
     /// # Errors
-    /// [`SysError`] where the system has none to give.
+    /// [`SysError`] if the system provides no entropy.
     pub fn fresh() -> Result<Self, SysError> {
         let mut bytes = [0; DIGITS / 2];
         while bytes == Self::PUBLIC.0 {
@@ -39,12 +39,12 @@ impl ObservationKey {
         Ok(Self(bytes))
     }
 
-    /// The key of these bytes.
+    /// The key with these bytes.
     pub fn from_bytes(bytes: [u8; DIGITS / 2]) -> Self {
         Self(bytes)
     }
 
-    /// Its bytes.
+    /// The bytes of the key.
     pub fn bytes(&self) -> [u8; DIGITS / 2] {
         self.0
     }
@@ -54,7 +54,7 @@ impl ObservationKey {
         *self == Self::PUBLIC
     }
 
-    /// Its 32 hexadecimal digits.
+    /// The key as 32 hexadecimal digits.
     pub fn to_hex(&self) -> String {
         self.0.iter().map(|byte| format!("{byte:02x}")).collect()
     }
@@ -73,7 +73,7 @@ impl FromStr for ObservationKey {
             let digits =
                 std::str::from_utf8(digits).ok().filter(|digits| digits.bytes().all(|d| d.is_ascii_hexdigit()));
             let value = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
-            *byte = value.ok_or_else(|| refused("another character among them".to_owned()))?;
+            *byte = value.ok_or_else(|| refused("a character that is not a hexadecimal digit".to_owned()))?;
         }
         Ok(Self(bytes))
     }
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_is_read_as_it_is_written_and_not_told_by_debug() {
+    fn a_key_is_read_back_and_not_revealed_by_debug() {
         let text = "00112233445566778899aabbccddeeff";
         let key: ObservationKey = text.parse().unwrap();
         assert_eq!(key.to_hex(), text);
@@ -136,12 +136,12 @@ mod tests {
     }
 
     #[test]
-    fn a_text_that_is_no_key_is_refused_without_being_repeated() {
+    fn invalid_keys_are_refused_without_being_quoted() {
         for (text, found) in [
             ("", "found 0 characters"),
             ("0011", "found 4 characters"),
-            ("00112233445566778899aabbccddeefg", "found another character"),
-            ("+0112233445566778899aabbccddeeff", "found another character"),
+            ("00112233445566778899aabbccddeefg", "found a character that is not"),
+            ("+0112233445566778899aabbccddeeff", "found a character that is not"),
             (
                 "\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}",
                 "found",
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn fresh_keys_are_never_the_same_nor_the_public_one() {
+    fn fresh_keys_differ_from_each_other_and_from_the_public_key() {
         let keys: Vec<ObservationKey> = (0..50).map(|_| ObservationKey::fresh().unwrap()).collect();
         assert!(keys.iter().enumerate().all(|(i, key)| !key.is_public() && !keys[..i].contains(key)));
         let ones: u32 = keys.iter().flat_map(|key| key.bytes()).map(u8::count_ones).sum();

@@ -1,13 +1,13 @@
-//! Sums and exponentials over columns, in lanes.
+//! Sums and exponentials over columns, in SIMD lanes.
 //!
-//! A sum is kept as eight partial sums, because floating-point addition may not be reordered: one running sum would
-//! compile to one addition after another. The partial sums are added in a fixed order, so that every instruction set
-//! gives the same bits.
+//! A sum is kept as eight partial sums, because floating-point addition may not be reordered: a single running sum
+//! would compile to sequential additions. The partial sums are added in a fixed order, so every instruction set gives
+//! the same bits.
 
 /// Lanes of a sum: two registers of four.
 const LANES: usize = 8;
 
-/// Sum of the products.
+/// Dot product.
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
@@ -42,13 +42,13 @@ pub fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
     }
 }
 
-/// `amplitude * exp(exponent)` of every value in its place, for exponents up to zero; below -708 as at -708.
+/// Replaces every value by `amplitude * exp(value)`, for values up to zero; values below -708 are clamped to -708.
 ///
-/// Cody and Waite's reduction by multiples of ln 2 and the Taylor polynomial of degree 13, whose remainder there is
-/// below 1e-17: the result is within 2 units in the last place. NaN stays NaN.
+/// Cody and Waite's reduction by multiples of ln 2, then the Taylor polynomial of degree 13, whose remainder is below
+/// 1e-17 there: the result is within 2 units in the last place. NaN stays NaN.
 #[inline(always)]
 pub fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
-    /// Adding it rounds to a whole number, which then stands in the lowest bits.
+    /// Adding it rounds to an integer, which is then in the lowest bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
     const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn exponentials_are_those_of_the_library_to_the_last_places_on_every_build() {
+    fn exponentials_match_the_library_to_the_last_digits_on_every_build() {
         let exponents: Vec<f64> =
             (0..7080).map(|i| -0.1 * f64::from(i) - 0.0123).chain([0.0, -1e-300, -707.9]).collect();
         let (mut here, mut baseline) = (exponents.clone(), exponents.clone());
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_of_lanes_and_rest_are_whole() {
+    fn sums_include_lanes_and_remainder() {
         let a: Vec<f64> = (0..19).map(f64::from).collect();
         assert_eq!(sum(&a), 171.0);
         assert_eq!(dot(&a, &a), 2109.0);

@@ -1,21 +1,21 @@
-//! Loops that are compiled for several instruction sets, the best of which is chosen when they run.
+//! Loops compiled for several instruction sets; the best one is selected at run time.
 //!
-//! Sums run in lanes of a fixed number and nothing is fused, so that all builds give the same bits.
+//! Sums use a fixed number of lanes and operations are never fused, so all builds give the same bits.
 
 mod lanes;
 
 pub use lanes::{add_scaled, dot, scaled_exponentials, sum};
 
-/// A kernel and what it works on.
+/// A kernel with its data.
 pub trait Dispatched {
     type Output;
 
-    /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen
+    /// Runs the kernel. It and everything it calls must be `#[inline(always)]` to be compiled for the selected
     /// instructions.
     fn work(self) -> Self::Output;
 }
 
-/// Does the work with the best instruction set of this processor.
+/// Runs a kernel with the best instruction set of this processor.
 ///
 /// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
 /// the baseline, and everything is inlined there instead of into the function with the better instruction set.

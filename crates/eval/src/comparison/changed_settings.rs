@@ -1,15 +1,15 @@
-//! What differs between the settings of two trackers.
+//! Differences between the settings of two trackers.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-/// Keys that a message names.
+/// Greatest number of keys in a message.
 const MOST: usize = 12;
-/// Characters of a value that a message shows.
+/// Greatest length of a value in a message, characters.
 const SHOWN: usize = 60;
 
-/// Keys of the settings that differ, in words: `particles 12 → 2`.
+/// Lists the keys of the settings that differ: `particles 12 → 2`.
 pub fn changed_settings(base: Option<&Value>, other: Option<&Value>) -> String {
     let leaves = |settings: Option<&Value>| {
         let mut leaves = BTreeMap::new();
@@ -20,10 +20,10 @@ pub fn changed_settings(base: Option<&Value>, other: Option<&Value>) -> String {
     let keys: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
     let shown = |value: Option<&String>| value.map_or_else(|| "not set".to_owned(), |value| shortened(value));
     let differ: Vec<&String> = keys.into_iter().filter(|key| old.get(*key) != new.get(*key)).collect();
-    let words = |key: &&String| format!("{key} {} → {}", shown(old.get(*key)), shown(new.get(*key)));
-    let mut words: Vec<String> = differ.iter().take(MOST).map(words).collect();
-    words.extend((differ.len() > MOST).then(|| format!("and {} more", differ.len() - MOST)));
-    words.join(", ")
+    let describe = |key: &&String| format!("{key} {} → {}", shown(old.get(*key)), shown(new.get(*key)));
+    let mut changes: Vec<String> = differ.iter().take(MOST).map(describe).collect();
+    changes.extend((differ.len() > MOST).then(|| format!("and {} more", differ.len() - MOST)));
+    changes.join(", ")
 }
 
 fn shortened(value: &str) -> String {
@@ -50,7 +50,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn only_what_differs_is_named_and_no_more_than_a_line_holds() {
+    fn only_differences_are_named_within_the_length_limits() {
         let [one, other] = [12, 2].map(|n| json!({"a": {"particles": n, "layers": 4}, "b": "x"}));
         assert_eq!(changed_settings(Some(&one), Some(&other)), "a.particles 12 → 2");
         assert_eq!(changed_settings(Some(&one), Some(&one)), "");

@@ -1,4 +1,4 @@
-//! One side against another, metric by metric.
+//! Compares one side with another, metric by metric.
 
 use std::collections::BTreeSet;
 
@@ -8,18 +8,18 @@ use super::compared::{
 use super::interval_unit::IntervalUnit;
 use super::judge::judge;
 use super::matched_runs::{MatchedRuns, MatchedSet};
-use super::measured_runs::{MeasuredClip, MeasuredRuns, seeds_in_words};
+use super::measured_runs::{MeasuredClip, MeasuredRuns, describe_seeds};
 use super::rate::Rate;
 use crate::body::LANDMARKS;
 use crate::{METRICS, Metric, mean};
 
-/// Metrics that agree wherever every marker is estimated, the one that is shown first.
+/// Metrics that agree if every marker has an estimate; the first of each pair is shown.
 const ALIASES: [(&str, &str); 2] = [("humaneva_mm", "mpjpe_mm"), ("humaneva_mm", "humaneva_official_mm")];
 
-/// Compares every side with the base. Sides on other sets of the same name are refused unless `across_sets`; then their
-/// seeds and draws are compared unpaired. Intervals run over `unit`; without one over clips where both sides have three
-/// in common, else over draws of the noise where every clip has three, else over seeds. Where there are too few of what
-/// was asked for, the next in this order is taken, and the scope says so.
+/// Compares every side with the base. Sides on other sets with the same name are refused unless `across_sets`; then
+/// their seeds and draws are compared unpaired. Intervals are over `unit`. By default they are over clips if both sides
+/// have three in common, otherwise over draws of the noise if every clip has three, otherwise over seeds. If there are
+/// too few of the requested unit, the next one in this order is used, and the scope states it.
 ///
 /// # Errors
 /// [`NotComparable`] naming the difference.
@@ -39,7 +39,7 @@ pub fn compare_runs(
 
 fn facts((name, runs): (&str, &MeasuredRuns)) -> SideFacts {
     let trackers: BTreeSet<String> = runs.clips.values().map(|clip| clip.tracker.clone()).collect();
-    let seeds = runs.clips.keys().map(|name| (name.clone(), draws_in_words(&runs.sets_of(name)))).collect();
+    let seeds = runs.clips.keys().map(|name| (name.clone(), describe_draws(&runs.sets_of(name)))).collect();
     SideFacts {
         name: name.to_owned(),
         trackers: trackers.into_iter().collect(),
@@ -50,8 +50,8 @@ fn facts((name, runs): (&str, &MeasuredRuns)) -> SideFacts {
 }
 
 /// Seeds of the draws of a clip: `0 to 9`, `0 to 9 of each of 3 draws`, `0 to 9, 0 to 4 of 2 draws`.
-fn draws_in_words(sets: &[&MeasuredClip]) -> String {
-    let mut seeds: Vec<String> = sets.iter().map(|set| seeds_in_words(&set.seeds)).collect();
+fn describe_draws(sets: &[&MeasuredClip]) -> String {
+    let mut seeds: Vec<String> = sets.iter().map(|set| describe_seeds(&set.seeds)).collect();
     seeds.dedup();
     match (sets.len(), seeds.len()) {
         (0 | 1, _) => seeds.concat(),
@@ -60,8 +60,8 @@ fn draws_in_words(sets: &[&MeasuredClip]) -> String {
     }
 }
 
-/// Draws of a clip that the other side lacks, named by their set hashes; nothing without any.
-fn draws_alone(clip: &str, side: &str, mine: &[&MeasuredClip], theirs: &[&MeasuredClip]) -> Option<String> {
+/// Names the draws of a clip that the other side lacks by their set hashes; `None` if there are none.
+fn unshared_draws(clip: &str, side: &str, mine: &[&MeasuredClip], theirs: &[&MeasuredClip]) -> Option<String> {
     let is_alone = |set: &&&MeasuredClip| theirs.iter().all(|their| set_difference(set, their).is_some());
     let hashes: Vec<String> = mine.iter().filter(is_alone).map(|set| format!("{:.12}", set.set_hash)).collect();
     let (plural, are) = if hashes.len() == 1 { ("", "is") } else { ("s", "are") };
@@ -69,7 +69,7 @@ fn draws_alone(clip: &str, side: &str, mine: &[&MeasuredClip], theirs: &[&Measur
     (!hashes.is_empty()).then(|| format!("draw{plural} {named} of `{clip}` {are} in `{side}` only"))
 }
 
-/// Base and another side on what they have in common.
+/// The base and another side on their common sets.
 struct TwoSides<'a> {
     names: [&'a str; 2],
     other: &'a MeasuredRuns,
@@ -91,8 +91,8 @@ impl<'a> TwoSides<'a> {
             let (base_clips, other_clips) = (names(base.1), names(other.1));
             return Err(NotComparable::NoClip { base: base_name, other: other_name, base_clips, other_clips });
         }
-        let one_sets = MatchedRuns::on_same_sets(base.1, other.1);
-        let has_set = |clip: &str| one_sets.sets.iter().any(|set| set.clip == clip);
+        let same_sets = MatchedRuns::on_same_sets(base.1, other.1);
+        let has_set = |clip: &str| same_sets.sets.iter().any(|set| set.clip == clip);
         let another = clips.sets.iter().filter(|set| !has_set(set.clip));
         let another =
             another.filter_map(|set| Some((set.clip, set_difference(set.base.first()?, set.other.first()?)?)));
@@ -101,7 +101,7 @@ impl<'a> TwoSides<'a> {
             let (clip, what) = ((*clip).to_owned(), what.clone());
             return Err(NotComparable::Sets { clip, base: base_name, other: other_name, what });
         }
-        let runs = if another.is_empty() { one_sets } else { clips };
+        let runs = if another.is_empty() { same_sets } else { clips };
         let alone = |mine: &MeasuredRuns, theirs: &MeasuredRuns, name: &str| -> Vec<String> {
             let only = mine.clips.keys().filter(|clip| !theirs.clips.contains_key(*clip));
             only.map(|clip| format!("clip `{clip}` is in `{name}` only")).collect()
@@ -109,7 +109,7 @@ impl<'a> TwoSides<'a> {
         let mut skipped = [alone(base.1, other.1, base.0), alone(other.1, base.1, other.0)].concat();
         for name in runs.clips().into_iter().filter(|_| runs.same_sets) {
             for (side, mine, theirs) in [(base.0, base.1, other.1), (other.0, other.1, base.1)] {
-                skipped.extend(draws_alone(name, side, &mine.sets_of(name), &theirs.sets_of(name)));
+                skipped.extend(unshared_draws(name, side, &mine.sets_of(name), &theirs.sets_of(name)));
             }
         }
         let runs = runs.with_unit(unit);
@@ -117,13 +117,13 @@ impl<'a> TwoSides<'a> {
         Ok(Self { names: [base.0, other.0], other: other.1, runs, skipped })
     }
 
-    fn compared(mut self, asked: Option<IntervalUnit>) -> Result<AgainstBase, NotComparable> {
+    fn compared(mut self, requested: Option<IntervalUnit>) -> Result<AgainstBase, NotComparable> {
         let mut metrics: Vec<ComparedMetric> = METRICS.iter().filter_map(|metric| self.metric(metric)).collect();
         if metrics.is_empty() {
             let [base, other] = self.names.map(str::to_owned);
             return Err(NotComparable::NoMetric { base, other });
         }
-        shown_once_in(&mut metrics, &self);
+        remove_aliases(&mut metrics, &self);
         judge(&mut metrics);
         let difference = |joint: &str| self.runs.difference(&|clip| clip.joint(joint));
         let joint = |joint: &str| Some(JointDifference { joint: joint.to_owned(), difference: difference(joint)? });
@@ -131,7 +131,7 @@ impl<'a> TwoSides<'a> {
             side: facts((self.names[1], self.other)),
             clips: self.runs.clips().into_iter().map(str::to_owned).collect(),
             unit: self.runs.unit,
-            scope: self.runs.scope(asked),
+            scope: self.runs.scope(requested),
             paired: self.runs.paired(),
             joints: LANDMARKS.iter().filter_map(|landmark| joint(landmark.name())).collect(),
             lost_tracks: self.lost_tracks(),
@@ -141,7 +141,7 @@ impl<'a> TwoSides<'a> {
     }
 
     /// Runs of both sides without a value.
-    fn lacking(&self, metric: &str) -> Vec<String> {
+    fn without_value(&self, metric: &str) -> Vec<String> {
         let mut lacking = Vec::new();
         for set in &self.runs.sets {
             for (runs, side) in [&set.base, &set.other].into_iter().zip(self.names) {
@@ -153,7 +153,7 @@ impl<'a> TwoSides<'a> {
                         lacking.push(format!(
                             "`{}`, seed {} of `{side}` has no value",
                             set.clip,
-                            seeds_in_words(&seeds)
+                            describe_seeds(&seeds)
                         ));
                     }
                 }
@@ -162,7 +162,7 @@ impl<'a> TwoSides<'a> {
         lacking
     }
 
-    /// All runs of both sides, the base's first.
+    /// All pairs of runs of the two sides on common sets.
     fn pairs(&self) -> impl Iterator<Item = (&'a MeasuredClip, &'a MeasuredClip)> {
         let of = |set: &MatchedSet<'a>| {
             let pairs = set.base.iter().copied().flat_map(|base| set.other.iter().map(move |other| (base, *other)));
@@ -194,7 +194,7 @@ impl<'a> TwoSides<'a> {
             finding: Finding::NotShown,
             per_clip: per_clip.collect(),
             coverage: [0, 1].map(|side| self.coverage(side)),
-            skipped: self.lacking(metric.name),
+            skipped: self.without_value(metric.name),
             protocol: first.0.protocol.clone(),
             difference,
         })
@@ -217,7 +217,7 @@ impl<'a> TwoSides<'a> {
     }
 }
 
-/// The rate of runs that lost the body. Copies of a run count once.
+/// The rate of runs that lost the body. Identical runs count once.
 pub fn lost_tracks<'a>(clips: impl Iterator<Item = &'a MeasuredClip>) -> Option<Rate> {
     let (mut lost, mut all) = (0, 0);
     for clip in clips {
@@ -232,26 +232,26 @@ pub fn lost_tracks<'a>(clips: impl Iterator<Item = &'a MeasuredClip>) -> Option<
     Rate::new(lost, all)
 }
 
-/// How two sets differ, in words; `None` if they are one.
+/// Describes how two sets differ; `None` if they are the same.
 pub(crate) fn set_difference(a: &MeasuredClip, b: &MeasuredClip) -> Option<String> {
     let short = |hash: &str| hash.chars().take(12).collect::<String>();
-    match () {
-        () if a.frames != b.frames => Some(format!("{} and {} frames", a.frames, b.frames)),
-        () if a.frames_per_second != b.frames_per_second => {
-            Some(format!("{} and {} frames a second", a.frames_per_second, b.frames_per_second))
-        }
-        () if a.set_hash != b.set_hash => Some(format!("hashes {} and {}", short(&a.set_hash), short(&b.set_hash))),
-        () => None,
+    if a.frames != b.frames {
+        Some(format!("{} and {} frames", a.frames, b.frames))
+    } else if a.frames_per_second != b.frames_per_second {
+        Some(format!("{} and {} frames a second", a.frames_per_second, b.frames_per_second))
+    } else if a.set_hash != b.set_hash {
+        Some(format!("hashes {} and {}", short(&a.set_hash), short(&b.set_hash)))
+    } else {
+        None
     }
 }
 
-/// Names that `ALIASES` need not show again, for a predicate that tells whether two metrics agree in every run:
-/// shown, with what is left out beside it.
+/// Pairs of a metric and an alias that need not be shown, given a predicate for whether two metrics agree in every run.
 pub fn shown_once(agree: impl Fn(&str, &str) -> bool) -> Vec<(&'static str, &'static str)> {
     ALIASES.into_iter().filter(|(shown, alias)| agree(shown, alias)).collect()
 }
 
-fn shown_once_in(metrics: &mut Vec<ComparedMetric>, sides: &TwoSides<'_>) {
+fn remove_aliases(metrics: &mut Vec<ComparedMetric>, sides: &TwoSides<'_>) {
     let close = |a: &[(u64, f64)], b: &[(u64, f64)]| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() <= 1e-9 * a.1.abs())
     };
@@ -296,22 +296,21 @@ mod tests {
             (error.metric.as_str(), error.finding, error.difference.rule),
             ("humaneva_mm", Finding::Worse, DifferenceRule::PairedT)
         );
-        assert_eq!(error.p_holm, error.difference.p, "the other metrics do not vary and are no tests");
+        assert_eq!(error.p_holm, error.difference.p, "the other metrics do not vary and are not tested");
         let unpaired = against(&base, &side(&[("walk", clip("a", 100, &WORSE))]));
         assert!(!unpaired.paired && unpaired.metrics[0].difference.rule == DifferenceRule::Welch);
         assert_eq!(paired.joints[0].joint, "pelvis");
         assert!((paired.joints[0].difference.difference - 0.5 * error.difference.difference).abs() < 1e-12);
     }
 
-    /// It said "unpaired" where its numbers were those of pairs.
     #[test]
-    fn seeds_in_common_are_said_to_be_paired_where_one_side_has_more() {
+    fn common_seeds_are_reported_as_paired_if_one_side_has_more() {
         let more = [BASE.to_vec(), vec![30.5, 31.5]].concat();
         let found = against(&side(&[("walk", clip("a", 0, &more))]), &side(&[("walk", clip("a", 0, &WORSE))]));
         assert!(found.paired && found.metrics[0].difference.rule == DifferenceRule::PairedT, "{:?}", found.metrics[0]);
     }
 
-    /// Pairs or all runs, whichever had the smaller standard error: two chances of a false alarm.
+    /// Choosing the smaller standard error of pairs and all runs would give two chances of a false alarm.
     #[test]
     fn partly_shared_seeds_are_paired_by_their_number_whatever_their_values() {
         let base = side(&[("walk", clip("a", 0, &BASE))]);
@@ -324,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_a_deterministic_run_show_nothing_and_say_what_to_do() {
+    fn copies_of_a_deterministic_run_show_no_difference_and_the_scope_states_the_remedy() {
         let base = side(&[("walk", clip("a", 0, &[30.0; 5]))]);
         let found = against(&base, &side(&[("walk", clip("a", 0, &[20.0; 5]))]));
         assert_eq!((found.metrics[0].finding, found.metrics[0].difference.p), (Finding::TooFew, None));
@@ -333,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn a_metric_that_does_not_vary_is_no_finding_from_five_seeds() {
+    fn a_metric_that_does_not_vary_gives_no_finding_with_five_seeds() {
         let with_score = |errors: &[f64], score: f64| {
             let mut clip = clip("a", 0, errors);
             clip.metrics.insert(
@@ -378,7 +377,7 @@ mod tests {
         assert!(!across.paired && across.metrics[0].difference.rule == DifferenceRule::Welch);
         let elsewhere = side(&[("jump", clip("a", 0, &BASE))]);
         let refused = compare_runs(("main", &base), &[("mine", &elsewhere)], false, None).unwrap_err();
-        assert_eq!(refused.to_string(), "`main` and `mine` have no clip in common: walk and jump");
+        assert_eq!(refused.to_string(), "`main` and `mine` have no common clip: walk and jump");
     }
 
     #[test]

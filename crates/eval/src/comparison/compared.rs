@@ -1,4 +1,4 @@
-//! What a comparison of runs says.
+//! The result of a comparison of runs.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::interval_unit::IntervalUnit;
 use super::rate::{Rate, RateDifference};
 use crate::{Direction, Unit};
 
-/// Several sides against the first: what `skiagraph compare --json` prints.
+/// Several sides compared with the first: the output of `skiagraph compare --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RunComparison {
@@ -17,42 +17,42 @@ pub struct RunComparison {
     pub schema: String,
     /// The side that all others are compared with.
     pub base: SideFacts,
-    /// The others, in the order in which they were given.
+    /// The others in the given order.
     pub others: Vec<AgainstBase>,
 }
 
-/// What a side is.
+/// Facts about a side.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SideFacts {
-    /// As the user calls it.
+    /// Its name given by the user.
     pub name: String,
     /// Its trackers.
     pub trackers: Vec<String>,
-    /// Draws of the noise and seeds of every clip, in words.
+    /// Description of draws of the noise and seeds of every clip.
     pub seeds: BTreeMap<String, String>,
     /// Runs, clip x draw x seed.
     pub runs: usize,
-    /// What its runs say of estimates that may have been misread; each with its clip.
+    /// Hints of its runs about estimates that may have been misread, each with its clip.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub misread: Vec<String>,
 }
 
-/// One side against the base.
+/// One side compared with the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AgainstBase {
     /// The side.
     #[serde(flatten)]
     pub side: SideFacts,
-    /// Clips that both have.
+    /// Clips that both sides have.
     pub clips: Vec<String>,
-    /// What the intervals run over.
+    /// Unit of the intervals.
     pub unit: IntervalUnit,
-    /// What they run over and what they cannot speak of, in words.
+    /// Description of what the intervals cover and do not cover.
     pub scope: String,
     /// Whether the units are paired: seeds by the number of those in common ([`super::should_pair`]), draws on the same
     /// sets, clips by name.
     pub paired: bool,
-    /// What was left out, and why.
+    /// Omitted data, with the reason.
     pub skipped: Vec<String>,
     /// Metric by metric, in the order of [`crate::METRICS`].
     pub metrics: Vec<ComparedMetric>,
@@ -68,22 +68,22 @@ pub struct AgainstBase {
 pub struct ComparedMetric {
     /// [`crate::Metric::name`].
     pub metric: String,
-    /// Metrics with the same value in every run, which are not shown again.
+    /// Metrics with the same value in every run, which are not shown separately.
     pub also: Vec<String>,
-    /// Unit of all values but p.
+    /// Unit of all values except p.
     pub unit: Unit,
-    /// Which way it is better.
+    /// Direction of improvement.
     pub direction: Direction,
     /// Over all common clips.
     #[serde(flatten)]
     pub difference: Difference,
     /// The p value adjusted for the number of metrics ([`super::holm`]).
     pub p_holm: Option<f64>,
-    /// What can be said.
+    /// The conclusion.
     pub finding: Finding,
     /// Clip by clip.
     pub per_clip: BTreeMap<String, Difference>,
-    /// Mean coverage of the runs of base and other: errors speak of the rest of the markers only.
+    /// Mean coverage of the runs of base and other: errors are only about markers with an estimate.
     pub coverage: [Option<f64>; 2],
     /// Runs without a value, left out with their pairs.
     pub skipped: Vec<String>,
@@ -91,7 +91,7 @@ pub struct ComparedMetric {
     pub protocol: String,
 }
 
-/// What can be said of a difference.
+/// Conclusion from a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Finding {
@@ -99,13 +99,13 @@ pub enum Finding {
     Better,
     /// The other side is worse.
     Worse,
-    /// They differ in a metric that is neither better nor worse.
+    /// They differ in a metric without a direction of improvement.
     Differs,
     /// Equal in every run.
     Same,
     /// No difference is shown.
     NotShown,
-    /// Too few runs to say.
+    /// Too few runs.
     TooFew,
 }
 
@@ -119,7 +119,7 @@ pub struct JointDifference {
     pub difference: Difference,
 }
 
-/// Runs that lost the body: runs with a frame that counts as lost, and runs that could not be measured at all.
+/// Runs that lost the body: runs with lost frames, and runs that could not be measured at all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LostTracks {
     /// Of the base.
@@ -135,7 +135,7 @@ pub struct LostTracks {
 #[non_exhaustive]
 pub enum NotComparable {
     /// They have no clip in common.
-    #[error("`{base}` and `{other}` have no clip in common: {base_clips} and {other_clips}")]
+    #[error("`{base}` and `{other}` have no common clip: {base_clips} and {other_clips}")]
     NoClip {
         /// Name of the base.
         base: String,
@@ -146,10 +146,10 @@ pub enum NotComparable {
         /// Clips of the other side.
         other_clips: String,
     },
-    /// A clip was measured on two sets.
+    /// A clip was measured on different sets.
     #[error(
-        "`{clip}` is another set in `{other}` than in `{base}` ({what}); measure both on one set, or compare them \
-         unpaired with --across-sets"
+        "`{clip}` was measured on different sets in `{other}` and `{base}` ({what}); measure both on the same set, or compare \
+         them unpaired with --across-sets"
     )]
     Sets {
         /// The clip.
@@ -158,11 +158,11 @@ pub enum NotComparable {
         base: String,
         /// Name of the other side.
         other: String,
-        /// The difference, in words.
+        /// Description of the difference.
         what: String,
     },
-    /// Nothing was measured on both sides in the same way.
-    #[error("`{base}` and `{other}` have no metric in common that was measured by the same protocol")]
+    /// No metric was measured by the same protocol on both sides.
+    #[error("`{base}` and `{other}` have no common metric that was measured by the same protocol")]
     NoMetric {
         /// Name of the base.
         base: String,

@@ -1,11 +1,10 @@
 //! The difference of two sides' means over clips, with its 95 % interval.
 //!
-//! The unit is a seed, a draw of the observation's noise or a clip ([`IntervalUnit`]), never the frame. Whether both
-//! sides are paired is decided by what they have in common ([`should_pair`]), before any value is looked at: choosing
-//! the narrower interval would make a false alarm more frequent than it says. Units of one side alone are then left
-//! out, and the differences of the pairs are summarised like any values ([`mean_interval`]): Student's t. Else the
-//! sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose
-//! interval is Welch's (`[Welch 1938]`).
+//! The unit is a seed, a draw of the observation's noise or a clip ([`IntervalUnit`]), never the frame. Pairing depends
+//! only on the common units of both sides ([`should_pair`]), not on values: choosing the narrower interval would make
+//! false alarms more frequent than stated. For pairs, units of only one side are omitted, and the differences have
+//! Student's t interval ([`mean_interval`]). Otherwise the sides are independent: their values, negated for the base,
+//! are strata of one mean with Welch's interval (`[Welch 1938]`).
 
 use std::fmt;
 
@@ -18,13 +17,13 @@ use crate::statistics::variance;
 use crate::student::{freedom_of_mean, mean_of_means};
 use crate::{Interval, change, mean};
 
-/// Values of one stratum (a set; for draws a clip; for clips all together), with what they are paired by: seeds, or the
-/// numbers of draws or clips.
+/// Values of one stratum (a set for seeds, a clip for draws, all clips together), with the keys of their pairs: seeds,
+/// or numbers of draws or clips.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClipValues {
-    /// Of the base.
+    /// Values of the base.
     pub base: Vec<(u64, f64)>,
-    /// Of the other side.
+    /// Values of the other side.
     pub other: Vec<(u64, f64)>,
 }
 
@@ -32,8 +31,7 @@ pub struct ClipValues {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DifferenceRule {
-    /// No run differs from its pair, or all pairs of a clip by the same, or no seed from another on either side:
-    /// nothing varies.
+    /// Nothing varies: all pairs of a clip have the same difference, or all seeds of each side have the same value.
     Exact,
     /// Student's t on the differences of pairs.
     PairedT,
@@ -43,7 +41,7 @@ pub enum DifferenceRule {
     TooFew,
 }
 
-/// Other minus base, of means over clips of each clip's mean over seeds.
+/// Difference, other minus base, of the means over clips of each clip's mean over seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Difference {
@@ -53,22 +51,22 @@ pub struct Difference {
     pub other: f64,
     /// Other minus base.
     pub difference: f64,
-    /// 95 % interval of the difference; `None` for too few runs, and where nothing varies.
+    /// 95 % interval of the difference; `None` for too few runs, and if nothing varies.
     pub ci95: Option<Interval>,
-    /// Two-sided p value: of the t test that belongs to the interval, so that it is below 5 % where the interval leaves
-    /// out 0; where nothing varies and both sides differ, of the sign test of pairs or the rank test of both sides.
-    /// `None` for too few runs.
+    /// Two-sided p value of the t test of the interval, below 5 % if the interval excludes 0. If nothing varies and
+    /// both sides differ, it is that of the sign test of pairs or of the rank test of both sides. `None` for too few
+    /// runs.
     pub p: Option<f64>,
-    /// Standard error of the difference; `None` where there is no interval.
+    /// Standard error of the difference; `None` without an interval.
     pub standard_error: Option<f64>,
     /// Its degrees of freedom.
     pub freedom: Option<f64>,
     /// How the interval was made.
     pub rule: DifferenceRule,
-    /// What the interval runs over.
+    /// Unit of the interval.
     #[serde(default)]
     pub over: IntervalUnit,
-    /// Values of the base and of the other side: seeds, draws or clips.
+    /// Number of values of the base and of the other side: seeds, draws or clips.
     pub runs: [usize; 2],
 }
 
@@ -86,26 +84,26 @@ impl fmt::Display for Difference {
 }
 
 impl Difference {
-    /// One-sided p value of the t test that the true difference is at most `limit`; `None` without a standard error.
+    /// One-sided p value of the t test against a true difference of at most `limit`; `None` without a standard error.
     pub fn p_above(&self, limit: f64) -> Option<f64> {
         let t = StudentsT::new(0.0, 1.0, self.freedom?).ok()?;
         Some(t.sf((self.difference - limit) / self.standard_error?))
     }
 }
 
-/// Fewest seeds in common that are paired where either side has others, too.
+/// Fewest common seeds for pairing if a side has other seeds too.
 const FEWEST_IN_COMMON: usize = 3;
 
-/// Whether runs of two sides with these seeds are paired: those of the same seeds, and those that have at least three
-/// in common and no more than as many others on either side.
+/// Whether runs of two sides with these seeds are paired: if the seeds are the same, or if at least three and at least
+/// half of the seeds of the side with more are common.
 pub fn should_pair(base: &[u64], other: &[u64]) -> bool {
     let common = base.iter().filter(|seed| other.contains(seed)).count();
     let most = base.len().max(other.len());
     common == most || (common >= FEWEST_IN_COMMON && 2 * common >= most)
 }
 
-/// The difference over these strata, with values of the same number paired or not ([`should_pair`]); those that one
-/// side lacks are then left out. `None` if a stratum lacks all values on either side, or there is none.
+/// The difference over these strata. If `paired` ([`should_pair`]), values with the same key are pairs, and values of
+/// only one side are omitted. `None` if there is no stratum, or one lacks all values of a side.
 pub fn difference(clips: &[ClipValues], paired: bool, unit: IntervalUnit) -> Option<Difference> {
     let found = if paired {
         let common: Vec<ClipValues> = clips.iter().map(ClipValues::in_common).collect();
@@ -116,7 +114,7 @@ pub fn difference(clips: &[ClipValues], paired: bool, unit: IntervalUnit) -> Opt
     let mut found = Difference { over: unit, ..found? };
     let greatest = |side: fn(&ClipValues) -> usize| clips.iter().map(side).sum::<usize>();
     let most = greatest(|clip| clip.base.len()).max(greatest(|clip| clip.other.len()));
-    // one or two equal pairs of many runs, the rest of which lack a value on one side, do not show that nothing changed
+    // one or two equal pairs of many runs, whose others lack a value, do not show that nothing changed
     if found.rule == DifferenceRule::Exact && found.runs[0].min(found.runs[1]) < FEWEST_RUNS.min(most) {
         found.rule = DifferenceRule::TooFew;
     }
@@ -159,15 +157,15 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
         };
         return Some(Difference { rule: DifferenceRule::Exact, p, ..nothing });
     }
-    // both sides together may have three runs where neither has
+    // each side needs enough runs, not both together
     if pairs.is_none() && nothing.runs.iter().any(|runs| *runs < FEWEST_RUNS) {
         return Some(nothing);
     }
-    Some(strata.completed(nothing, pairs.is_some()))
+    Some(strata.complete(nothing, pairs.is_some()))
 }
 
 impl ClipValues {
-    /// The values of the numbers that both sides have, by number.
+    /// The values with common keys, sorted by key.
     fn in_common(&self) -> Self {
         let shared = |side: &[(u64, f64)], there: &[(u64, f64)]| {
             let mut shared: Vec<_> = side.to_vec();
@@ -179,12 +177,12 @@ impl ClipValues {
     }
 }
 
-/// Other minus base, seed by seed, of runs in the order of the same seeds.
+/// Differences, other minus base, of values in the order of common keys.
 fn pairs(clip: &ClipValues) -> Vec<f64> {
     clip.base.iter().zip(&clip.other).map(|((_, base), (_, other))| change(*base, *other)).collect()
 }
 
-/// Two-sided p value of the sign test where all pairs differ in one direction; `None` where they do not.
+/// Two-sided p value of the sign test if all pairs differ in the same direction; `None` otherwise.
 fn p_of_signs(pairs: &[Vec<f64>]) -> Option<f64> {
     let all = || pairs.iter().flatten();
     let count = i32::try_from(all().count()).ok()?;
@@ -192,8 +190,8 @@ fn p_of_signs(pairs: &[Vec<f64>]) -> Option<f64> {
     one_way.then(|| (2.0 * 0.5_f64.powi(count)).min(1.0))
 }
 
-/// Two-sided p value of the rank test within strata, each of which has all values of one side above all of the other;
-/// `None` where they do not lie in one direction. So many ways there are to choose which values are whose: of n + m, n.
+/// Two-sided p value of the rank test within strata, if in all strata all values of the same side are above those of
+/// the other; `None` otherwise. Each stratum has (n + m choose n) assignments of the values to the sides.
 fn p_of_ranks(base: &[Vec<f64>], other: &[Vec<f64>]) -> Option<f64> {
     let differences: Vec<f64> = base.iter().zip(other).map(|(base, other)| other[0] - base[0]).collect();
     let one_way = differences.iter().all(|d| *d > 0.0) || differences.iter().all(|d| *d < 0.0);
@@ -204,20 +202,20 @@ fn p_of_ranks(base: &[Vec<f64>], other: &[Vec<f64>]) -> Option<f64> {
     one_way.then(|| (2.0 / ways.product::<f64>()).min(1.0))
 }
 
-/// Lists whose mean of means, times `scale`, is the difference.
+/// Lists of values whose mean of means, times `scale`, is the difference.
 struct Strata {
     values: Vec<Vec<f64>>,
     scale: f64,
 }
 
 impl Strata {
-    /// The values of both sides, those of the base negated: twice their mean of means is the difference.
+    /// The values of both sides, negated for the base: twice their mean of means is the difference.
     fn from_independent(base: &[Vec<f64>], other: &[Vec<f64>]) -> Self {
         let negated = base.iter().map(|values| values.iter().map(|value| -value).collect());
         Self { values: negated.chain(other.iter().cloned()).collect(), scale: 2.0 }
     }
 
-    fn completed(&self, nothing: Difference, paired: bool) -> Difference {
+    fn complete(&self, nothing: Difference, paired: bool) -> Difference {
         let Some((ends, _)) = mean_interval(&self.values, ValueRange::Any) else { return nothing };
         let Some((standard_error, freedom)) = self.standard_error() else { return nothing };
         let rule = if paired { DifferenceRule::PairedT } else { DifferenceRule::Welch };
@@ -305,8 +303,7 @@ mod tests {
         assert!((2.0 * above - found.p.unwrap()).abs() < 1e-12, "half of the two-sided one");
     }
 
-    /// From ten runs on the interval was a bootstrap's and the p value that of the t test: they contradicted each
-    /// other.
+    /// Regression: a bootstrap interval from ten runs on contradicted the p value of the t test.
     #[test]
     fn p_is_below_five_percent_exactly_where_the_interval_leaves_out_zero_at_any_number_of_seeds() {
         let mut alarms = 0;
@@ -330,12 +327,12 @@ mod tests {
     }
 
     #[test]
-    fn pairs_are_decided_by_the_seeds_in_common_and_not_by_what_they_tell() {
+    fn pairing_depends_on_common_seeds_and_not_on_values() {
         let (five, seven): (Vec<u64>, Vec<u64>) = ((0..5).collect(), (0..7).collect());
         assert!(should_pair(&five, &seven) && should_pair(&five, &five) && should_pair(&[4], &[4]));
         assert!(!should_pair(&five, &[5, 6, 7]) && !should_pair(&[0, 1, 2], &seven), "fewer than half");
         assert!(!should_pair(&[0, 1, 2, 3], &[2, 3, 4, 5]), "two in common");
-        // pairs that differ more than runs do: it was compared unpaired, after looking
+        // pairs that vary more than runs must still be paired
         let opposite = [clip(&[1.0, 2.0, 3.0, 4.0, 5.0], &[5.0, 4.0, 3.0, 2.0, 1.0, 3.0, 3.0], 0)];
         assert_eq!((paired(&opposite).rule, paired(&opposite).runs), (DifferenceRule::PairedT, [5, 5]));
         let more = paired(&[clip(&[1.0, 2.0, 4.0], &[1.5, 2.4, 4.6, 90.0, 80.0], 0)]);
@@ -343,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_by_round_off_alone_does_not_differ() {
+    fn differences_by_round_off_count_as_none() {
         let values = [116.4, 117.2, 115.9];
         let moved = values.map(|value| value + 8e-14);
         let same = paired(&[clip(&values, &moved, 0)]);
@@ -351,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn clips_count_alike_however_many_seeds_they_have() {
+    fn clips_have_equal_weights_with_any_number_of_seeds() {
         let clips = [clip(&[1.0, 3.0], &[2.0, 4.0], 9), clip(&[10.0; 4], &[14.0, 13.0, 15.0, 14.0], 9)];
         let found = unpaired(&clips);
         assert!((found.base - 6.0).abs() < 1e-12 && (found.difference - 2.5).abs() < 1e-12, "{found:?}");
@@ -364,7 +361,7 @@ mod tests {
         assert_eq!((same.difference, same.rule, same.ci95, same.p), (0.0, DifferenceRule::Exact, None, None));
         let constant = unpaired(&[clip(&[1.0; 3], &[1.5; 3], 7)]);
         assert_eq!((constant.difference, constant.rule), (0.5, DifferenceRule::Exact));
-        // 6 over 3 = 20 ways to share six values out
+        // (6 choose 3) = 20 assignments of six values
         assert!((constant.p.unwrap() - 0.1).abs() < 1e-12, "{:?}", constant.p);
         // 2 / 2^5
         assert_eq!(paired(&[clip(&[1.0; 5], &[1.5; 5], 0)]).p, Some(0.0625));
@@ -375,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn one_seed_has_a_difference_and_no_interval_and_a_missing_clip_nothing() {
+    fn one_seed_has_a_difference_without_an_interval_and_a_missing_clip_has_none() {
         let one = paired(&[clip(&[1.0], &[3.0], 0)]);
         assert_eq!((one.difference, one.ci95, one.rule), (2.0, None, DifferenceRule::TooFew));
         assert_eq!(difference(&[clip(&[1.0], &[], 0)], true, IntervalUnit::Seeds), None);

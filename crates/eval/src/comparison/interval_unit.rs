@@ -1,30 +1,29 @@
-//! What intervals run over.
+//! The unit of intervals.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// What is taken as drawn at random, and so what an interval speaks of: everything else is given.
+/// The unit that an interval treats as random. Everything else is fixed, and the interval does not cover it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntervalUnit {
-    /// Seeds of the tracker, within the sets that there are: says nothing about other motions or other noise.
+    /// Seeds of the tracker on fixed sets; does not cover other motions or other noise.
     #[default]
     Seeds,
-    /// Draws of the observation's noise, within the clips that there are, each the mean of its seeds: says nothing
-    /// about other motions.
+    /// Draws of the observation's noise for fixed clips, each the mean of its seeds; does not cover other motions.
     Draws,
-    /// Clips, each the mean of its draws and seeds: the cluster form, with one degree of freedom less than there are
+    /// Clips, each the mean of its draws and seeds (cluster means); one degree of freedom less than the number of
     /// clips.
     Clips,
 }
 
 impl IntervalUnit {
-    /// All, the one that says least first.
+    /// All units, the one with the narrowest scope first.
     pub const ALL: [Self; 3] = [Self::Seeds, Self::Draws, Self::Clips];
 
-    /// One of it, in words.
+    /// The singular of its name.
     pub fn singular(self) -> &'static str {
         match self {
             Self::Seeds => "seed",

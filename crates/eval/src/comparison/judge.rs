@@ -1,15 +1,15 @@
-//! What can be said of the differences of all metrics together.
+//! Conclusions from the differences of all metrics together.
 
 use super::compared::{ComparedMetric, Finding};
 use super::difference::{Difference, DifferenceRule};
 use crate::{Direction, find_metric};
 
-/// A finding holds where its p value, adjusted for the number of metrics, is at most this.
+/// Greatest p value of a finding, adjusted for the number of metrics.
 const SIGNIFICANCE: f64 = 0.05;
 
-/// Adjusts p values over all metrics of the estimate, and says what holds.
+/// Adjusts p values over all metrics of the estimate, and sets the findings.
 pub(super) fn judge(metrics: &mut [ComparedMetric]) {
-    // what is said of the actor is no test of the tracker
+    // metrics of the actor do not test the tracker
     let of_estimate = |metric: &ComparedMetric| !metric.metric.starts_with("truth_");
     let tested: Vec<usize> =
         (0..metrics.len()).filter(|i| of_estimate(&metrics[*i]) && metrics[*i].difference.p.is_some()).collect();
@@ -37,7 +37,7 @@ fn finding(metric: &ComparedMetric) -> Finding {
 }
 
 /// Adjusted p values in the order of `p` (`[Holm 1979]`): the k-th smallest of m is multiplied by `m - k + 1`, never
-/// falls below an earlier one and never exceeds 1. Rejecting where the result is at most 5 % makes any false rejection
+/// falls below an earlier one and never exceeds 1. Rejecting if the result is at most 5 % makes any false rejection
 /// among all tests happen at most 5 % of the time, whatever their dependence.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
@@ -57,14 +57,14 @@ mod tests {
 
     #[test]
     fn four_p_values_are_adjusted_as_by_hand() {
-        // 0.01 * 4, 0.02 * 3, 0.03 * 2 (below the one before, so raised to it), 0.5 * 1
+        // 0.01 * 4, 0.02 * 3, 0.03 * 2 (below the previous one, so raised to it), 0.5 * 1
         let adjusted = holm(&[0.03, 0.01, 0.5, 0.02]);
         let by_hand = [0.06, 0.04, 0.5, 0.06];
         assert!(adjusted.iter().zip(by_hand).all(|(a, b)| (a - b).abs() < 1e-12), "{adjusted:?}");
     }
 
     #[test]
-    fn nothing_exceeds_one_and_one_test_stays_as_it_is() {
+    fn nothing_exceeds_one_and_a_single_test_is_unchanged() {
         assert_eq!(holm(&[0.6, 0.7]), [1.0, 1.0]);
         assert_eq!(holm(&[0.04]), [0.04]);
         assert!(holm(&[]).is_empty());

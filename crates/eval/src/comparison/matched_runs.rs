@@ -1,4 +1,4 @@
-//! The runs of two sides on the sets that both were measured on, and their values unit by unit.
+//! The runs of two sides on common sets, and their values by unit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,59 +8,58 @@ use super::measured_runs::{MeasuredClip, MeasuredRuns};
 use crate::interval::FEWEST_RUNS;
 use crate::mean;
 
-/// The runs of two sides on one set, or on the sets of one clip where the sides have sets of their own.
+/// The runs of two sides on one set, or on all sets of one clip if the sides have different sets.
 #[derive(Clone, Debug)]
 pub(crate) struct MatchedSet<'a> {
     /// The clip.
     pub clip: &'a str,
-    /// Of the base.
+    /// Runs of the base.
     pub base: Vec<&'a MeasuredClip>,
-    /// Of the other side.
+    /// Runs of the other side.
     pub other: Vec<&'a MeasuredClip>,
 }
 
-/// Two sides, set by set, and what their intervals run over.
+/// Two sides, set by set, and the unit of their intervals.
 #[derive(Clone, Debug)]
 pub(crate) struct MatchedRuns<'a> {
-    /// In the order of the clips' names, and within a clip of the base's draws.
+    /// Sorted by clip name, then in the order of the base's draws.
     pub sets: Vec<MatchedSet<'a>>,
     /// Whether both sides were measured on the same sets.
     pub same_sets: bool,
-    /// What the intervals run over.
+    /// Unit of the intervals.
     pub unit: IntervalUnit,
 }
 
 impl<'a> MatchedRuns<'a> {
-    /// The sets that both sides have, by their hashes.
+    /// The common sets of both sides, by hash.
     pub(crate) fn on_same_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
         let matched = |(clip, set): (&'a String, &'a MeasuredClip)| {
-            let theirs = other.sets_of(clip).into_iter().find(|their| are_one_set(set, their))?;
+            let theirs = other.sets_of(clip).into_iter().find(|their| are_same_set(set, their))?;
             Some(MatchedSet { clip, base: vec![set], other: vec![theirs] })
         };
         Self { sets: base.sets().filter_map(matched).collect(), same_sets: true, unit: IntervalUnit::Seeds }
     }
 
-    /// The clips that both sides have, each with all its sets, the same or not.
+    /// The common clips of both sides, each with all its sets, equal or not.
     pub(crate) fn across_sets(base: &'a MeasuredRuns, other: &'a MeasuredRuns) -> Self {
         let names = base.clips.keys().filter(|name| other.clips.contains_key(*name));
         let matched = |clip: &'a String| MatchedSet { clip, base: base.sets_of(clip), other: other.sets_of(clip) };
         Self { sets: names.map(matched).collect(), same_sets: false, unit: IntervalUnit::Seeds }
     }
 
-    /// With the unit that says most of those of which there are three or more, and no more than was asked for; else
-    /// seeds.
-    pub(crate) fn with_unit(mut self, asked: Option<IntervalUnit>) -> Self {
-        let most = asked.unwrap_or(IntervalUnit::Clips);
+    /// With the unit of the widest scope that has at least three values, up to the requested one; otherwise seeds.
+    pub(crate) fn with_unit(mut self, requested: Option<IntervalUnit>) -> Self {
+        let most = requested.unwrap_or(IntervalUnit::Clips);
         let possible = |unit: &IntervalUnit| *unit <= most && self.has_at_least(FEWEST_RUNS, *unit);
         self.unit = IntervalUnit::ALL.into_iter().rev().find(possible).unwrap_or_default();
         self
     }
 
-    /// Those of one clip, over draws or seeds.
+    /// The sets of one clip, over draws or seeds.
     pub(crate) fn of_clip(&self, clip: &str) -> Self {
         let sets = self.sets.iter().filter(|set| set.clip == clip).cloned().collect();
-        let asked = (self.unit == IntervalUnit::Seeds).then_some(IntervalUnit::Seeds);
-        Self { sets, ..self.clone() }.with_unit(asked)
+        let requested = (self.unit == IntervalUnit::Seeds).then_some(IntervalUnit::Seeds);
+        Self { sets, ..self.clone() }.with_unit(requested)
     }
 
     /// Names of the clips, in order.
@@ -70,17 +69,20 @@ impl<'a> MatchedRuns<'a> {
         names
     }
 
-    /// Whether every stratum has so many units on both sides: every set seeds, every clip draws, or all together clips.
-    /// Copies of a deterministic run count as one, and so do draws that change nothing.
+    /// Whether both sides have at least this number of units in every stratum: seeds of every set, draws of every clip,
+    /// or clips in total. Identical runs of a deterministic tracker count as one, and so do draws that change nothing.
     pub(crate) fn has_at_least(&self, fewest: usize, unit: IntervalUnit) -> bool {
         match unit {
             IntervalUnit::Seeds => !self.are_copies() && self.sets.iter().all(|set| set.fewest_seeds() >= fewest),
             IntervalUnit::Draws => {
                 let of =
                     |clip: &str| -> Vec<&MatchedSet<'_>> { self.sets.iter().filter(|set| set.clip == clip).collect() };
-                let count = |sets: &[&MatchedSet<'_>]| match self.same_sets {
-                    true => sets.len(),
-                    false => sets.iter().map(|set| set.base.len().min(set.other.len())).sum(),
+                let count = |sets: &[&MatchedSet<'_>]| {
+                    if self.same_sets {
+                        sets.len()
+                    } else {
+                        sets.iter().map(|set| set.base.len().min(set.other.len())).sum()
+                    }
                 };
                 !self.sets.is_empty()
                     && self.clips().into_iter().map(of).all(|sets| count(&sets) >= fewest && !are_alike(&sets))
@@ -89,7 +91,7 @@ impl<'a> MatchedRuns<'a> {
         }
     }
 
-    /// Whether the runs of every set are copies on both sides: neither tracker draws random numbers.
+    /// Whether the runs of every set are identical on both sides, so that neither tracker draws random numbers.
     pub(crate) fn are_copies(&self) -> bool {
         !self.sets.is_empty() && self.sets.iter().all(|set| set.sides().all(|run| run.are_copies()))
     }
@@ -105,25 +107,25 @@ impl<'a> MatchedRuns<'a> {
         }
     }
 
-    /// Whether pairs of seeds are compared, and some seeds of either side have none.
+    /// Whether seeds are paired, and some seeds of a side have no pair.
     pub(crate) fn leaves_seeds_out(&self) -> bool {
-        let is_partly_shared = |set: &MatchedSet<'_>| set.seeds_alone().iter().any(|seeds| !seeds.is_empty());
+        let is_partly_shared = |set: &MatchedSet<'_>| set.unshared_seeds().iter().any(|seeds| !seeds.is_empty());
         self.unit == IntervalUnit::Seeds
             && !self.are_copies()
             && self.paired()
             && self.sets.iter().any(is_partly_shared)
     }
 
-    /// Other minus base over the units.
+    /// The difference, other minus base, over the units.
     pub(crate) fn difference(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Option<Difference> {
         difference(&self.values(of), self.paired(), self.unit)
     }
 
-    /// Values of both sides, unit by unit, from those of a set's seeds. Of sets with the same seeds on both sides, a
-    /// seed that lacks a value on one side is left out on both.
+    /// Values of both sides by unit, from the values of the seeds of every set. In sets with the same seeds on both
+    /// sides, a seed without a value on one side is omitted on both.
     pub(crate) fn values(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>) -> Vec<ClipValues> {
         let one = self.are_copies();
-        // over seeds `difference` leaves them out, and sees how many pairs are left
+        // for seeds, `difference` omits them and counts the remaining pairs
         let averaged = self.unit != IntervalUnit::Seeds;
         let seeds: Vec<(&str, SetValues)> =
             self.sets.iter().map(|set| (set.clip, set.values(of, self.same_sets && averaged, one))).collect();
@@ -148,19 +150,19 @@ impl<'a> MatchedRuns<'a> {
 }
 
 impl MeasuredRuns {
-    /// Whether there are so many of a unit: seeds of every set, draws of every clip, or clips. Copies of a
-    /// deterministic run count as one.
+    /// Whether there are at least this number of units: seeds of every set, draws of every clip, or clips. Identical
+    /// runs of a deterministic tracker count as one.
     pub fn has_at_least(&self, fewest: usize, unit: IntervalUnit) -> bool {
         MatchedRuns::on_same_sets(self, self).has_at_least(fewest, unit)
     }
 }
 
-/// Whether two sides were measured on one set.
-fn are_one_set(a: &MeasuredClip, b: &MeasuredClip) -> bool {
+/// Whether two sides were measured on the same set.
+fn are_same_set(a: &MeasuredClip, b: &MeasuredClip) -> bool {
     a.set_hash == b.set_hash && a.frames == b.frames && a.frames_per_second == b.frames_per_second
 }
 
-/// Whether draws of one clip change nothing: the first run of every set has the values of the first of all.
+/// Whether draws of one clip change nothing: the first runs of all sets have the same values.
 fn are_alike(sets: &[&MatchedSet<'_>]) -> bool {
     let first_of = |run: &MeasuredClip| {
         let first = |values: &Vec<Option<f64>>| values.first().copied().flatten();
@@ -171,7 +173,7 @@ fn are_alike(sets: &[&MatchedSet<'_>]) -> bool {
     sets.len() > 1 && sets.windows(2).all(|pair| value(pair[0]) == value(pair[1]))
 }
 
-/// Values of one set's seeds, or of the seeds of several sets.
+/// Values of the seeds of one or several sets.
 struct SetValues {
     base: Vec<Vec<(u64, f64)>>,
     other: Vec<Vec<(u64, f64)>>,
@@ -182,23 +184,23 @@ impl MatchedSet<'_> {
         self.base.iter().chain(&self.other).copied()
     }
 
-    /// Seeds of the side that has fewer.
+    /// Number of seeds of the side with fewer.
     fn fewest_seeds(&self) -> usize {
         let count = |side: &[&MeasuredClip]| side.iter().map(|run| run.seeds.len()).sum::<usize>();
         count(&self.base).min(count(&self.other))
     }
 
-    /// Seeds of the base and of the other side that the other lacks, in order.
-    pub(crate) fn seeds_alone(&self) -> [Vec<u64>; 2] {
+    /// Seeds of each side that the other lacks, sorted.
+    pub(crate) fn unshared_seeds(&self) -> [Vec<u64>; 2] {
         let seeds = |side: &[&MeasuredClip]| side.iter().flat_map(|run| run.seeds.clone()).collect::<BTreeSet<u64>>();
         let (base, other) = (seeds(&self.base), seeds(&self.other));
         [base.difference(&other).copied().collect(), other.difference(&base).copied().collect()]
     }
 
-    /// Seeds that both sides have.
+    /// Number of common seeds.
     pub(crate) fn seeds_in_common(&self) -> usize {
-        let alone = self.seeds_alone()[0].len();
-        self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(alone)
+        let unshared = self.unshared_seeds()[0].len();
+        self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(unshared)
     }
 
     fn should_pair(&self) -> bool {
@@ -208,7 +210,7 @@ impl MatchedSet<'_> {
         }
     }
 
-    /// Those of one run where all are copies.
+    /// Values of the seeds; those of one run if all `copies` are identical.
     fn values(&self, of: &dyn Fn(&MeasuredClip) -> Vec<(u64, f64)>, same_set: bool, copies: bool) -> SetValues {
         let side = |runs: &[&MeasuredClip]| -> Vec<Vec<(u64, f64)>> {
             let once = |values: Vec<(u64, f64)>| values.into_iter().take(1).map(|(_, value)| (0, value)).collect();
@@ -233,7 +235,7 @@ fn same_seeds(a: &MeasuredClip, b: &MeasuredClip) -> bool {
 }
 
 impl SetValues {
-    /// The values of all seeds; of several sets numbered through, for they are not paired.
+    /// The values of all seeds. Those of several sets are not paired and are numbered consecutively.
     fn pooled(self) -> ClipValues {
         let side = |mut sets: Vec<Vec<(u64, f64)>>| match sets.len() {
             1 => sets.remove(0),
@@ -244,8 +246,8 @@ impl SetValues {
 }
 
 impl ClipValues {
-    /// Adds the mean of every set of a clip, under the set's number; a set that lacks a value on one side is left out
-    /// on both.
+    /// Adds the mean of every set of a clip with the set's number. If a set lacks values on one side, it is omitted on
+    /// both.
     fn add_draws(&mut self, values: &SetValues, same_sets: bool) {
         let means = |sets: &[Vec<(u64, f64)>]| -> Vec<f64> {
             sets.iter().filter_map(|set| mean(&set.iter().map(|(_, value)| *value).collect::<Vec<_>>())).collect()
@@ -273,7 +275,7 @@ mod tests {
         clip.values("humaneva_mm")
     }
 
-    /// Clips with draws with errors of seeds.
+    /// Clips with draws with the errors of their seeds.
     fn runs(clips: &[(&str, &[&[f64]])]) -> MeasuredRuns {
         let mut all = MeasuredRuns::default();
         for (name, draws) in clips {
@@ -286,8 +288,8 @@ mod tests {
         all
     }
 
-    /// Five motions on which the sides differ by 4, -4, 3, -3 and 0, each known to a tenth by its seeds: over seeds the
-    /// mean difference is as sure as its seeds, over clips it is not.
+    /// Five motions on which the sides differ by 4, -4, 3, -3 and 0, with little variation between seeds: the mean
+    /// difference is precise over seeds, but not over clips.
     #[test]
     fn clips_are_the_cluster_form_a_t_interval_of_the_differences_of_their_means() {
         let [a, b, c, d, e] =
@@ -299,7 +301,7 @@ mod tests {
         let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(None);
         let found = matched.difference(&error).unwrap();
         assert_eq!((found.over, found.rule, found.runs), (IntervalUnit::Clips, DifferenceRule::PairedT, [5, 5]));
-        assert_eq!(found.freedom, Some(4.0), "clips less one");
+        assert_eq!(found.freedom, Some(4.0), "number of clips minus one");
         // standard deviation of 4, -4, 3, -3, 0: sqrt(50 / 4); scipy.stats.t.ppf(0.975, 4) = 2.776445
         let half = 2.776_445 * (50.0_f64 / 4.0 / 5.0).sqrt();
         let ends = found.ci95.unwrap();
@@ -333,7 +335,7 @@ mod tests {
         assert!(words.starts_with("2 clips are too few for an interval over clips"), "{words}");
     }
 
-    /// Five copies gave "exact, better".
+    /// Regression: five copies gave "exact, better".
     #[test]
     fn five_copies_of_a_deterministic_run_are_one_observation_of_a_set() {
         let (base, other) = (runs(&[("walk", &[&[30.0; 5]])]), runs(&[("walk", &[&[20.0; 5]])]));
@@ -342,8 +344,8 @@ mod tests {
         assert_eq!((found.rule, found.p, found.runs), (DifferenceRule::TooFew, None, [1, 1]));
         assert!(!matched.has_at_least(2, IntervalUnit::Seeds));
         let words = matched.scope(None);
-        assert!(words.contains("the same to the bit") && words.contains("observation.seed=2"), "{words}");
-        // against a tracker that varies its value is known, and the other's seeds are the unit
+        assert!(words.contains("bit-identical") && words.contains("observation.seed=2"), "{words}");
+        // against a tracker that varies its value is exact, and the other's seeds are the unit
         let random = runs(&[("walk", &[&[31.0, 32.0, 30.0, 33.0, 31.5]])]);
         let matched = MatchedRuns::on_same_sets(&base, &random).with_unit(None);
         let found = matched.difference(&error).unwrap();

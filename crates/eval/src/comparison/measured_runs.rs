@@ -1,5 +1,5 @@
-//! The measured runs of one tracker: values per clip, draw of the observation's noise, and seed, with what makes them
-//! comparable.
+//! The measured runs of one tracker: values per clip, draw of the observation's noise and seed, with the facts that
+//! decide whether they are comparable.
 
 use std::collections::BTreeMap;
 
@@ -12,36 +12,36 @@ use crate::{Summary, Unit};
 /// The runs of one side, by clip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredRuns {
-    /// By the clip's (the set's) name.
+    /// The clips by name, which is the set's name.
     pub clips: BTreeMap<String, MeasuredClip>,
-    /// Further draws of the observation's noise: the same clips on sets that differ in nothing else.
+    /// Other draws of the observation's noise: the same clips on sets that differ only in the noise.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub draws: BTreeMap<String, Vec<MeasuredClip>>,
 }
 
-/// All seeds of one set: of one draw of the noise of one clip.
+/// All seeds of one set, which is one draw of the noise of one clip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredClip {
     /// Hash of the set's files.
     pub set_hash: String,
-    /// Hash of all that a set shares with other draws of its noise; absent in runs of older versions.
+    /// Hash of everything that a set shares with other draws of its noise; absent in runs of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_hash: Option<String>,
     /// Frames of the set.
     pub frames: usize,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
     /// The tracker's name.
     pub tracker: String,
-    /// All its settings, where they are known.
+    /// All settings of the tracker, if known.
     pub settings: Option<Value>,
-    /// Version of the program that measured.
+    /// Version of the program that measured the runs.
     pub version: String,
-    /// The seeds, in the order of all `per_seed`.
+    /// The seeds, in the order of every `per_seed`.
     pub seeds: Vec<u64>,
-    /// By [`crate::Metric::name`].
+    /// The metrics by [`crate::Metric::name`].
     pub metrics: BTreeMap<String, MeasuredMetric>,
-    /// Mean error of every marker, millimetres, seed by seed.
+    /// Mean error of every marker and seed, millimetres.
     pub joints: BTreeMap<String, Vec<Option<f64>>>,
 }
 
@@ -50,27 +50,27 @@ pub struct MeasuredClip {
 pub struct MeasuredMetric {
     /// Unit of all values.
     pub unit: Unit,
-    /// Joint set, alignment, mask rule, frames and rate, without what is particular to the runs.
+    /// Joint set, alignment, mask rule, frames and rate, without facts about single runs.
     pub protocol: String,
-    /// Mean of every seed; `None` where it could not be measured.
+    /// Mean of every seed; `None` if it could not be measured.
     pub per_seed: Vec<Option<f64>>,
 }
 
-/// Why the runs of two folders are not one side.
+/// Why the runs of two folders cannot be combined to one side.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MergeError {
-    /// A seed of a clip is there twice.
-    #[error("seed {seed} of `{clip}` is there twice; give one of the two folders")]
+    /// A seed of a clip occurs twice.
+    #[error("seed {seed} of `{clip}` occurs twice; give only one of the two folders")]
     Twice {
         /// The clip.
         clip: String,
         /// The seed.
         seed: u64,
     },
-    /// Two runs of a clip are on sets that differ in more than the draw of the noise.
+    /// Two runs of a clip are on sets that differ in more than the noise.
     #[error(
         "two runs of `{clip}` are on sets that differ in more than the observation's noise (hashes {one} and {other}), \
-         or were measured by a version that did not compare that; measure both again with skiagraph evaluate, or give \
+         or were measured by a version that did not record this; measure both again with skiagraph evaluate, or give \
          them as two sides"
     )]
     Sets {
@@ -81,7 +81,7 @@ pub enum MergeError {
         /// Hash of the second.
         other: String,
     },
-    /// Two runs of a clip have trackers with other settings.
+    /// The trackers of two runs of a clip have different settings.
     #[error("two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides")]
     Settings {
         /// The clip.
@@ -94,17 +94,17 @@ pub enum MergeError {
     Differ {
         /// The clip.
         clip: String,
-        /// In what.
+        /// The property that differs.
         what: &'static str,
-        /// That of the first.
+        /// Its value in the first run.
         one: String,
-        /// That of the second.
+        /// Its value in the second run.
         other: String,
     },
 }
 
 impl MeasuredClip {
-    /// The seeds of a summary that are of this clip. `facts` are the clip's, without seeds, metrics and joints.
+    /// The clip with the seeds, metrics and joints of a summary.
     pub fn with_values(mut self, summary: &Summary) -> Self {
         self.seeds = summary.runs.iter().map(|run| run.seed).collect();
         let metric = |metric: &crate::MetricSummary| MeasuredMetric {
@@ -117,7 +117,7 @@ impl MeasuredClip {
         self
     }
 
-    /// Seeds and values of a metric, of the seeds that have one.
+    /// Seeds and values of a metric, for seeds with a value.
     pub fn values(&self, metric: &str) -> Vec<(u64, f64)> {
         self.metrics.get(metric).map(|metric| present(&self.seeds, &metric.per_seed)).unwrap_or_default()
     }
@@ -127,14 +127,14 @@ impl MeasuredClip {
         self.joints.get(joint).map(|values| present(&self.seeds, values)).unwrap_or_default()
     }
 
-    /// Whether all runs, two or more, have the same values to the last bit: those of a tracker that draws no random
-    /// numbers. They are one observation.
+    /// Whether all of at least two runs have bit-identical values, as for a tracker that draws no random numbers. They
+    /// count as one observation.
     pub fn are_copies(&self) -> bool {
         let mut lists = self.metrics.values().map(|metric| &metric.per_seed).chain(self.joints.values());
         self.seeds.len() > 1 && lists.all(|values| values.windows(2).all(|pair| pair[0] == pair[1]))
     }
 
-    /// Seeds whose runs have the same values to the last bit as that of an earlier seed, where not all are copies.
+    /// Seeds whose runs are bit-identical to that of an earlier seed; empty if all are.
     pub(crate) fn repeated_seeds(&self) -> Vec<u64> {
         if self.are_copies() {
             return Vec::new();
@@ -145,12 +145,12 @@ impl MeasuredClip {
         (0..self.seeds.len()).filter(repeats).map(|at| self.seeds[at]).collect()
     }
 
-    /// Whether two sets differ in the draw of their noise and nothing else.
+    /// Whether two sets differ only in the draw of their noise.
     pub(crate) fn is_draw_of(&self, other: &Self) -> bool {
         self.scene_hash.is_some() && self.scene_hash == other.scene_hash
     }
 
-    /// Refuses runs of two trackers.
+    /// Refuses runs of different trackers.
     fn check_tracker(&self, clip: &str, other: &Self) -> Result<(), MergeError> {
         let differ = |what, one: &dyn ToString, other: &dyn ToString| {
             Err(MergeError::Differ { clip: clip.to_owned(), what, one: one.to_string(), other: other.to_string() })
@@ -168,7 +168,7 @@ impl MeasuredClip {
         Ok(())
     }
 
-    /// Takes over the seeds of another run on the same set.
+    /// Adds the seeds of another run on the same set.
     fn append(&mut self, clip: &str, other: Self) -> Result<(), MergeError> {
         self.check_tracker(clip, &other)?;
         if let Some(seed) = other.seeds.iter().find(|seed| self.seeds.contains(seed)) {
@@ -195,17 +195,17 @@ fn present(seeds: &[u64], values: &[Option<f64>]) -> Vec<(u64, f64)> {
     seeds.iter().zip(values).filter_map(|(seed, value)| Some((*seed, (*value)?))).collect()
 }
 
-/// A protocol without the count of frames that have no estimate, which is of the runs, not of the definition.
+/// A protocol without the number of frames without an estimate, which is not part of the definition.
 fn definition(protocol: &str) -> &str {
     let Some(at) = protocol.rfind("; ") else { return protocol };
     if protocol[at..].ends_with("frames of all runs have no estimate") { &protocol[..at] } else { protocol }
 }
 
 impl MeasuredRuns {
-    /// Adds a run of a clip: a new clip, a further draw of the noise of one, or more seeds of a set.
+    /// Adds a run: of a new clip, of another draw of the noise of a clip, or of more seeds of a set.
     ///
     /// # Errors
-    /// [`MergeError`] where a seed is there twice or the runs differ in more than the seed and the draw.
+    /// [`MergeError`] if a seed occurs twice or the runs differ in more than the seed and the draw.
     pub fn add(&mut self, name: &str, clip: MeasuredClip) -> Result<(), MergeError> {
         let Some(first) = self.clips.get_mut(name) else {
             self.clips.insert(name.to_owned(), clip);
@@ -229,7 +229,7 @@ impl MeasuredRuns {
         }
     }
 
-    /// All sets of a clip: draws of its noise. None where there is no such clip.
+    /// All sets of a clip, which are draws of its noise; empty if there is no such clip.
     pub fn sets_of(&self, name: &str) -> Vec<&MeasuredClip> {
         self.clips.get(name).into_iter().chain(self.draws.get(name).into_iter().flatten()).collect()
     }
@@ -245,8 +245,8 @@ impl MeasuredRuns {
     }
 }
 
-/// `0 to 9`, or the seeds one by one where they are not consecutive.
-pub fn seeds_in_words(seeds: &[u64]) -> String {
+/// `0 to 9` for consecutive seeds, otherwise a list.
+pub fn describe_seeds(seeds: &[u64]) -> String {
     let mut sorted = seeds.to_vec();
     sorted.sort_unstable();
     match sorted.as_slice() {
@@ -295,7 +295,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seeds_of_a_clip_from_two_folders_are_one_side() {
+    fn seeds_of_a_clip_from_two_folders_are_combined() {
         let mut runs = MeasuredRuns::default();
         runs.add("walk", fixture::clip("a", 0, &[1.0, 2.0])).unwrap();
         let mut more = fixture::clip("a", 5, &[3.0]);
@@ -306,7 +306,7 @@ mod tests {
         assert_eq!(walk.metrics["track_loss"].per_seed, [Some(0.0), Some(0.0), None]);
         assert_eq!((walk.joint("pelvis").len(), runs.runs()), (3, 3));
         let twice = runs.add("walk", fixture::clip("a", 5, &[3.0])).unwrap_err();
-        assert_eq!(twice.to_string(), "seed 5 of `walk` is there twice; give one of the two folders");
+        assert_eq!(twice.to_string(), "seed 5 of `walk` occurs twice; give only one of the two folders");
         let other = runs.add("walk", fixture::clip("b", 9, &[3.0])).unwrap_err();
         assert!(other.to_string().contains("differ in more than the observation's noise (hashes a and b)"), "{other}");
         let with = |particles: u32| {
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_of_one_scene_are_draws_of_its_noise_and_each_has_its_seeds() {
+    fn sets_of_one_scene_are_draws_of_its_noise_with_their_own_seeds() {
         let draw = |hash: &str, first, scene: &str| MeasuredClip {
             scene_hash: Some(scene.to_owned()),
             ..fixture::clip(hash, first, &[1.0, 2.0])
@@ -332,7 +332,7 @@ mod tests {
         assert_eq!((runs.sets_of("walk").len(), runs.sets().count(), runs.runs()), (2, 2, 6));
         assert_eq!(runs.draws["walk"][0].seeds, [0, 1, 2, 3]);
         let twice = runs.add("walk", draw("b", 3, "s")).unwrap_err();
-        assert!(twice.to_string().contains("seed 3 of `walk` is there twice"), "{twice}");
+        assert!(twice.to_string().contains("seed 3 of `walk` occurs twice"), "{twice}");
         let other = runs.add("walk", draw("c", 0, "another")).unwrap_err();
         assert!(other.to_string().contains("more than the observation's noise"), "{other}");
         let text = serde_json::to_string(&runs).unwrap();
@@ -343,11 +343,11 @@ mod tests {
     }
 
     #[test]
-    fn runs_with_the_same_values_to_the_bit_are_copies_and_one_run_is_not() {
+    fn bit_identical_runs_are_copies_and_a_single_run_is_not() {
         let copies = |errors: &[f64]| fixture::clip("a", 0, errors).are_copies();
         assert!(copies(&[3.0; 5]) && !copies(&[3.0]) && !copies(&[3.0, 3.0, 3.000_000_000_000_001]));
         assert_eq!(fixture::clip("a", 0, &[3.0, 4.0, 3.0, 5.0]).repeated_seeds(), [2]);
-        assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "all of them are said in another way");
+        assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "copies are reported differently");
     }
 
     #[test]
@@ -360,9 +360,9 @@ mod tests {
     }
 
     #[test]
-    fn seeds_are_told_as_a_range_where_they_are_one() {
+    fn consecutive_seeds_are_described_as_a_range() {
         assert_eq!(
-            [seeds_in_words(&[2, 0, 1]), seeds_in_words(&[4]), seeds_in_words(&[0, 5])],
+            [describe_seeds(&[2, 0, 1]), describe_seeds(&[4]), describe_seeds(&[0, 5])],
             ["0 to 2", "4", "0, 5"]
         );
     }

@@ -1,8 +1,8 @@
-//! Differences between two trackers, or two states of one, over seeds, draws of the noise or clips.
+//! Differences between two trackers or two versions of one, over seeds, draws of the noise or clips.
 //!
-//! [`compare_runs`] takes the runs of two sides ([`MeasuredRuns`]) and gives, metric by metric, the [`Difference`] with
-//! its 95 % interval; p values are adjusted for the number of metrics ([`holm`]); lost tracks are a rate of their own
-//! ([`Rate`]).
+//! [`compare_runs`] takes the runs of two sides ([`MeasuredRuns`]) and returns the [`Difference`] of every metric with
+//! its 95 % interval. p values are adjusted for the number of metrics ([`holm`]). Lost tracks are compared as a
+//! separate [`Rate`].
 //!
 //! ```
 //! use skiagraph_eval::{ClipValues, IntervalUnit, difference};
@@ -35,5 +35,5 @@ pub use judge::holm;
 pub(crate) use matched_runs::MatchedRuns;
 #[cfg(test)]
 pub(crate) use measured_runs::fixture;
-pub use measured_runs::{MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, seeds_in_words};
+pub use measured_runs::{MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, describe_seeds};
 pub use rate::{Rate, RateDifference};

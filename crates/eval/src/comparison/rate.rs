@@ -1,4 +1,4 @@
-//! Shares of runs, with intervals that hold near 0 and 1.
+//! Shares of runs, with intervals that are valid near 0 and 1.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,12 +7,12 @@ use crate::Interval;
 /// The 97.5 % quantile of the normal distribution.
 const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 
-/// How many of several runs have a property.
+/// The rate of runs with a property.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Runs that have it.
+    /// Number of runs with the property.
     pub count: usize,
-    /// All runs, at least one.
+    /// Number of all runs, at least one.
     pub of: usize,
     /// Their share.
     pub share: f64,
@@ -30,7 +30,7 @@ pub struct RateDifference {
 }
 
 impl Rate {
-    /// Of `count` among `of` runs; `None` without a run.
+    /// The rate of `count` in `of` runs; `None` without a run.
     pub fn new(count: usize, of: usize) -> Option<Self> {
         if of == 0 || count > of {
             return None;
@@ -43,7 +43,7 @@ impl Rate {
         Some(Self { count, of, share, ci95 })
     }
 
-    /// Of `other` against this one: the square-and-add interval of both Wilson intervals.
+    /// The difference of `other` minus this rate, with the square-and-add interval of both Wilson intervals.
     pub fn difference(&self, other: &Self) -> RateDifference {
         let difference = other.share - self.share;
         let add = |a: f64, b: f64| (a * a + b * b).sqrt();
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wilsons_interval_is_that_of_the_textbook() {
+    fn wilsons_interval_is_that_of_the_paper() {
         // Newcombe 1998a, table I: 81 of 263 has 0.2553 to 0.3662, 0 of 20 has 0 to 0.1611
         let Rate { ci95, .. } = Rate::new(81, 263).unwrap();
         assert!((ci95.low - 0.2553).abs() < 5e-5 && (ci95.high - 0.3662).abs() < 5e-5, "{ci95:?}");
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_is_that_of_the_textbook() {
+    fn the_difference_is_that_of_the_paper() {
         // Newcombe 1998b, table II (a): 56/70 - 48/80 has 0.0524 to 0.3339 by method 10
         let (other, base) = (Rate::new(56, 70).unwrap(), Rate::new(48, 80).unwrap());
         let found = base.difference(&other);

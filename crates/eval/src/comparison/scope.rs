@@ -1,21 +1,21 @@
-//! What intervals run over, and what they cannot speak of, in words.
+//! Descriptions of what intervals cover and do not cover.
 
 use super::interval_unit::IntervalUnit;
 use super::matched_runs::{MatchedRuns, MatchedSet};
-use super::measured_runs::{MeasuredClip, seeds_in_words};
+use super::measured_runs::{MeasuredClip, describe_seeds};
 use crate::interval::FEWEST_RUNS;
 use crate::interval_words::WITHOUT_SEEDS;
 
-/// Clips that a sentence names.
+/// Greatest number of clips that a sentence names.
 const NAMED: usize = 6;
 
 impl MatchedRuns<'_> {
-    /// What the intervals run over and what they cannot speak of; `asked` is the unit that was asked for.
-    pub(crate) fn scope(&self, asked: Option<IntervalUnit>) -> String {
-        format!("{}{}", in_words(self, asked), repeated(self))
+    /// Describes what the intervals cover and do not cover; `requested` is the requested unit.
+    pub(crate) fn scope(&self, requested: Option<IntervalUnit>) -> String {
+        format!("{}{}", describe(self, requested), repeated(self))
     }
 
-    /// Seeds that are left out because the other side has none to pair them with; `names` are the sides'.
+    /// Seeds that are omitted because the other side lacks them; `names` are those of the sides.
     pub(crate) fn seeds_left_out(&self, names: [&str; 2]) -> Vec<String> {
         if !self.leaves_seeds_out() {
             return Vec::new();
@@ -24,24 +24,24 @@ impl MatchedRuns<'_> {
             let is_draw = self.sets.iter().filter(|other| other.clip == set.clip).count() > 1;
             let hash = set.base.first().filter(|_| is_draw).map(|run| format!(", draw {:.12}", run.set_hash));
             let place = format!("`{}`{}", set.clip, hash.unwrap_or_default());
-            let alone = set.seeds_alone().into_iter().zip(names).filter(|(seeds, _)| !seeds.is_empty());
-            let said = |(seeds, name): (Vec<u64>, &str)| {
+            let unshared = set.unshared_seeds().into_iter().zip(names).filter(|(seeds, _)| !seeds.is_empty());
+            let describe = |(seeds, name): (Vec<u64>, &str)| {
                 let (plural, are, have) = if seeds.len() == 1 { ("", "is", "has") } else { ("s", "are", "have") };
-                format!("seed{plural} {} of {place} {are} in `{name}` only and {have} no pair", seeds_in_words(&seeds))
+                format!("seed{plural} {} of {place} {are} in `{name}` only and {have} no pair", describe_seeds(&seeds))
             };
-            alone.map(said).collect()
+            unshared.map(describe).collect()
         };
         self.sets.iter().flat_map(of_set).collect()
     }
 }
 
-fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
-    let clips = clips_in_words(matched);
-    let refused = asked.filter(|asked| *asked != matched.unit).map(|asked| refused(matched, asked)).unwrap_or_default();
+fn describe(matched: &MatchedRuns<'_>, requested: Option<IntervalUnit>) -> String {
+    let clips = describe_clips(matched);
+    let refused = requested.filter(|unit| *unit != matched.unit).map(|unit| refused(matched, unit)).unwrap_or_default();
     if matched.unit == IntervalUnit::Seeds && matched.are_copies() {
         return format!(
-            "{refused}all runs of a set are the same to the bit on both sides: the trackers draw no random numbers, and \
-             copies are one observation. No interval; {WITHOUT_SEEDS}"
+            "{refused}all runs of a set are bit-identical on both sides: the trackers draw no random numbers, and copies \
+             are one observation. No interval; {WITHOUT_SEEDS}"
         );
     }
     let of = |unit: &str, without: &str| {
@@ -49,7 +49,7 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
             1 => "one clip".to_owned(),
             several => format!("each of {several} clips"),
         };
-        format!("{refused}intervals run over {unit} of {runs} ({clips}): they say nothing about {without}")
+        format!("{refused}intervals are over {unit} of {runs} ({clips}): they do not cover {without}")
     };
     match matched.unit {
         IntervalUnit::Seeds => {
@@ -63,9 +63,10 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
                     counted(seeds, "seed")
                 );
             }
-            let what = match matched.leaves_seeds_out() {
-                true => counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds"),
-                false => counted(seeds, "seed"),
+            let what = if matched.leaves_seeds_out() {
+                counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds")
+            } else {
+                counted(seeds, "seed")
             };
             of(&what, "other motions or other draws of the observation's noise")
         }
@@ -74,43 +75,43 @@ fn in_words(matched: &MatchedRuns<'_>, asked: Option<IntervalUnit>) -> String {
             of(&counted(draws, IntervalUnit::Draws.singular()), "other motions")
         }
         IntervalUnit::Clips => format!(
-            "{refused}intervals run over {} clips ({clips}), each the mean of its draws and seeds: they speak of motions \
-             of which these are a fair sample",
+            "{refused}intervals are over {} clips ({clips}), each the mean of its draws and seeds: they cover motions of \
+             which these are a representative sample",
             matched.clips().len()
         ),
     }
 }
 
-fn refused(matched: &MatchedRuns<'_>, asked: IntervalUnit) -> String {
-    let found = match asked {
+/// Why the requested unit is not used.
+fn refused(matched: &MatchedRuns<'_>, requested: IntervalUnit) -> String {
+    let found = match requested {
         IntervalUnit::Clips => matched.clips().len(),
         IntervalUnit::Draws => matched.clips().iter().map(|clip| draws(matched, clip)).min().unwrap_or(0),
         IntervalUnit::Seeds => FEWEST_RUNS,
     };
-    match found < FEWEST_RUNS {
-        true => {
-            let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
-            format!(
-                "{found} {}{plural} {is} too few for an interval over {asked} ({FEWEST_RUNS} or more); ",
-                asked.to_string().trim_end_matches('s')
-            )
-        }
-        false => "draws of the noise change nothing here; ".to_owned(),
+    if found < FEWEST_RUNS {
+        let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
+        format!(
+            "{found} {}{plural} {is} too few for an interval over {requested} ({FEWEST_RUNS} or more); ",
+            requested.to_string().trim_end_matches('s')
+        )
+    } else {
+        "draws of the noise change nothing here; ".to_owned()
     }
 }
 
-/// Runs that are copies of others, where not all are; nothing where there are none.
+/// Describes runs that are copies of others; empty if none or all are.
 fn repeated(matched: &MatchedRuns<'_>) -> String {
     let runs = matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other).map(|run| (set.clip, *run)));
     let found = runs.map(|(clip, run)| (clip, run.repeated_seeds())).find(|(_, seeds)| !seeds.is_empty());
     let Some((clip, seeds)) = found else { return String::new() };
     format!(
-        "; seed {} of `{clip}` has the values of an earlier seed to the bit: if it is a copy, intervals are too narrow",
-        seeds_in_words(&seeds)
+        "; seed {} of `{clip}` is bit-identical to an earlier seed: if it is a copy, intervals are too narrow",
+        describe_seeds(&seeds)
     )
 }
 
-/// Sets of a clip.
+/// Number of sets of a clip.
 fn draws(matched: &MatchedRuns<'_>, clip: &str) -> usize {
     let sets = matched.sets.iter().filter(|set| set.clip == clip);
     sets.map(|set| set.base.len().min(set.other.len())).sum()
@@ -134,7 +135,7 @@ fn counted((least, most): (usize, usize), what: &str) -> String {
 }
 
 /// `walk, 5.0 s; jump, 2.0 s`
-fn clips_in_words(matched: &MatchedRuns<'_>) -> String {
+fn describe_clips(matched: &MatchedRuns<'_>) -> String {
     let names = matched.clips();
     let seconds = |name: &str| {
         let set = matched.sets.iter().find(|set| set.clip == name).and_then(|set| set.base.first().copied());
@@ -149,9 +150,10 @@ fn clips_in_words(matched: &MatchedRuns<'_>) -> String {
 }
 
 fn length(set: &MeasuredClip) -> String {
-    match set.frames_per_second > 0.0 {
-        true => format!(", {:.1} s", set.frames as f64 / set.frames_per_second),
-        false => String::new(),
+    if set.frames_per_second > 0.0 {
+        format!(", {:.1} s", set.frames as f64 / set.frames_per_second)
+    } else {
+        String::new()
     }
 }
 
@@ -161,18 +163,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seeds_of_one_clip_say_nothing_about_other_motions() {
+    fn seeds_of_one_clip_do_not_cover_other_motions() {
         let mut runs = MeasuredRuns::default();
         runs.add("walk", fixture::clip("a", 0, &(0..20).map(f64::from).collect::<Vec<_>>())).unwrap();
         let matched = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None);
         assert_eq!(
             matched.scope(None),
-            "intervals run over 20 seeds of one clip (walk, 1.7 s): they say nothing about other motions or other draws \
-             of the observation's noise"
+            "intervals are over 20 seeds of one clip (walk, 1.7 s): they do not cover other motions or other draws of \
+             the observation's noise"
         );
     }
 
-    /// It said "intervals run over 5 to 8 seeds" of five pairs, and not which three seeds were left out.
+    /// Regression: five pairs were described as 5 to 8 seeds, without the three omitted seeds.
     #[test]
     fn partly_shared_seeds_are_counted_in_pairs_and_those_without_a_pair_are_named() {
         let side = |first, seeds: u32| {
@@ -183,8 +185,8 @@ mod tests {
         };
         let (base, other) = (side(0, 5), side(1, 7));
         let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(None);
-        let said = matched.scope(None);
-        assert!(said.starts_with("intervals run over 4 pairs of seeds of one clip (walk, 1.7 s): "), "{said}");
+        let scope = matched.scope(None);
+        assert!(scope.starts_with("intervals are over 4 pairs of seeds of one clip (walk, 1.7 s): "), "{scope}");
         assert_eq!(
             matched.seeds_left_out(["main", "mine"]),
             [
@@ -195,11 +197,11 @@ mod tests {
         let unpaired = side(3, 12);
         let matched = MatchedRuns::on_same_sets(&base, &unpaired).with_unit(None);
         assert!(!matched.paired() && matched.seeds_left_out(["main", "mine"]).is_empty(), "nothing is left out");
-        assert!(matched.scope(None).starts_with("intervals run over 5 to 12 seeds of"), "{}", matched.scope(None));
+        assert!(matched.scope(None).starts_with("intervals are over 5 to 12 seeds of"), "{}", matched.scope(None));
     }
 
     #[test]
-    fn one_run_a_side_says_what_to_do_and_a_copied_seed_is_named() {
+    fn one_run_per_side_has_a_remedy_and_a_copied_seed_is_named() {
         let scope = |errors: &[f64]| {
             let mut runs = MeasuredRuns::default();
             runs.add("walk", fixture::clip("a", 0, errors)).unwrap();
@@ -211,8 +213,7 @@ mod tests {
         let copied = scope(&[3.0, 4.0, 3.0, 5.0]);
         assert!(
             copied.ends_with(
-                "; seed 2 of `walk` has the values of an earlier seed to the bit: if it is a copy, \
-            intervals are too narrow"
+                "; seed 2 of `walk` is bit-identical to an earlier seed: if it is a copy, intervals are too narrow"
             ),
             "{copied}"
         );
@@ -226,7 +227,7 @@ mod tests {
         }
         let words = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None);
         assert!(
-            words.starts_with("intervals run over 8 clips (a, 1.7 s; ") && words.contains("; and 2 more)"),
+            words.starts_with("intervals are over 8 clips (a, 1.7 s; ") && words.contains("; and 2 more)"),
             "{words}"
         );
         let seeds = MatchedRuns::on_same_sets(&runs, &runs).with_unit(Some(IntervalUnit::Seeds)).scope(None);

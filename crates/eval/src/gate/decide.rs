@@ -6,19 +6,19 @@ use super::more_seeds::seeds_to_decide;
 use super::sides::Sides;
 use super::{Check, CheckKind, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::comparison::{
-    Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, holm, lost_tracks,
-    seeds_in_words,
+    Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, describe_seeds, holm,
+    lost_tracks,
 };
 use crate::{Direction, Interval, Unit, find_metric};
 
 /// One-sided: a worsening beyond the margin is found in at most 2.5 % of runs that worsen by exactly the margin.
 const SIGNIFICANCE: f64 = 0.025;
 
-/// Holds a run against a baseline, over the unit that the rules ask for; unasked over seeds within the baseline's sets
-/// where there are enough, else over draws of the noise, else over clips.
+/// Compares a run with a baseline, over the unit that the rules request; by default over seeds within the baseline's
+/// sets if there are enough, else over draws of the noise, else over clips.
 ///
 /// # Errors
-/// [`GateRefusal`] naming the difference of set, protocol or seeds, or the rule that cannot be checked.
+/// [`GateRefusal`] that names the difference of set, protocol or seeds, or the rule that cannot be checked.
 pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> Result<GateOutcome, GateRefusal> {
     let mut sides = Sides { baseline, run, rules, matched: MatchedRuns::on_same_sets(baseline, run) };
     sides.check_sets()?;
@@ -50,7 +50,8 @@ impl<'a> Sides<'a> {
             return Err(GateRefusal::Rule(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
         }
         if clip.is_some() && self.matched.unit == IntervalUnit::Clips {
-            let message = "of one clip, but the intervals run over clips; name no clip, or gate on draws or seeds";
+            let message =
+                "it names one clip, but the intervals are over clips; name no clip, or gate over draws or seeds";
             return Err(GateRefusal::Rule(format!("budget of {metric}: {message}")));
         }
         let (mut checked, mut lacking_runs, mut valued) = (self.matched.clone(), Vec::new(), false);
@@ -66,17 +67,18 @@ impl<'a> Sides<'a> {
             }
             let (before, now) = (base.values(metric), run.values(metric));
             let lacks = |values: &[(u64, f64)], seed: &u64| values.iter().all(|(with, _)| with != seed);
-            // a seed without a value in the baseline either is no worse
+            // a seed without a value in run and baseline is not worse
             let excused = |seed: &u64| base.seeds.contains(seed) && lacks(&before, seed);
             let lacking = run.seeds.iter().filter(|seed| lacks(&now, seed) && !excused(seed));
             let lacking: Vec<u64> = lacking.copied().collect();
             if !lacking.is_empty() && !before.is_empty() {
-                lacking_runs.push(format!("`{name}`, seed {}", seeds_in_words(&lacking)));
+                lacking_runs.push(format!("`{name}`, seed {}", describe_seeds(&lacking)));
             }
             valued |= !before.is_empty();
         }
         if !valued {
-            let message = format!("budget of {metric}: the baseline has no value of it; see skiagraph baseline show");
+            let message =
+                format!("budget of {metric}: the baseline has no value of this metric; see skiagraph baseline show");
             return Err(GateRefusal::Rule(message));
         }
         Ok(RunsOfCheck { checked, lacking: lacking_runs })
@@ -101,7 +103,7 @@ impl<'a> Sides<'a> {
         let check =
             |verdict| Check { clip: budget.clip.clone(), ..Check::new(name, CheckKind::Budget, metric.unit, verdict) };
         if !lacking.is_empty() {
-            // left out it would be a way to pass
+            // otherwise a run could pass by omitting values
             let reason = format!("no value in {}", lacking.join("; "));
             return Ok(Check { reason: Some(reason), ..check(GateVerdict::Fail) });
         }
@@ -111,10 +113,7 @@ impl<'a> Sides<'a> {
         };
         let margin = budget.margin.resolve(name, metric.unit, found.base)?;
         let worse_by = sign * found.difference;
-        let ends = found.ci95.map(|ends| match sign > 0.0 {
-            true => ends,
-            false => Interval { low: -ends.high, high: -ends.low },
-        });
+        let ends = found.ci95.map(|ends| if sign > 0.0 { ends } else { Interval { low: -ends.high, high: -ends.low } });
         let verdict = match found.rule {
             DifferenceRule::TooFew => GateVerdict::Inconclusive,
             _ => verdict(worse_by, ends, margin),
@@ -154,7 +153,7 @@ impl<'a> Sides<'a> {
         for (clip, base, run) in self.sets() {
             let (known, new): (BTreeMap<u64, f64>, BTreeMap<u64, f64>) =
                 (base.values(name).into_iter().collect(), run.values(name).into_iter().collect());
-            // what is said of the truth is the same whatever the seed
+            // metrics of the truth do not depend on the seed
             let of_truth = name.starts_with("truth_");
             for (seed, value) in &known {
                 let now = new.get(seed).or_else(|| if of_truth { new.values().next() } else { None });
@@ -177,7 +176,8 @@ impl<'a> Sides<'a> {
         Check { reason, ..Check::new(name, CheckKind::Exact, unit, verdict) }
     }
 
-    /// A guard: errors leave out what has no estimate. Inconclusive only where the mean fell by more than the margin.
+    /// The coverage, because errors leave out markers without an estimate. Inconclusive only if the mean fell by more
+    /// than the margin.
     fn coverage(&self) -> Result<Option<Check>, GateRefusal> {
         let any = self.sets().any(|(_, base, _)| !base.values("coverage").is_empty());
         let budgeted = self.rules.budgets.iter().any(|budget| budget.metric == "coverage");
@@ -195,12 +195,12 @@ impl<'a> Sides<'a> {
         Ok(Some(check))
     }
 
-    /// A guard as well: fails if more runs lose the body than chance explains.
+    /// Fails if more runs lose the body than chance explains.
     fn lost_tracks(&self) -> Option<Check> {
         let known = lost_tracks(self.sets().map(|(_, base, _)| base))?;
         let new = lost_tracks(self.sets().map(|(_, _, run)| run))?;
         let found = known.difference(&new);
-        // zero has no minus
+        // avoids -0
         let percent = |share: f64| format!("{:.0} %", (100.0 * share).round() + 0.0);
         let reason = format!(
             "{} of {} runs lost the body, baseline {} of {}; difference {} ({} to {})",
@@ -222,10 +222,10 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// Metrics that a run has only if it lost the body: a better tracker would lack them.
+/// Metrics that only runs that lose the body have: a better tracker would lack them.
 const ONLY_OF_LOST_RUNS: [&str; 2] = ["time_to_loss_s", "recovery_s"];
 
-/// The sets of a check, and the runs that have no value where the baseline has.
+/// The sets of a check, and the runs that lack a value that the baseline has.
 struct RunsOfCheck<'a> {
     checked: MatchedRuns<'a>,
     lacking: Vec<String>,
@@ -233,7 +233,7 @@ struct RunsOfCheck<'a> {
 
 fn verdict(worse_by: f64, ends: Option<Interval>, margin: f64) -> GateVerdict {
     match ends {
-        // nothing varies: the difference is what it is
+        // nothing varies: the difference is exact
         None if worse_by <= margin => GateVerdict::Pass,
         None => GateVerdict::Fail,
         Some(ends) if ends.low > margin => GateVerdict::Fail,
@@ -242,8 +242,8 @@ fn verdict(worse_by: f64, ends: Option<Interval>, margin: f64) -> GateVerdict {
     }
 }
 
-/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs
-/// none, since all must pass.
+/// One of several budgets may fail by chance, so failures must remain significant after Holm's adjustment. Passes need
+/// no adjustment, because all must pass.
 fn adjust_failures(checks: &mut [Check]) {
     let p_of = |check: &Check| {
         let (found, margin) = (check.difference.as_ref()?, check.margin?);

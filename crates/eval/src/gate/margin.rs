@@ -1,4 +1,4 @@
-//! By how much a metric may worsen.
+//! How much a metric may worsen.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Unit;
 
-/// By how much a metric may worsen: a number with its unit (`2mm`, `1.5deg`, `0.02`), or a share of the baseline's mean
-/// (`5%`; of a metric that is itself a share, percentage points).
+/// How much a metric may worsen: a number with its unit (`2mm`, `1.5deg`, `0.02`), or a share of the baseline's mean
+/// (`5%`; percentage points for a metric that is itself a share).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WrittenMargin", into = "String")]
 pub struct Margin {
@@ -23,7 +23,7 @@ enum MarginUnit {
     Unit(Unit),
 }
 
-/// As files have it.
+/// The form in files.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number of 0 or more with its unit, as in \"2mm\", \"1.5deg\" or \"1%\"")]
 enum WrittenMargin {
@@ -34,13 +34,15 @@ enum WrittenMargin {
 /// Why a margin cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MarginError {
-    /// It is not a number with a unit.
+    /// Not a number with a unit.
     #[error("margin `{0}`: expected a number of 0 or more with its unit, as in 2mm, 1.5deg, 0.02 or 5%")]
     Malformed(String),
-    /// It is below zero.
-    #[error("margin `{0}`: a margin is how much worse a run may be, whichever way that is, so it must be 0 or more")]
+    /// A negative number.
+    #[error(
+        "margin `{0}`: a margin is how much worse a run may be, for errors and for scores, so it must be 0 or more"
+    )]
     Negative(String),
-    /// A share of the whole or more: meant as a percentage.
+    /// A share of 1 or more, probably meant as a percentage.
     #[error("margin {margin} of {metric}: it is a share, from 0 to 1; did you mean {margin}%?")]
     Whole {
         /// The margin.
@@ -48,19 +50,19 @@ pub enum MarginError {
         /// The metric.
         metric: String,
     },
-    /// Its unit is not the metric's.
+    /// Its unit does not fit the metric.
     #[error("margin {margin} of {metric}: expected {expected}")]
     Unit {
         /// The margin.
         margin: String,
         /// The metric.
         metric: String,
-        /// What it should be.
+        /// The expected form.
         expected: String,
     },
 }
 
-/// Units as they are written, with their factor to the metric's own.
+/// Units as written, with their factors to the metric's unit.
 const UNITS: [(&str, Unit, f64); 12] = [
     ("mm", Unit::Millimetre, 1.0),
     ("px", Unit::Pixel, 1.0),
@@ -133,16 +135,16 @@ impl fmt::Display for Margin {
 }
 
 impl Margin {
-    /// A number in the metric's own unit.
+    /// A number in the metric's unit.
     pub(super) const fn from_number(value: f64) -> Self {
         Self { value, unit: MarginUnit::None }
     }
 
-    /// In the metric's unit; `base` is the baseline's mean.
+    /// The margin in the metric's unit; `base` is the baseline's mean.
     ///
     /// # Errors
-    /// [`MarginError::Unit`] if it is given in another unit, or for a length in none, [`MarginError::Whole`] for a
-    /// number of 1 or more of a share.
+    /// [`MarginError::Unit`] if the unit does not fit the metric or a length has none, [`MarginError::Whole`] if the
+    /// margin of a share is a number of 1 or more.
     pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
             MarginUnit::None if unit == Unit::Fraction && self.value >= 1.0 => {
@@ -175,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn margins_have_units_and_are_shares_of_the_baseline_only_where_the_metric_is_no_share() {
+    fn a_percentage_is_relative_to_the_baseline_unless_the_metric_is_a_share() {
         assert_eq!(margin("2mm", Unit::Millimetre, 30.0), 2.0);
         assert_eq!(margin("0.2 cm", Unit::Millimetre, 30.0), 2.0);
         assert_eq!(margin("2", Unit::Degree, 30.0), 2.0);
@@ -185,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_of_a_share_is_below_the_whole_and_a_length_has_a_unit() {
+    fn the_margin_of_a_share_is_below_one_and_of_a_length_has_a_unit() {
         let resolved = |text: &str, unit| text.parse::<Margin>().unwrap().resolve("pck150", unit, 0.9);
         assert_eq!(resolved("0.02", Unit::Fraction), Ok(0.02));
         assert_eq!(resolved("2%", Unit::Fraction), Ok(0.02));
@@ -199,14 +201,14 @@ mod tests {
     }
 
     #[test]
-    fn a_margin_of_another_type_is_told_what_is_expected() {
+    fn a_margin_of_a_wrong_type_is_refused_with_the_expected_form() {
         let refused = serde_json::from_str::<Margin>("[2]").unwrap_err().to_string();
         assert!(refused.contains("expected a number of 0 or more with its unit"), "{refused}");
         assert!(!refused.contains("untagged"), "{refused}");
     }
 
     #[test]
-    fn what_is_no_margin_is_refused() {
+    fn invalid_margins_are_refused() {
         for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2furlongs", "infmm", "1..2"] {
             assert!(text.parse::<Margin>().is_err(), "{text}");
         }

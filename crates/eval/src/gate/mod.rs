@@ -1,8 +1,8 @@
 //! The regression gate: whether a run is worse than a baseline by more than a margin.
 //!
 //! [`gate`] gives one of three answers to every budget: the 95 % interval of the worsening lies below the margin
-//! (pass), above it (fail), or holds it (inconclusive, with the number of seeds that would decide it). The unit is the
-//! run, never the frame: a test over correlated frames finds a difference between equal trackers 85 % of the time.
+//! (pass), above it (fail), or contains it (inconclusive, with the number of seeds that would decide it). The unit is
+//! the run, never the frame: a test over correlated frames finds a difference between equal trackers 85 % of the time.
 
 mod decide;
 mod margin;

@@ -7,24 +7,24 @@ use crate::mean;
 use crate::statistics::variance;
 use crate::student::student_quantile;
 
-/// More seeds than these are not worth counting.
+/// Greatest number of additional seeds that is computed.
 const MOST: usize = 1000;
 
-/// How many more seeds a clip would bring the margin outside the interval, if difference and spread stay as they are.
+/// Additional seeds per clip that would exclude the margin from the interval, if difference and spread do not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MoreSeeds {
-    /// So many of the run.
+    /// That many seeds of the run.
     OfRun(usize),
-    /// So many of run and baseline each.
+    /// That many seeds of both run and baseline.
     OfBoth(usize),
-    /// More than a thousand: the difference is about the margin.
+    /// More than a thousand: the difference is close to the margin.
     TooMany,
 }
 
-/// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
-/// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both. Draws and
-/// clips are sets, which both sides need.
+/// The least number of additional seeds for which half the 95 % interval of the difference would be shorter than
+/// `distance`, the distance from the difference to the margin: of the run alone if that suffices, else of both sides.
+/// Additional draws and clips are sets, so both sides need them.
 pub(super) fn seeds_to_decide(
     clips: &[ClipValues],
     paired: bool,
@@ -43,12 +43,11 @@ pub(super) fn seeds_to_decide(
         IntervalUnit::Seeds => more(&|[base, run], more| vec![*base, run.with(more)]),
         IntervalUnit::Draws | IntervalUnit::Clips => None,
     };
-    let of_both = match paired {
-        false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
-        true => {
-            let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
-            (1..=MOST).find(|more| decided(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
-        }
+    let of_both = if paired {
+        let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
+        (1..=MOST).find(|more| decided(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
+    } else {
+        more(&|[base, run], more| vec![base.with(more), run.with(more)])
     };
     Some(match (of_run, of_both) {
         (Some(run), both) if both.is_none_or(|both| run <= 3 * both) => MoreSeeds::OfRun(run),
@@ -82,7 +81,7 @@ impl ClipVariance {
     }
 }
 
-/// `t se` of the mean over clips, with the degrees of freedom of Welch and Satterthwaite.
+/// `t se` of the mean over clips, with Welch-Satterthwaite degrees of freedom.
 fn half_width(parts: &[ClipVariance], clips: usize) -> Option<f64> {
     let squares = || parts.iter().map(|part| part.variance / part.seeds as f64);
     let sum: f64 = squares().sum();
@@ -106,10 +105,9 @@ mod tests {
         seeds_to_decide(std::slice::from_ref(clip), paired, IntervalUnit::Seeds, distance)
     }
 
-    /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer
-    /// not.
+    /// With that many more seeds of the same spread the interval is short enough, with one fewer it is not.
     #[test]
-    fn so_many_more_seeds_do_decide_it() {
+    fn the_number_of_additional_seeds_is_the_least_that_decides() {
         let few = clip(5, 0.0, 100);
         let Some(MoreSeeds::OfRun(more)) = decide(&few, false, 3.0) else { panic!("the run alone suffices") };
         let [base, run] =
@@ -122,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_baseline_is_too_short_both_need_more_and_at_the_margin_nothing_helps() {
+    fn both_sides_need_more_if_the_baseline_is_too_short_and_too_many_at_the_margin() {
         assert!(matches!(decide(&clip(5, 0.0, 100), false, 1.0), Some(MoreSeeds::OfBoth(_))));
         assert_eq!(decide(&clip(5, 0.0, 100), false, 0.01), Some(MoreSeeds::TooMany));
         assert!(matches!(decide(&clip(5, 0.0, 0), true, 1.0), Some(MoreSeeds::OfBoth(_))));

@@ -1,4 +1,4 @@
-//! What a gate answers, and why it may refuse to.
+//! The gate's outcome, and the reasons why it may refuse.
 
 use serde::Serialize;
 
@@ -8,13 +8,13 @@ use crate::comparison::{Difference, IntervalUnit};
 use crate::interval_words::WITHOUT_SEEDS;
 use crate::{Interval, Unit};
 
-/// What a gate says.
+/// Verdict of a gate or of one check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GateVerdict {
     /// Not worse than the baseline by more than the margin.
     Pass,
-    /// Cannot be said with these seeds.
+    /// Undecidable with these seeds.
     Inconclusive,
     /// Worse by more than the margin.
     Fail,
@@ -30,17 +30,17 @@ pub struct GateOutcome {
     /// Runs whose error is mostly explained by how their estimate was read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub misread: Vec<String>,
-    /// What the intervals run over.
+    /// The unit of the intervals.
     pub unit: IntervalUnit,
-    /// What they run over and what they cannot speak of, in words.
+    /// Describes what the intervals cover and do not cover.
     pub scope: String,
-    /// In the order in which they were asked for.
+    /// In the requested order.
     pub checks: Vec<Check>,
-    /// What a user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// What a check is about.
+/// The subject of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CheckKind {
@@ -48,7 +48,7 @@ pub enum CheckKind {
     Budget,
     /// Values that must not change.
     Exact,
-    /// The share of markers with an estimate.
+    /// The share of markers that have an estimate.
     Coverage,
     /// Runs that lost the body.
     LostTracks,
@@ -59,30 +59,30 @@ pub enum CheckKind {
 pub struct Check {
     /// The metric's name, or `lost_tracks`.
     pub metric: String,
-    /// In which clip; `None` for all together.
+    /// The clip; `None` for all clips together.
     pub clip: Option<String>,
-    /// What it is about.
+    /// The subject.
     pub kind: CheckKind,
-    /// What it says.
+    /// The verdict.
     pub verdict: GateVerdict,
     /// Unit of the values.
     pub unit: Unit,
     /// Run minus baseline.
     pub difference: Option<Difference>,
-    /// By how much the metric is worse, whichever way that is; its 95 % interval.
+    /// By how much the metric is worse, whether lower or higher is better.
     pub worse_by: Option<f64>,
-    /// 95 % interval of it.
+    /// 95 % interval of `worse_by`.
     pub worse_by_ci95: Option<Interval>,
-    /// By how much it may be worse.
+    /// By how much the metric may be worse.
     pub margin: Option<f64>,
-    /// What would decide it, if it is inconclusive.
+    /// Number of seeds that would decide an inconclusive check.
     pub more_seeds: Option<MoreSeeds>,
-    /// The reason in words, where numbers do not say it.
+    /// The reason, if the numbers do not show it.
     pub reason: Option<String>,
 }
 
 impl Check {
-    /// Of all clips together, without numbers.
+    /// A check of all clips together, without numbers.
     pub(super) fn new(metric: &str, kind: CheckKind, unit: Unit, verdict: GateVerdict) -> Self {
         Self {
             metric: metric.to_owned(),
@@ -100,7 +100,7 @@ impl Check {
     }
 }
 
-/// Why a run cannot be held against a baseline.
+/// Why a run cannot be compared with a baseline.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GateRefusal {
     /// Too few seeds.
@@ -121,14 +121,14 @@ pub enum GateRefusal {
     },
     /// All runs are copies.
     #[error(
-        "all runs of a set are the same to the bit, in run and baseline: the tracker draws no random numbers, copies are \
-         one observation, and a gate needs {needed}; {WITHOUT_SEEDS}"
+        "all runs of a set are bit-identical, in run and baseline: the tracker draws no random numbers, copies are one \
+         observation, and a gate needs {needed}; {WITHOUT_SEEDS}"
     )]
     Copies {
         /// Units needed.
         needed: usize,
     },
-    /// Too few of the unit that was asked for.
+    /// Too few of the requested unit.
     #[error(
         "a gate over {unit} needs {needed} or more that run and baseline have in common and that differ{}; add them to \
          both, or choose another unit",
@@ -140,7 +140,7 @@ pub enum GateRefusal {
         /// Units needed.
         needed: usize,
     },
-    /// Clips are not the same.
+    /// The clips differ.
     #[error("the baseline has the clip(s) {baseline}, the run {run}; measure the run on all of them")]
     Clips {
         /// Of the baseline.
@@ -148,7 +148,7 @@ pub enum GateRefusal {
         /// Of the run.
         run: String,
     },
-    /// The sets are not the same.
+    /// The sets differ.
     #[error(
         "`{clip}` is another set than the baseline's ({what}); measure the run on the baseline's set, or save a new \
          baseline"
@@ -159,7 +159,7 @@ pub enum GateRefusal {
         /// The difference.
         what: String,
     },
-    /// Other seeds, unasked.
+    /// The seeds differ, and `--other-seeds` is not given.
     #[error(
         "`{clip}`: the baseline has seeds {baseline}, the run {run}; run the baseline's seeds (they are paired), or \
          accept others with --other-seeds"
@@ -172,7 +172,7 @@ pub enum GateRefusal {
         /// Of the run.
         run: String,
     },
-    /// A metric was measured in another way.
+    /// A metric was measured by another protocol.
     #[error(
         "{metric} in `{clip}` was measured by another protocol than the baseline's: `{baseline}`, now `{run}`; save a \
          new baseline"
@@ -187,7 +187,7 @@ pub enum GateRefusal {
         /// Of the run.
         run: String,
     },
-    /// A rule names what is not there.
+    /// A rule names a missing metric or clip.
     #[error("{0}")]
     Rule(String),
     /// A margin does not fit its metric.

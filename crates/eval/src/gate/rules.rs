@@ -1,4 +1,4 @@
-//! What a gate checks.
+//! The rules of a gate.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,14 +8,14 @@ use crate::IntervalUnit;
 /// A gate refuses fewer seeds, draws or clips than these.
 pub const FEWEST_SEEDS: usize = 5;
 
-/// What a gate checks: the content of `gate.toml`.
+/// The rules of a gate: the content of `gate.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GateRules {
-    /// Fewest seeds a set, draws a clip or clips of run and baseline; at least [`FEWEST_SEEDS`].
+    /// Least number of seeds per set, draws per clip, or clips, of run and baseline; at least [`FEWEST_SEEDS`].
     #[serde(default = "fewest")]
     pub seeds: usize,
-    /// What the intervals run over; without it the first of seeds, draws and clips of which there are enough.
+    /// Unit of the intervals; by default the first of seeds, draws and clips of which there are enough.
     #[serde(default)]
     pub unit: Option<IntervalUnit>,
     /// Metrics with their margins; at least one.
@@ -27,10 +27,10 @@ pub struct GateRules {
     /// Whether the metrics of the truth (`truth_...`) must not change at all.
     #[serde(default = "yes")]
     pub exact_truth: bool,
-    /// By how much the coverage may fall: errors leave out what has no estimate.
+    /// By how much the coverage may fall: errors leave out markers without an estimate.
     #[serde(default = "coverage")]
     pub coverage: Margin,
-    /// Whether more lost tracks fail.
+    /// Whether more lost tracks fail the gate.
     #[serde(default = "yes")]
     pub lost_tracks: bool,
     /// Whether the run may have seeds other than the baseline's.
@@ -44,9 +44,9 @@ pub struct GateRules {
 pub struct MetricMargin {
     /// [`crate::Metric::name`].
     pub metric: String,
-    /// By how much it may worsen.
+    /// How much it may worsen.
     pub margin: Margin,
-    /// In this clip alone; all clips together without one.
+    /// Only this clip; by default all clips together.
     #[serde(default)]
     pub clip: Option<String>,
 }
@@ -64,7 +64,7 @@ fn coverage() -> Margin {
 }
 
 impl GateRules {
-    /// One metric over all clips, and the defaults for all else.
+    /// One metric over all clips, and defaults for everything else.
     pub fn from_metric(metric: &str, margin: Margin) -> Self {
         Self {
             seeds: FEWEST_SEEDS,

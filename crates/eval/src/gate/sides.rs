@@ -1,10 +1,10 @@
-//! What a gate holds against each other, and what it refuses.
+//! The two sides that a gate compares, and the checks that they can be compared.
 
 use std::collections::BTreeSet;
 
 use super::{FEWEST_SEEDS, GateRefusal, GateRules};
 use crate::comparison::{
-    IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, seeds_in_words, set_difference,
+    IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, describe_seeds, set_difference,
 };
 
 /// A run and a baseline, matched set by set.
@@ -16,7 +16,7 @@ pub(super) struct Sides<'a> {
 }
 
 impl<'a> Sides<'a> {
-    /// Sets of the baseline with those of the run, and their clips.
+    /// Clip names with the matched sets of baseline and run.
     pub(super) fn sets(&self) -> impl Iterator<Item = (&'a str, &'a MeasuredClip, &'a MeasuredClip)> {
         self.matched.sets.iter().filter_map(|set| Some((set.clip, *set.base.first()?, *set.other.first()?)))
     }
@@ -24,8 +24,8 @@ impl<'a> Sides<'a> {
     /// Refuses a run that lacks a set of the baseline.
     pub(super) fn check_sets(&self) -> Result<(), GateRefusal> {
         let names = |runs: &MeasuredRuns| runs.clips.keys().cloned().collect::<Vec<_>>().join(", ");
-        let is_there = |clip: &&String| self.run.clips.contains_key(*clip);
-        if self.baseline.clips.is_empty() || !self.baseline.clips.keys().all(|clip| is_there(&clip)) {
+        let is_measured = |clip: &String| self.run.clips.contains_key(clip);
+        if self.baseline.clips.is_empty() || !self.baseline.clips.keys().all(is_measured) {
             return Err(GateRefusal::Clips { baseline: names(self.baseline), run: names(self.run) });
         }
         let is_matched = |set: &MeasuredClip| self.sets().any(|(_, base, _)| std::ptr::eq(base, set));
@@ -36,15 +36,15 @@ impl<'a> Sides<'a> {
             clip: clip.clone(),
             what: match (what, theirs.len().max(self.baseline.sets_of(clip).len())) {
                 (Some(what), 0 | 1) => what,
-                _ => format!("of its draws the run lacks that with the hash {:.12}", set.set_hash),
+                _ => format!("the run lacks its draw with the hash {:.12}", set.set_hash),
             },
         })
     }
 
-    /// What the intervals run over: the first of which there are enough.
+    /// The unit of the intervals: the first of which there are enough.
     pub(super) fn unit(&self) -> Result<IntervalUnit, GateRefusal> {
         let needed = self.rules.seeds.max(FEWEST_SEEDS);
-        let wanted = |unit: &IntervalUnit| self.rules.unit.is_none_or(|asked| asked == *unit);
+        let wanted = |unit: &IntervalUnit| self.rules.unit.is_none_or(|requested| requested == *unit);
         let enough = |unit: &IntervalUnit| self.matched.has_at_least(needed, *unit);
         if let Some(unit) = IntervalUnit::ALL.into_iter().filter(wanted).find(enough) {
             return Ok(unit);
@@ -66,21 +66,21 @@ impl<'a> Sides<'a> {
         Err(GateRefusal::Units { unit, needed })
     }
 
-    /// Refuses, unasked, other seeds.
+    /// Refuses seeds that differ from the baseline's unless the rules allow them; returns notes.
     pub(super) fn check_seeds(&self) -> Result<Vec<String>, GateRefusal> {
         let mut notes = Vec::new();
         for (clip, base, run) in self.sets().filter(|_| self.matched.unit == IntervalUnit::Seeds) {
             let [known, new] = [base, run].map(|side| side.seeds.iter().collect::<BTreeSet<_>>());
             if !self.rules.other_seeds && !new.is_superset(&known) {
-                let [baseline, run] = [base, run].map(|side| seeds_in_words(&side.seeds));
+                let [baseline, run] = [base, run].map(|side| describe_seeds(&side.seeds));
                 return Err(GateRefusal::SeedPolicy { clip: clip.to_owned(), baseline, run });
             }
             if known != new {
                 let how = if self.matched.paired() { "those in common are paired" } else { "they are not paired" };
                 notes.push(format!(
                     "`{clip}`: seeds {} against the baseline's {}: {how}",
-                    seeds_in_words(&run.seeds),
-                    seeds_in_words(&base.seeds)
+                    describe_seeds(&run.seeds),
+                    describe_seeds(&base.seeds)
                 ));
             }
         }
@@ -90,7 +90,7 @@ impl<'a> Sides<'a> {
         Ok(notes)
     }
 
-    /// What a user should know of versions, settings and clips.
+    /// Notes for the user about versions, settings and clips.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for (clip, base, run) in self.sets() {
@@ -101,7 +101,10 @@ impl<'a> Sides<'a> {
                 ));
             }
             if base.settings != run.settings || base.tracker != run.tracker {
-                notes.push(format!("`{clip}`: the tracker's settings are not the baseline's: {}", changed(base, run)));
+                notes.push(format!(
+                    "`{clip}`: the tracker's settings differ from the baseline's: {}",
+                    changed(base, run)
+                ));
             }
         }
         let more = self.run.clips.keys().filter(|clip| !self.baseline.clips.contains_key(*clip));
@@ -110,10 +113,11 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// How the trackers differ, in words.
+/// Describes how the trackers differ.
 fn changed(base: &MeasuredClip, run: &MeasuredClip) -> String {
-    match base.tracker == run.tracker {
-        true => changed_settings(base.settings.as_ref(), run.settings.as_ref()),
-        false => format!("{} instead of {}", run.tracker, base.tracker),
+    if base.tracker == run.tracker {
+        changed_settings(base.settings.as_ref(), run.settings.as_ref())
+    } else {
+        format!("{} instead of {}", run.tracker, base.tracker)
     }
 }

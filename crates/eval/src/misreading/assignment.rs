@@ -1,10 +1,10 @@
 //! The cheapest one-to-one assignment of rows to columns.
 
-/// For every row of a square matrix of finite costs the column of the assignment with the least sum: the Hungarian
-/// method of `[Kuhn 1955]` with potentials, O(n^3).
+/// The columns assigned to the rows of a square matrix of finite costs by the one-to-one assignment of least sum: the
+/// Hungarian method of `[Kuhn 1955]` with potentials, O(n^3).
 pub(super) fn cheapest(costs: &[Vec<f64>]) -> Vec<usize> {
     let size = costs.len();
-    // rows and columns count from 1; column 0 holds the row that is being placed
+    // rows and columns count from 1; column 0 holds the row that is being assigned
     let (mut of_row, mut of_column) = (vec![0.0; size + 1], vec![0.0; size + 1]);
     let mut row_at = vec![0; size + 1];
     for row in 1..=size {
@@ -53,7 +53,7 @@ mod tests {
         columns.iter().enumerate().map(|(row, column)| costs[row][*column]).sum()
     }
 
-    /// The least sum of all orders of the columns.
+    /// The least sum over all permutations of the columns.
     fn by_trying(costs: &[Vec<f64>], taken: &mut Vec<usize>) -> f64 {
         let row = taken.len();
         if row == costs.len() {

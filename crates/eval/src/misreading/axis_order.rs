@@ -1,4 +1,4 @@
-//! Which axes a file's coordinates lie along.
+//! The axes along which the coordinates of a file lie.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,25 +7,25 @@ use nalgebra::{Matrix3, Vector3};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// What a file's first, second and third coordinate are in the axes of a set, which has Z up: an order of the axes,
-/// each with its sign. `x,z,-y` is Y up; `y,z,x` is Y up too, with the set's x as the file's third coordinate.
+/// The axes of a set (Z up) along which the first, second and third coordinate of a file lie, each with its sign.
+/// `x,z,-y` is Y up; `y,z,x` is also Y up, with the set's x as the file's third coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisOrder {
-    /// Per coordinate of the file: which of the set's axes.
+    /// Index of the set's axis, per coordinate of the file.
     axes: [usize; 3],
-    /// Per coordinate of the file: whether it runs against that axis.
+    /// Whether the coordinate has the opposite direction of that axis, per coordinate of the file.
     reversed: [bool; 3],
 }
 
 impl AxisOrder {
-    /// The set's own axes.
+    /// The axes of the set.
     pub const SAME: Self = Self { axes: [0, 1, 2], reversed: [false; 3] };
-    /// Y up, as `--up y` has it: a turn about x.
+    /// Y up as by `--up y`: a rotation about x.
     pub const Y_UP: Self = Self { axes: [0, 2, 1], reversed: [false, false, true] };
-    /// Y up, as BVH files usually have it: the body faces +Z with its left at +X.
+    /// Y up as usual in BVH files: the body faces +Z and its left is +X.
     pub const BVH: Self = Self { axes: [1, 2, 0], reversed: [false; 3] };
 
-    /// All 48, the 24 turns first.
+    /// All 48 orders, the 24 rotations first.
     pub fn all() -> Vec<Self> {
         let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
         let signs = (0..8).map(|bits| [bits & 1 > 0, bits & 2 > 0, bits & 4 > 0]);
@@ -35,7 +35,7 @@ impl AxisOrder {
         all
     }
 
-    /// Takes a file's coordinates to the set's: a signed permutation.
+    /// The signed permutation from the file's coordinates to the set's.
     pub fn set_from_file(&self) -> Matrix3<f64> {
         let mut matrix = Matrix3::zeros();
         for (coordinate, (axis, reversed)) in self.axes.iter().zip(self.reversed).enumerate() {
@@ -49,12 +49,12 @@ impl AxisOrder {
         self.set_from_file().determinant() < 0.0
     }
 
-    /// Whether what is up in the file is up in the set.
+    /// Whether the vertical direction is the same in file and set.
     pub fn keeps_vertical(&self) -> bool {
         self.axes[2] == 2 && !self.reversed[2]
     }
 
-    /// The order of a file that was read as `self` where the result is then to be read as `further`.
+    /// The order of a file whose coordinates, read as `self`, are to be read as `further`.
     pub fn then(&self, further: Self) -> Self {
         let of = |coordinate: usize| {
             let axis = self.axes[coordinate];
@@ -64,8 +64,8 @@ impl AxisOrder {
         Self { axes: found.map(|(axis, _)| axis), reversed: found.map(|(_, reversed)| reversed) }
     }
 
-    /// The axis of the file that points up, as a word: `Z up`, `-Y up`.
-    pub fn up_in_words(&self) -> String {
+    /// Describes the axis of the file that points up: `Z up`, `-Y up`.
+    pub fn up_axis(&self) -> String {
         let up = self.set_from_file().transpose() * Vector3::z();
         let axis = (0..3).find(|axis| up[*axis] != 0.0).unwrap_or(2);
         format!("{}{} up", if up[axis] < 0.0 { "-" } else { "" }, NAMES[axis].to_ascii_uppercase())
@@ -86,8 +86,8 @@ impl FromStr for AxisOrder {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let refuse = || {
-            "expected each of x, y and z once, with commas, `-` in front where the file's coordinate runs the other way; \
-             for example y,z,x or x,z,-y"
+            "expected x, y and z once each, separated by commas, with `-` in front if the file's coordinate has the \
+             opposite direction; for example y,z,x or x,z,-y"
                 .to_owned()
         };
         let part = |part: &str| {
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_are_48_of_which_half_are_turns() {
+    fn there_are_48_orders_of_which_half_are_rotations() {
         let all = AxisOrder::all();
         assert_eq!(all.iter().filter(|order| !order.is_mirrored()).count(), 24);
         assert!(all[..24].iter().all(|order| !order.is_mirrored()));
@@ -119,20 +119,20 @@ mod tests {
     }
 
     #[test]
-    fn the_order_says_what_the_coordinates_of_the_file_are_in_the_set() {
+    fn the_order_maps_the_coordinates_of_the_file_to_the_set() {
         let order: AxisOrder = "y,z,-x".parse().unwrap();
         // the file's 1st coordinate is the set's y, its 2nd z, its 3rd -x
         assert_eq!(order.set_from_file() * Vector3::new(1.0, 2.0, 3.0), Vector3::new(-3.0, 1.0, 2.0));
-        // as the program has always read a Y-up file: x, -z, y
+        // Y-up files have always been read so: x, -z, y
         assert_eq!(AxisOrder::Y_UP.set_from_file() * Vector3::new(1.0, 2.0, 3.0), Vector3::new(1.0, -3.0, 2.0));
         assert_eq!(AxisOrder::Y_UP.to_string(), "x,z,-y");
         assert_eq!(AxisOrder::BVH.to_string(), "y,z,x");
-        assert_eq!([AxisOrder::Y_UP, AxisOrder::SAME].map(|order| order.up_in_words()), ["Y up", "Z up"]);
-        assert_eq!("x,-z,y".parse::<AxisOrder>().unwrap().up_in_words(), "-Y up");
+        assert_eq!([AxisOrder::Y_UP, AxisOrder::SAME].map(|order| order.up_axis()), ["Y up", "Z up"]);
+        assert_eq!("x,-z,y".parse::<AxisOrder>().unwrap().up_axis(), "-Y up");
     }
 
     #[test]
-    fn two_orders_one_after_the_other_are_the_product_of_their_matrices() {
+    fn the_composition_of_two_orders_is_the_product_of_their_matrices() {
         for first in AxisOrder::all() {
             for second in AxisOrder::all() {
                 let product = second.set_from_file() * first.set_from_file();
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_order_is_refused_with_an_example() {
+    fn invalid_orders_are_refused_with_an_example() {
         for text in ["", "x,y", "x,y,y", "x,y,w", "x,y,z,x", "x y z", "--x,y,z"] {
             assert!(text.parse::<AxisOrder>().unwrap_err().contains("y,z,x"), "{text}");
         }

@@ -1,4 +1,4 @@
-//! What is asked, and what is found.
+//! Input and result of the search for a misreading.
 
 use nalgebra::Point3;
 
@@ -8,26 +8,25 @@ use crate::body::Markers;
 /// An estimate as it was read, with the truth.
 #[derive(Clone, Debug)]
 pub struct MisreadingCase<'a> {
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// The true markers, one entry a frame, metres.
+    /// The true markers, one entry per frame, metres.
     pub truth: &'a [Markers],
-    /// Every repetition, of as many frames.
+    /// The repetitions, each with the same number of frames.
     pub given: Vec<GivenPositions<'a>>,
-    /// Where the cameras are, one entry a frame, or a single one where they stand still, metres; empty where none are
-    /// known.
+    /// Positions of the cameras, metres: one entry per frame, or a single one if they are fixed; empty if unknown.
     pub cameras: &'a [Vec<Point3<f64>>],
-    /// Factors that lengths would have to be multiplied by if their unit were another known one.
+    /// Factors of lengths for the other known units.
     pub scales: Vec<f64>,
 }
 
 /// An explanation of most of an estimate's error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misreading {
-    /// How the estimate is to be read.
+    /// How the estimate should be read.
     pub correction: Correction,
     /// Mean distance of the markers as the estimate was read, metres.
     pub error_as_read_m: f64,
-    /// The same when it is read so, metres.
+    /// The same after the correction, metres.
     pub error_corrected_m: f64,
 }

@@ -1,4 +1,4 @@
-//! How an estimate would have to be read otherwise.
+//! Corrections of how an estimate is read.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,20 +6,20 @@ use serde::{Deserialize, Serialize};
 use super::AxisOrder;
 use crate::body::{LANDMARKS, Landmark, Markers};
 
-/// Changes to an estimate's positions as they were read, in this order: names and sides, unit, axes, offset, frames.
+/// Changes to the positions of an estimate, applied in this order: names and sides, unit, axes, offset, frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
-    /// The axes that the positions are in.
+    /// The axes of the positions.
     pub axes: AxisOrder,
-    /// Factor of all positions; of an estimate of poses, of the root's alone.
+    /// Factor of all positions; for an estimate of poses, of the root only.
     pub scale: f64,
     /// Whether left and right are exchanged.
     pub swapped: bool,
     /// Added to the positions, metres, in the axes of the set.
     pub offset: Vector3<f64>,
-    /// Added to the numbers of the frames.
+    /// Added to the frame numbers.
     pub shift: i64,
-    /// For every marker, which one's positions it has; the index itself where the name is right.
+    /// For every marker, the index of the marker whose positions it has; its own index if the name is right.
     pub names: [usize; LANDMARKS.len()],
 }
 
@@ -27,15 +27,15 @@ pub struct Correction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MisreadingKind {
-    /// The axes are others.
+    /// Other axes.
     Axes,
-    /// The unit of length is another.
+    /// Another unit of length.
     Units,
-    /// The origin is elsewhere.
+    /// Another origin.
     Offset,
     /// Left and right are exchanged.
     Sides,
-    /// Frames are numbered otherwise.
+    /// Other frame numbers.
     Shift,
     /// Names belong to other markers.
     Names,
@@ -53,11 +53,11 @@ const KINDS: [MisreadingKind; 6] = [
 /// Positions of one repetition as they were read.
 #[derive(Clone, Copy, Debug)]
 pub struct GivenPositions<'a> {
-    /// One entry a frame.
+    /// One entry per frame.
     pub markers: &'a [Markers],
     /// The same with left and right exchanged.
     pub swapped: &'a [Markers],
-    /// The roots, of an estimate of poses: a unit of length is of these alone, for the body's size is known.
+    /// The roots of an estimate of poses. Only these depend on the unit of length, because the body's size is known.
     pub roots: Option<&'a [Option<Point3<f64>>]>,
 }
 
@@ -74,7 +74,7 @@ impl Correction {
         }
     }
 
-    /// What it changes.
+    /// The kinds of change that it contains.
     pub fn kinds(&self) -> Vec<MisreadingKind> {
         KINDS.into_iter().filter(|kind| self.has(*kind)).collect()
     }
@@ -91,7 +91,7 @@ impl Correction {
         }
     }
 
-    /// The same without one kind of change.
+    /// This correction without one kind of change.
     pub(super) fn without(&self, kind: MisreadingKind) -> Self {
         let mut less = self.clone();
         let none = Self::none();
@@ -106,7 +106,7 @@ impl Correction {
         less
     }
 
-    /// The markers that the estimate has in a frame of the set when it is read so; `None` outside its frames.
+    /// The corrected markers of the estimate in a frame of the set; `None` outside its frames.
     pub(super) fn markers(&self, given: &GivenPositions<'_>, frame: usize) -> Option<Markers> {
         let from = frame.checked_add_signed(-(self.shift as isize))?;
         let named = *if self.swapped { given.swapped } else { given.markers }.get(from)?;
@@ -128,7 +128,7 @@ pub fn with_sides_exchanged(markers: &Markers) -> Markers {
     std::array::from_fn(|marker| markers[marker_of_other_side(marker)])
 }
 
-/// The index in [`LANDMARKS`] of the marker of the other side; the same one for those in the middle.
+/// The index in [`LANDMARKS`] of the marker on the other side; its own index for markers in the middle.
 pub fn marker_of_other_side(marker: usize) -> usize {
     let name = LANDMARKS[marker].name();
     let other = match (name.strip_prefix("left_"), name.strip_prefix("right_")) {
@@ -145,7 +145,7 @@ mod tests {
     use crate::test_figure::standing;
 
     #[test]
-    fn a_correction_undoes_what_a_file_did() {
+    fn a_correction_undoes_the_errors_of_a_file() {
         let truth: Vec<Markers> = (0..9)
             .map(|f| crate::test_figure::translated(&standing(), Vector3::new(0.1 * f as f64, 0.0, 0.0)))
             .collect();
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_of_poses_is_of_their_roots_alone() {
+    fn the_unit_of_poses_changes_only_their_roots() {
         let body = standing();
         let root = Point3::new(1000.0, 2000.0, 950.0);
         let far = crate::test_figure::translated(&body, root.coords);

@@ -1,4 +1,4 @@
-//! Truth and estimate side by side, read in one way or another.
+//! Pairs of truth and estimate, read with different corrections.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,11 +6,11 @@ use super::{Correction, GivenPositions, MisreadingCase};
 use crate::body::Markers;
 use crate::{mean, quantile};
 
-/// Frames that a search looks at, at most.
+/// Greatest number of frames that a search uses.
 const MOST_SAMPLES: usize = 150;
-/// Fewer common markers in a frame say nothing of axes and sizes.
+/// Frames with fewer common markers do not determine axes and sizes.
 const FEWEST_MARKERS: usize = 3;
-/// Frames at the beginning of the clip that are all looked at, from frame 1: the pose of frame 0 is given.
+/// Number of frames at the beginning of the clip that are all used, from frame 1: the pose of frame 0 is given.
 const FIRST_FRAMES: usize = 3;
 
 /// A frame of one repetition.
@@ -20,7 +20,7 @@ pub(super) struct Sample {
     pub(super) frame: usize,
 }
 
-/// The frames that are looked at.
+/// The sampled frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairedFrames<'a> {
     pub(super) case: &'a MisreadingCase<'a>,
@@ -41,8 +41,8 @@ pub(super) fn samples(case: &MisreadingCase<'_>) -> Vec<Sample> {
     [thinned(first, MOST_SAMPLES), thinned(later, MOST_SAMPLES)].concat()
 }
 
-/// About so many of these samples, which are in order of their frames: every repetition in frames that are spread
-/// evenly, because a step over samples can meet the same repetition again and again.
+/// About `most` of these samples, which are in order of their frames: every repetition in evenly spread frames, because
+/// a constant step over samples could always select the same repetition.
 pub(super) fn thinned(samples: &[Sample], most: usize) -> Vec<Sample> {
     let step = samples.len().div_ceil(most).max(1);
     let mut frames: Vec<usize> = samples.iter().map(|sample| sample.frame).collect();
@@ -73,7 +73,7 @@ impl<'a> PairedFrames<'a> {
         &self.case.given[sample.seed]
     }
 
-    /// Truth and estimate of a sample that is read so; `None` where there is no estimate.
+    /// Truth and corrected estimate of a sample; `None` without an estimate.
     pub(super) fn read(&self, sample: Sample, correction: &Correction) -> Option<(&'a Markers, Markers)> {
         Some((self.case.truth.get(sample.frame)?, correction.markers(self.given(sample), sample.frame)?))
     }
@@ -86,13 +86,13 @@ impl<'a> PairedFrames<'a> {
         (count > 0).then(|| sum / f64::from(count))
     }
 
-    /// Mean distance over all samples, metres; infinite where nothing can be compared.
+    /// Mean distance over all samples, metres; infinite if nothing can be compared.
     pub(super) fn mean_error(&self, correction: &Correction) -> f64 {
         let errors: Vec<f64> = self.samples.iter().filter_map(|sample| self.error(*sample, correction)).collect();
         mean(&errors).unwrap_or(f64::INFINITY)
     }
 
-    /// Errors of the samples that have one when they are read in either way.
+    /// The samples that have an error with either correction, and both errors.
     pub(super) fn both(&self, one: &Correction, other: &Correction) -> Vec<(Sample, f64, f64)> {
         let pair = |sample: &Sample| Some((*sample, self.error(*sample, one)?, self.error(*sample, other)?));
         self.samples.iter().filter_map(pair).collect()
@@ -119,8 +119,8 @@ impl<'a> PairedFrames<'a> {
         correction.offset + Vector3::new(median(0), median(1), median(2))
     }
 
-    /// How far a shift of the true body is across the ray of the camera that sees most of it, metres: the median over
-    /// the samples. All of it where no camera is known.
+    /// Greatest component of a shift of the true body across a camera's ray, over the cameras, metres: the median over
+    /// the samples. The whole shift if no camera is known.
     pub(super) fn across_rays(&self, shift: &Vector3<f64>) -> f64 {
         let cameras = self.case.cameras;
         let across = |camera: &Point3<f64>, body: &Point3<f64>| {
@@ -137,7 +137,7 @@ impl<'a> PairedFrames<'a> {
         quantile(&all, 0.5).unwrap_or_else(|| shift.norm())
     }
 
-    /// How many times as large the true body is as the estimated one; `None` where either is a point.
+    /// Size of the true body relative to the estimated one; `None` if either is a point.
     pub(super) fn size_ratio(&self) -> Option<f64> {
         let spread = |points: &[Point3<f64>]| {
             let middle = centroid(points.iter().copied())?;

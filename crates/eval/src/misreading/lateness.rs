@@ -1,4 +1,4 @@
-//! Frames that are numbered otherwise.
+//! Shifted frame numbers.
 
 use nalgebra::Vector3;
 
@@ -7,27 +7,28 @@ use super::{Correction, MisreadingKind};
 use crate::body::Markers;
 use crate::mean;
 
-/// The longest shift that is looked for, seconds.
+/// Greatest shift that is searched, seconds.
 const LONGEST_S: f64 = 1.0;
-/// Frames that are compared at every shift, at most.
+/// Greatest number of frames that are compared at each shift.
 const MOST_COMPARED: usize = 60;
-/// A tracker that answers while it sees cannot know what comes, but may be late: filters delay by a frame or two. So
-/// late an estimate must be in frames, and in seconds, to be told.
+/// Least delay that is reported, frames and seconds: an online tracker cannot be early, but filters delay it by a frame
+/// or two.
 const LATE_FRAMES: i64 = 3;
 const LATE_S: f64 = 0.05;
-/// A filter that delays also smooths: its estimate is the truth and this share of the truth's second difference over
-/// the delay. A moving average has about 0.2, an exponential one about 0.5, a shift 0.
+/// A filter that delays also smooths: its estimate is the delayed truth plus a share of the truth's second difference
+/// over the delay. The share is about 0.2 for a moving average, 0.5 for an exponential one and 0 for a shift; a shift
+/// must have less than this.
 const SMOOTHING: f64 = 0.1;
-/// In a part that moves, the shift must leave at most this share of the error.
+/// Greatest share of the error of a moving part that may remain after the shift.
 const PART: f64 = 0.85;
-/// A part whose markers are nearer than this to where they are after the shift says nothing, metres.
+/// A part whose markers move less than this during the shift is not evidence, metres.
 const STILL_M: f64 = 0.02;
-/// Parts of the clip, by time.
+/// Number of parts of the clip, by time.
 const STRETCHES: usize = 3;
 
-/// By how many frames the estimate's numbers must be raised to be nearest to the truth, at most a second and a third of
-/// the clip; 0 where no shift is better. Where limbs move, their pose about the middle of the body decides: along its
-/// path a body that is a few centimetres off seems early or late.
+/// The shift of the estimate's frame numbers that brings it nearest to the truth, at most a second and a third of the
+/// clip; 0 if no shift is better. If limbs move, their positions relative to the body's centroid decide, because a body
+/// that is a few centimetres off along its path seems early or late.
 pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -> i64 {
     let reach = reach(evidence);
     let inner = inner(evidence, reach);
@@ -43,7 +44,7 @@ pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -
     whole
 }
 
-/// Whether poses about the middle of the body change within so many frames.
+/// Whether the positions of markers relative to their centroid change within `frames`.
 fn limbs_move(evidence: &PairedFrames<'_>, samples: &[Sample], frames: i64) -> bool {
     let truth = evidence.case.truth;
     let moved = |sample: &Sample| {
@@ -53,7 +54,7 @@ fn limbs_move(evidence: &PairedFrames<'_>, samples: &[Sample], frames: i64) -> b
     mean(&samples.iter().filter_map(moved).collect::<Vec<f64>>()).is_some_and(|moved| moved >= STILL_M)
 }
 
-/// Mean distance of the markers in these samples once the middles of the markers coincide, metres.
+/// Mean distance of the markers in these samples after their centroids are aligned, metres.
 fn centred_error(evidence: &PairedFrames<'_>, correction: &Correction, samples: &[Sample]) -> Option<f64> {
     let of_sample = |sample: &Sample| {
         let (truth, estimate) = evidence.read(*sample, correction)?;
@@ -73,7 +74,7 @@ fn reach(evidence: &PairedFrames<'_>) -> usize {
     (longest.min(1e6) as usize).min(evidence.case.truth.len() / 3)
 }
 
-/// Samples that have frames of the set so far before and behind them.
+/// Samples that are at least `reach` frames from either end of the set.
 fn inner(evidence: &PairedFrames<'_>, reach: usize) -> Vec<Sample> {
     let frames = evidence.case.truth.len();
     let is_inner = |sample: &&Sample| sample.frame > reach && sample.frame + reach < frames;
@@ -96,7 +97,7 @@ fn error(
     mean(&samples.iter().filter_map(of_sample).collect::<Vec<f64>>())
 }
 
-/// The shift of least error, at most `reach` either way; the smaller wins a tie.
+/// The shift of least error, at most `reach` in either direction; of equal ones the smaller.
 fn nearest(reach: i64, at: &dyn Fn(i64) -> Option<f64>) -> Option<i64> {
     let mut best = (0, at(0)?);
     for shift in (1..=reach).flat_map(|shift| [shift, -shift]) {
@@ -107,7 +108,8 @@ fn nearest(reach: i64, at: &dyn Fn(i64) -> Option<f64>) -> Option<i64> {
     Some(best.0)
 }
 
-/// Whether the whole body in the whole clip is early or late by the shift of `correction`, and by more than a filter.
+/// Whether all parts of the body in all parts of the clip are early or late by the shift of `correction`, and by more
+/// than a filter's delay.
 pub(super) fn is_shifted(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     let shift = correction.shift;
     let late = -shift;
@@ -118,16 +120,16 @@ pub(super) fn is_shifted(evidence: &PairedFrames<'_>, correction: &Correction) -
     let stretch = inner.len().div_ceil(STRETCHES).max(1);
     let everything: &dyn Fn(usize) -> bool = &|_| true;
     let mut agrees = inner.chunks(stretch).all(|part| part_agrees(evidence, correction, part, everything));
-    // the trunk with the head, arms, legs, as LANDMARKS has them
+    // trunk and head, arms, legs: indices in LANDMARKS
     for part in [[0, 1, 14].as_slice(), &[2, 3, 4, 5, 6, 7], &[8, 9, 10, 11, 12, 13]] {
         agrees &= part_agrees(evidence, correction, &inner, &|marker| part.contains(&marker));
     }
-    // the shift may have been found together with parts that were left out since
+    // the shift may have been found with parts that `correction` omits
     agrees = agrees && best_shift(evidence, &correction.without(MisreadingKind::Shift)) == shift;
     agrees && (late < 0 || smoothing(evidence, correction, &inner).is_some_and(|share| share < SMOOTHING))
 }
 
-/// Whether a part has the same shift, where it moves.
+/// Whether a part has the same shift or does not move.
 fn part_agrees(
     evidence: &PairedFrames<'_>,
     correction: &Correction,
@@ -154,7 +156,7 @@ fn part_agrees(
     shifted <= PART * as_numbered && nearest.is_some_and(|nearest| (nearest - shift).abs() <= tolerance)
 }
 
-/// The share of the truth's second difference over the shift that is best added to the truth to give the estimate.
+/// The share of the truth's second difference over the shift that, added to the shifted truth, fits the estimate best.
 fn smoothing(evidence: &PairedFrames<'_>, correction: &Correction, samples: &[Sample]) -> Option<f64> {
     let (truth, reach) = (evidence.case.truth, correction.shift.unsigned_abs() as usize);
     let (mut both, mut square) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Names that were given to other markers.
+//! Exchanged names of markers.
 
 use super::Correction;
 use super::assignment::cheapest;
@@ -7,14 +7,14 @@ use super::evidence::PairedFrames;
 use crate::body::LANDMARKS;
 use crate::mean;
 
-/// Markers that exchange their names must be so much nearer to the truth, all together.
+/// Greatest share of their error that may remain after markers exchange their names.
 const GAIN: f64 = 0.4;
-/// A marker counts that so large a share of the samples has.
+/// Markers that more than this share of the samples have are used.
 const OFTEN: f64 = 0.5;
 
-/// The names under which the markers are nearest to the truth, when all else is read as in `correction`: the cheapest
-/// assignment of the estimated markers to the true ones, of which those cycles are kept that gain much. Limbs of the
-/// two sides that are exchanged alone are left as they are: trackers do that.
+/// The names under which the markers are nearest to the truth, with everything else read as in `correction`: the
+/// cheapest assignment of the estimated markers to the true ones, of which only the cycles with a large gain are kept.
+/// Cycles that only exchange left and right are ignored, because trackers do that too.
 pub(super) fn names(evidence: &PairedFrames<'_>, correction: &Correction) -> [usize; LANDMARKS.len()] {
     let mut names = Correction::none().names;
     let named = Correction { names, ..correction.clone() };
@@ -26,7 +26,7 @@ pub(super) fn names(evidence: &PairedFrames<'_>, correction: &Correction) -> [us
     let markers: Vec<usize> = (0..LANDMARKS.len()).filter(is_given).collect();
     let cost = |marker: usize, other: usize| {
         let apart = read.iter().filter_map(|(truth, found)| Some((truth[marker]? - found[other]?).norm()));
-        // absent in all samples that have the other: as far as can be
+        // never in a sample together: a prohibitive cost
         mean(&apart.collect::<Vec<f64>>()).unwrap_or(1e6)
     };
     let costs: Vec<Vec<f64>> =
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_permutation_falls_into_its_cycles() {
+    fn a_permutation_is_split_into_its_cycles() {
         assert_eq!(cycles(&[1, 0, 2, 4, 5, 3]), [vec![0, 1], vec![3, 4, 5]]);
         assert_eq!(cycles(&[0, 1]), Vec::<Vec<usize>>::new());
     }

@@ -1,34 +1,36 @@
-//! When an explanation is told.
+//! The conditions under which an explanation is reported.
 
 use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
 
 use super::evidence::{PairedFrames, Sample};
 use super::lateness::is_shifted;
 use super::{Correction, Misreading, MisreadingKind};
 use crate::{mean, quantile};
 
-/// No more may be left of the error, metres: about half an arm. What is farther from the truth is not explained.
+/// Greatest error that may remain, metres: about half an arm. A larger one is not explained.
 const LEFT_M: f64 = 0.25;
-/// Below this error nothing needs to be explained, metres.
+/// Smaller errors need no explanation, metres.
 pub(super) const SMALL_M: f64 = 0.01;
-/// In so large a share of the frames the explanation must bring the estimate nearer.
+/// Least share of the frames in which the explanation must reduce the error.
 const NEARLY_ALL: f64 = 0.9;
-/// In the first frames the explanation must leave at most this share of the error.
+/// Greatest share of the error in the first frames that may remain.
 const AT_FIRST: f64 = 0.7;
-/// The frames that count as the first: this share of the clip, and some.
+/// The first frames: this share of the clip, at least [`FIRST_FRAMES`].
 const FIRST_SHARE: f64 = 0.02;
 const FIRST_FRAMES: usize = 3;
-/// A calibration moves a whole body by centimetres; another origin is farther, metres.
+/// Least offset of another origin, metres; a calibration error moves the whole body by centimetres only.
 const OFFSET_M: f64 = 0.2;
-/// Where the vertical is right, the middle of the body must be so far off as read, metres, and then at most this share
-/// of it.
+/// If the vertical is right, the least error of the body's centroid as read, metres, and the greatest share of it that
+/// may remain.
 const PATH_M: f64 = 0.25;
 const PATH_LEFT: f64 = 0.4;
-/// Shifts of fewer frames than this must remove half of the error.
+/// Shifts of fewer frames than this must halve the error.
 const FEW_FRAMES: i64 = 3;
 
 impl MisreadingKind {
-    /// The share of the error without this part of an explanation that may be left with it.
+    /// Greatest error with this part of an explanation, as a share of the error without it.
     fn most_left(self) -> f64 {
         match self {
             Self::Axes | Self::Units => 0.4,
@@ -39,37 +41,37 @@ impl MisreadingKind {
     }
 }
 
-/// The explanation with its errors, if it keeps every limit.
+/// The explanation with its errors, if it meets every condition.
 pub(super) fn judge(evidence: &PairedFrames<'_>, correction: &Correction) -> Option<Misreading> {
     let as_read = Correction::none();
     let pairs = evidence.both(&as_read, correction);
     let [before, after] = means(&pairs)?;
-    // parts that undo each other are each needed, and together do little
+    // parts that undo each other are each needed, but achieve little together
     let whole = correction.kinds().iter().map(|kind| kind.most_left()).fold(0.0, f64::max);
     let every_part = || correction.kinds().iter().all(|kind| is_needed(evidence, correction, *kind));
-    let kept = after <= LEFT_M
+    let is_met = after <= LEFT_M
         && after <= whole * before
         && every_part()
         && is_throughout(evidence, correction)
-        && mends_path(evidence, correction)
+        && corrects_path(evidence, correction)
         && (!correction.has(MisreadingKind::Offset) || is_another_origin(evidence, correction))
         && (correction.shift == 0 || is_shifted(evidence, correction));
-    kept.then(|| Misreading { correction: correction.clone(), error_as_read_m: before, error_corrected_m: after })
+    is_met.then(|| Misreading { correction: correction.clone(), error_as_read_m: before, error_corrected_m: after })
 }
 
-/// Whether an offset is too large for a calibration, and no error of depth. What moves along the rays of all cameras
-/// leaves the images nearly as they are: a tracker with a single camera is off by that, and by the same distance
-/// throughout where its body is too large or too small. Axes or a unit that are wrong as well speak for the file.
+/// Whether an offset is too large for a calibration error and is not an error of depth. A shift along the rays of all
+/// cameras hardly changes the images: a tracker with a single camera makes such errors, and constant ones if its body
+/// is too large or too small. If axes or unit are wrong too, the offset is attributed to the file.
 fn is_another_origin(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     let of_file = correction.has(MisreadingKind::Axes) || correction.has(MisreadingKind::Units);
     let seen = if of_file { correction.offset.norm() } else { evidence.across_rays(&correction.offset) };
     seen >= OFFSET_M
 }
 
-/// A sample with its errors before and after.
+/// A sample with its errors before and after the correction.
 type SampleErrors = (Sample, f64, f64);
 
-/// The median over repetitions of some number of each: a few that are lost do not decide.
+/// The median of `of_one` over repetitions, so that a few lost repetitions do not decide.
 fn over_repetitions(pairs: &[SampleErrors], of_one: &dyn Fn(&[SampleErrors]) -> Option<f64>) -> Option<f64> {
     let mut repetitions: BTreeMap<usize, Vec<SampleErrors>> = BTreeMap::new();
     for pair in pairs {
@@ -80,17 +82,17 @@ fn over_repetitions(pairs: &[SampleErrors], of_one: &dyn Fn(&[SampleErrors]) -> 
     quantile(&all, 0.5)
 }
 
-/// Mean errors before and after, of the repetitions' median.
+/// Mean errors before and after the correction: medians over repetitions.
 fn means(pairs: &[SampleErrors]) -> Option<[f64; 2]> {
     let before = over_repetitions(pairs, &|one| mean(&one.iter().map(|(_, before, _)| *before).collect::<Vec<_>>()))?;
     let after = over_repetitions(pairs, &|one| mean(&one.iter().map(|(.., after)| *after).collect::<Vec<_>>()))?;
     Some([before, after])
 }
 
-/// Whether much of the error comes back without a part of the explanation.
+/// Whether much of the error returns without one part of the explanation.
 fn is_needed(evidence: &PairedFrames<'_>, correction: &Correction, kind: MisreadingKind) -> bool {
     let mut less = correction.without(kind);
-    // the origin is found again for the other axes
+    // the origin is estimated again for the other axes
     if less.has(MisreadingKind::Offset) {
         less.offset = evidence.offset(&less.without(MisreadingKind::Offset));
     }
@@ -100,8 +102,8 @@ fn is_needed(evidence: &PairedFrames<'_>, correction: &Correction, kind: Misread
     means(&pairs).is_some_and(|[without, with]| with <= most * without)
 }
 
-/// Whether the estimate is nearer in nearly all frames, and from the first ones on. A shift of its own leaves frames in
-/// which nothing moves as they are, and is judged by its parts instead.
+/// Whether the error is smaller in nearly all frames, including the first ones. True of a shift alone, which does not
+/// change frames without motion and is tested part by part instead.
 fn is_throughout(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     let as_numbered = correction.without(MisreadingKind::Shift);
     if as_numbered.kinds().is_empty() {
@@ -125,24 +127,23 @@ fn is_throughout(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
         && quantile(&ratios, 0.5).is_some_and(|ratio| ratio <= AT_FIRST)
 }
 
-/// Whether axes that keep the vertical mend the path of the body: where it is, or with another origin how it moves.
-fn mends_path(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
+/// Whether axes that keep the vertical correct the path of the body: its position, or its motion if the origin differs.
+fn corrects_path(evidence: &PairedFrames<'_>, correction: &Correction) -> bool {
     if !correction.has(MisreadingKind::Axes) || !correction.axes.keeps_vertical() {
         return true;
     }
-    let off = |correction: &Correction| {
-        let pairs = evidence.centroids(correction);
-        let middle = match correction.has(MisreadingKind::Offset) {
-            true => {
-                pairs.iter().map(|(truth, found)| truth - found).sum::<nalgebra::Vector3<f64>>()
-                    / pairs.len().max(1) as f64
-            }
-            false => nalgebra::Vector3::zeros(),
-        };
-        let apart: Vec<f64> = pairs.iter().map(|(truth, found)| (truth - found - middle).norm()).collect();
-        mean(&apart).unwrap_or(0.0)
+    let before = path_error(evidence, &correction.without(MisreadingKind::Axes));
+    before >= PATH_M && path_error(evidence, correction) <= PATH_LEFT * before
+}
+
+/// Mean error of the body's centroid, metres; after removal of the mean difference if the origin differs.
+fn path_error(evidence: &PairedFrames<'_>, correction: &Correction) -> f64 {
+    let pairs = evidence.centroids(correction);
+    let offset = if correction.has(MisreadingKind::Offset) {
+        pairs.iter().map(|(truth, found)| truth - found).sum::<Vector3<f64>>() / pairs.len().max(1) as f64
+    } else {
+        Vector3::zeros()
     };
-    let other = correction.without(MisreadingKind::Axes);
-    let (before, after) = (off(&other), off(correction));
-    before >= PATH_M && after <= PATH_LEFT * before
+    let errors: Vec<f64> = pairs.iter().map(|(truth, found)| (truth - found - offset).norm()).collect();
+    mean(&errors).unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! The search among all explanations.
+//! The search over all explanations.
 
 use super::evidence::{PairedFrames, samples};
 use super::lateness::best_shift;
@@ -6,17 +6,17 @@ use super::naming::names;
 use super::rule::{SMALL_M, judge};
 use super::{AxisOrder, Correction, Misreading, MisreadingCase, MisreadingKind};
 
-/// Samples that are too few to tell anything.
+/// Least number of samples.
 const FEWEST_SAMPLES: usize = 3;
-/// A body whose size differs from a unit's by less than this factor has that unit.
+/// A unit is assumed if it explains the body's size to within this factor.
 const NEARLY: f64 = 1.3;
-/// So many of the best explanations by axes are looked at further.
+/// Number of best explanations by each ranking of axes that are examined further.
 const FOLLOWED: usize = 4;
-/// A further part of an explanation must make it better by this factor to be preferred.
+/// An additional part of an explanation must reduce the error by this factor.
 const SIMPLER: f64 = 1.1;
 
-/// The explanation of most of the error, if there is one that keeps every limit (see the head of the module). The
-/// simplest goes before one that is hardly better.
+/// The explanation of most of the error, if one meets every condition (see the module documentation). A simpler one is
+/// preferred to one that is hardly better.
 pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let samples = samples(case);
     let evidence = PairedFrames { case, samples: &samples };
@@ -35,17 +35,17 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
             }
         }
     }
-    let told = candidates.iter().filter_map(|candidate| judge(&evidence, candidate));
-    told.min_by(|one, other| cost(one).total_cmp(&cost(other)))
+    let accepted = candidates.iter().filter_map(|candidate| judge(&evidence, candidate));
+    accepted.min_by(|one, other| cost(one).total_cmp(&cost(other)))
 }
 
 fn cost(misreading: &Misreading) -> f64 {
     let parts = misreading.correction.kinds().len();
-    // errors of less than a millimetre are alike
+    // errors below a millimetre count as equal
     misreading.error_corrected_m.max(0.001) * SIMPLER.powi(i32::try_from(parts).unwrap_or(i32::MAX))
 }
 
-/// Adds an explanation, and all that have fewer of its parts.
+/// Adds an explanation, and all subsets of its parts.
 fn with_parts_left_out(whole: &Correction, candidates: &mut Vec<Correction>) {
     let kinds = whole.kinds();
     for left_out in 0..1_u32 << kinds.len() {
@@ -57,16 +57,16 @@ fn with_parts_left_out(whole: &Correction, candidates: &mut Vec<Correction>) {
     }
 }
 
-/// Whether something else looks the same: a mirror with another origin is a body that is mirrored in depth, a mirror
-/// with exchanged sides nearly a turned body, and a shift with another origin a gait half a period or a whole one
-/// later.
+/// Whether an explanation resembles errors of trackers: a mirror with another origin is a body mirrored in depth, a
+/// mirror with exchanged sides is nearly a turned body, and a shift with another origin is a gait that is half a period
+/// or a whole one late.
 fn is_doubtful(correction: &Correction) -> bool {
     let mirrored = correction.axes.is_mirrored();
     let (elsewhere, shifted) = (correction.has(MisreadingKind::Offset), correction.has(MisreadingKind::Shift));
     mirrored && (elsewhere || correction.swapped) || shifted && elsewhere
 }
 
-/// Units, axes and sides, and another origin, that leave the least error; first that which changes the unit alone.
+/// Combinations of units, axes, sides and origin with the least error, after those that only change the unit.
 fn bases(evidence: &PairedFrames<'_>) -> Vec<Correction> {
     let mut as_named: Vec<(f64, Correction)> = Vec::new();
     let mut moved = Vec::new();
@@ -101,7 +101,7 @@ fn bases(evidence: &PairedFrames<'_>) -> Vec<Correction> {
     found
 }
 
-/// The factors of the unit: by the size of the body, or of poses all that there are.
+/// The factors of the unit: the one that fits the size of the body, or all known ones for poses.
 fn scales(evidence: &PairedFrames<'_>) -> Vec<f64> {
     let of_case = &evidence.case.scales;
     if evidence.case.given.iter().any(|given| given.roots.is_some()) {

@@ -1,4 +1,4 @@
-//! Planted misreadings are found with all their parts, and poor trackers are not accused.
+//! Planted misreadings are found with all their parts, and poor trackers are not taken for misread files.
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
@@ -11,7 +11,7 @@ use crate::test_figure::standing;
 const FRAMES: usize = 240;
 const RATE: f64 = 60.0;
 
-/// Somebody who walks a bend at 1.2 m/s, arms and legs swinging: the pose at any moment, seconds.
+/// The pose at a time (seconds) of a walker in a curve at 1.2 m/s who swings arms and legs.
 fn walker(time: f64) -> Markers {
     let phase = std::f64::consts::TAU * time / 1.1;
     let (heading, place) =
@@ -37,7 +37,7 @@ fn truth() -> Vec<Markers> {
     (0..FRAMES).map(|frame| walker(frame as f64 / RATE)).collect()
 }
 
-/// The truth, every marker with an error of this deviation an axis that changes slowly.
+/// The truth with a slowly changing error of every marker, of this standard deviation per axis.
 fn noisy(deviation: f64, seed: u64) -> Vec<Markers> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut error = [Vector3::zeros(); 15];
@@ -53,15 +53,15 @@ fn noisy(deviation: f64, seed: u64) -> Vec<Markers> {
 }
 
 fn normal(random: &mut impl Rng) -> Vector3<f64> {
-    // twelve uniform numbers: near enough to a normal one
+    // the sum of twelve uniform numbers is nearly normal
     Vector3::from_fn(|_, _| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0)
 }
 
-fn told_of(estimates: &[Vec<Markers>]) -> Option<Misreading> {
-    told_with(estimates, &[])
+fn find_in_repetitions(estimates: &[Vec<Markers>]) -> Option<Misreading> {
+    find_with_cameras(estimates, &[])
 }
 
-fn told_with(estimates: &[Vec<Markers>], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
+fn find_with_cameras(estimates: &[Vec<Markers>], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
     let truth = truth();
     let swapped: Vec<Vec<Markers>> =
         estimates.iter().map(|estimate| estimate.iter().map(with_sides_exchanged).collect()).collect();
@@ -71,8 +71,8 @@ fn told_with(estimates: &[Vec<Markers>], cameras: &[Vec<Point3<f64>>]) -> Option
     find_misreading(&MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras, scales })
 }
 
-fn told(estimate: &[Markers]) -> Option<Misreading> {
-    told_of(&[estimate.to_vec()])
+fn find(estimate: &[Markers]) -> Option<Misreading> {
+    find_in_repetitions(&[estimate.to_vec()])
 }
 
 fn mapped(estimate: &[Markers], change: impl Fn(Point3<f64>) -> Point3<f64>) -> Vec<Markers> {
@@ -92,7 +92,7 @@ fn every_order_of_the_axes_is_found_in_every_unit() {
         let scale = [1.0, 0.001, 0.01][index % 3];
         let file_from_set = order.set_from_file().transpose();
         let written = mapped(&estimate, |point| Point3::from(file_from_set * point.coords / scale));
-        match told(&written) {
+        match find(&written) {
             Some(found) => {
                 assert_eq!((found.correction.axes, found.correction.scale), (order, scale), "{order}");
                 assert!(found.error_corrected_m < 0.15 && found.correction.kinds().len() <= 2, "{order}: {found:?}");
@@ -106,17 +106,17 @@ fn every_order_of_the_axes_is_found_in_every_unit() {
 fn sides_shifts_origins_and_names_are_found_alone_and_together() {
     let estimate = noisy(0.02, 2);
     let swapped: Vec<Markers> = estimate.iter().map(with_sides_exchanged).collect();
-    let found = told(&swapped).unwrap().correction;
+    let found = find(&swapped).unwrap().correction;
     assert_eq!(found, Correction { swapped: true, ..Correction::none() });
-    let found = told(&delayed(&noisy(0.004, 5), -2)).unwrap().correction;
-    assert_eq!(found, Correction { shift: 2, ..Correction::none() }, "nobody knows what comes");
+    let found = find(&delayed(&noisy(0.004, 5), -2)).unwrap().correction;
+    assert_eq!(found, Correction { shift: 2, ..Correction::none() }, "a tracker cannot be early");
     for shift in [5_i64, -3, -12, 40] {
         // a file whose first frame is frame `shift` of the set
-        let found = told(&delayed(&estimate, -shift)).unwrap().correction;
+        let found = find(&delayed(&estimate, -shift)).unwrap().correction;
         assert_eq!(found, Correction { shift, ..Correction::none() }, "{shift}");
     }
     let away = Vector3::new(0.8, -1.5, 0.0);
-    let found = told(&mapped(&estimate, |point| point - away)).unwrap().correction;
+    let found = find(&mapped(&estimate, |point| point - away)).unwrap().correction;
     assert!(found.kinds() == [MisreadingKind::Offset] && (found.offset - away).norm() < 0.05, "{found:?}");
     let exchanged = |markers: Markers| {
         let mut names: [usize; 15] = std::array::from_fn(|marker| marker);
@@ -126,35 +126,35 @@ fn sides_shifts_origins_and_names_are_found_alone_and_together() {
         (names.map(|name| markers[name]), names)
     };
     let renamed: Vec<Markers> = estimate.iter().map(|markers| exchanged(*markers).0).collect();
-    let found = told(&renamed).unwrap().correction;
+    let found = find(&renamed).unwrap().correction;
     assert_eq!(found.kinds(), [MisreadingKind::Names]);
     let names = exchanged([None; 15]).1;
-    // where a marker's positions are: the inverse of who has whose name
+    // the inverse of the exchange of names
     assert!((0..15).all(|marker| names[found.names[marker]] == marker), "{:?}", found.names);
     let turned = mapped(&swapped, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    let found = told(&delayed(&turned, -5)).unwrap().correction;
+    let found = find(&delayed(&turned, -5)).unwrap().correction;
     let all = Correction { axes: AxisOrder::Y_UP, swapped: true, shift: 5, ..Correction::none() };
     assert_eq!(found, all);
 }
 
 #[test]
-fn a_poor_estimate_that_was_misread_is_told_as_well() {
+fn the_misreading_of_a_poor_estimate_is_found_too() {
     let estimate = noisy(0.12, 3);
     let swapped: Vec<Markers> = estimate.iter().map(with_sides_exchanged).collect();
-    assert_eq!(told(&swapped).unwrap().correction.kinds(), [MisreadingKind::Sides]);
+    assert_eq!(find(&swapped).unwrap().correction.kinds(), [MisreadingKind::Sides]);
     let turned = mapped(&estimate, |point| AxisOrder::BVH.set_from_file().transpose() * point);
-    assert_eq!(told(&turned).unwrap().correction.axes, AxisOrder::BVH);
+    assert_eq!(find(&turned).unwrap().correction.axes, AxisOrder::BVH);
 }
 
 #[test]
-fn most_repetitions_decide_where_some_are_lost() {
+fn the_majority_of_repetitions_decides_if_some_are_lost() {
     let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
     let lost = vec![walker(2.0); FRAMES];
     let all: Vec<Vec<Markers>> = (0..20).map(|seed| turn(noisy(0.05, seed))).chain([lost]).collect();
-    assert_eq!(told_of(&all).unwrap().correction.kinds(), [MisreadingKind::Axes]);
+    assert_eq!(find_in_repetitions(&all).unwrap().correction.kinds(), [MisreadingKind::Axes]);
 }
 
-/// Estimates of trackers that are poor and honest, by what they do wrong.
+/// Estimates of poor trackers whose files are read correctly, with descriptions of their errors.
 fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
     let truth = truth();
     let middle = |markers: &Markers| {
@@ -211,7 +211,7 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
         ("slow exponential filter", smoothed(0.1)),
         ("moving average of 9", averaged(9)),
         ("moving average of 15", averaged(15)),
-        ("drifts", framewise(&|f, m| mapped(&[*m], |p| p + Vector3::new(0.004 * f as f64, 0.002 * f as f64, 0.0))[0])),
+        ("drift", framewise(&|f, m| mapped(&[*m], |p| p + Vector3::new(0.004 * f as f64, 0.002 * f as f64, 0.0))[0])),
         ("calibration 6 cm off", mapped(&truth, |point| point + Vector3::new(0.04, -0.03, 0.03))),
         ("calibration 15 cm off", mapped(&truth, |point| point + Vector3::new(0.12, -0.09, 0.0))),
         ("body 5 % too large", mapped(&truth, |point| Point3::from(1.05 * point.coords))),
@@ -229,18 +229,15 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
         ("mirrored in depth", framewise(&|_, m| about(m, &|v| Vector3::new(v.x, -v.y, v.z)))),
         ("turns around", framewise(&|f, m| if f > 30 { about(m, &|v| Vector3::new(-v.x, -v.y, v.z)) } else { *m })),
         (
-            "lies down half way",
+            "lies down halfway",
             framewise(&|f, m| if f > 100 { about(m, &|v| Vector3::new(v.z, v.y, -v.x)) } else { *m }),
         ),
+        ("lost halfway", framewise(&|f, m| if f > 100 { truth[100].map(|p| p.map(|p| p + Vector3::x())) } else { *m })),
         (
-            "lost half way",
-            framewise(&|f, m| if f > 100 { truth[100].map(|p| p.map(|p| p + Vector3::x())) } else { *m }),
-        ),
-        (
-            "depth off by a wander",
+            "depth error that oscillates",
             framewise(&|f, m| mapped(&[*m], |p| p + Vector3::x() * 0.6 * (0.03 * f as f64).sin())[0]),
         ),
-        ("half as deep", framewise(&|_, m| about(m, &|v| Vector3::new(0.3 * v.x, v.y, v.z)))),
+        ("depth too small", framewise(&|_, m| about(m, &|v| Vector3::new(0.3 * v.x, v.y, v.z)))),
         ("starts on the wrong foot", framewise(&|f, m| wrong_foot(f, m))),
         ("changes to the wrong foot", framewise(&|f, m| if f > 30 { wrong_foot(f, m) } else { *m })),
         ("mirrored sideways on the right path", framewise(&|_, m| about(m, &|v| Vector3::new(-v.x, v.y, v.z)))),
@@ -251,16 +248,16 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
 }
 
 #[test]
-fn poor_trackers_are_not_accused() {
+fn poor_trackers_are_not_taken_for_misread_files() {
     for (name, estimate) in poor_trackers() {
-        let found = told(&estimate);
+        let found = find(&estimate);
         assert!(found.is_none(), "{name}: {:?}", found.map(|found| (found.correction.kinds(), found)));
     }
 }
 
 #[test]
-fn poor_trackers_that_are_noisy_as_well_are_not_accused() {
-    let mut accused = Vec::new();
+fn poor_trackers_with_noise_are_not_taken_for_misread_files() {
+    let mut wrong = Vec::new();
     for seed in 0..4 {
         let noise = noisy(0.06, 100 + seed);
         let exact = truth();
@@ -268,56 +265,57 @@ fn poor_trackers_that_are_noisy_as_well_are_not_accused() {
             let noisy: Vec<Markers> = (0..FRAMES)
                 .map(|f| std::array::from_fn(|m| Some(estimate[f][m]? + (noise[f][m]? - exact[f][m]?))))
                 .collect();
-            accused.extend(told(&noisy).map(|found| (name, seed, found.correction.kinds())));
+            wrong.extend(find(&noisy).map(|found| (name, seed, found.correction.kinds())));
         }
     }
-    assert!(accused.is_empty(), "{accused:?}");
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 #[test]
-fn nothing_is_said_of_what_is_right_or_cannot_be_compared() {
-    assert_eq!(told(&truth()), None);
-    assert_eq!(told(&vec![[None; 15]; FRAMES]), None);
+fn correct_and_incomparable_estimates_have_no_misreading() {
+    assert_eq!(find(&truth()), None);
+    assert_eq!(find(&vec![[None; 15]; FRAMES]), None);
     let few: Vec<Markers> = mapped(&truth(), |point| AxisOrder::Y_UP.set_from_file().transpose() * point)
         .into_iter()
         .map(|markers| std::array::from_fn(|marker| markers[marker].filter(|_| marker < 2)))
         .collect();
-    assert_eq!(told(&few), None, "two markers say nothing of axes");
+    assert_eq!(find(&few), None, "two markers do not determine axes");
 }
 
 #[test]
-fn an_error_of_depth_is_no_other_origin_but_an_offset_that_cameras_see_is() {
+fn an_error_of_depth_is_not_another_origin_but_an_offset_that_cameras_see_is() {
     let camera = Point3::new(6.0, -4.0, 1.4);
     let deeper = |share: f64| mapped(&noisy(0.02, 21), |point| point + share * (point - camera));
     let one = [vec![camera]];
-    assert!(told(&deeper(0.1)).is_some(), "without cameras it could be another origin");
-    assert_eq!(told_with(&[deeper(0.1)], &one), None);
-    assert_eq!(told_with(&[deeper(-0.1)], &one), None);
+    assert!(find(&deeper(0.1)).is_some(), "without cameras it could be another origin");
+    assert_eq!(find_with_cameras(&[deeper(0.1)], &one), None);
+    assert_eq!(find_with_cameras(&[deeper(-0.1)], &one), None);
     let pair = [vec![camera, camera + Vector3::new(0.1, 0.1, 0.0)]];
-    assert_eq!(told_with(&[deeper(0.1)], &pair), None, "cameras side by side see depth no better");
+    assert_eq!(find_with_cameras(&[deeper(0.1)], &pair), None, "cameras side by side see depth no better than one");
     let kinds = |found: Option<Misreading>| found.map(|found| found.correction.kinds());
     let moved = mapped(&noisy(0.02, 22), |point| point + Vector3::new(0.5, 0.9, 0.0));
-    assert_eq!(kinds(told_with(&[moved], &one)), Some(vec![MisreadingKind::Offset]));
+    assert_eq!(kinds(find_with_cameras(&[moved], &one)), Some(vec![MisreadingKind::Offset]));
     let around = [vec![camera, Point3::new(4.0, 6.0, 1.4)]];
-    assert_eq!(kinds(told_with(&[deeper(0.1)], &around)), Some(vec![MisreadingKind::Offset]));
+    assert_eq!(kinds(find_with_cameras(&[deeper(0.1)], &around)), Some(vec![MisreadingKind::Offset]));
     let turned = mapped(&deeper(0.1), |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    let found = kinds(told_with(&[turned], &one)).unwrap();
+    let found = kinds(find_with_cameras(&[turned], &one)).unwrap();
     assert!(found.contains(&MisreadingKind::Axes), "{found:?}");
 }
 
 #[test]
-fn most_repetitions_decide_whichever_they_are() {
+fn the_majority_of_repetitions_decides_whichever_they_are() {
     let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
     for lost in 0..5 {
-        let estimate = |seed: u64| match seed == lost {
-            // lost after 50 frames
-            true => {
+        let estimate = |seed: u64| {
+            if seed == lost {
+                // lost after 50 frames
                 noisy(0.05, seed).into_iter().enumerate().map(|(f, m)| if f < 50 { m } else { walker(0.8) }).collect()
+            } else {
+                noisy(0.05, seed)
             }
-            false => noisy(0.05, seed),
         };
         let all: Vec<Vec<Markers>> = (0..5).map(|seed| turn(estimate(seed))).collect();
-        let found = told_of(&all).map(|found| found.correction.kinds());
+        let found = find_in_repetitions(&all).map(|found| found.correction.kinds());
         assert_eq!(found, Some(vec![MisreadingKind::Axes]), "repetition {lost}");
     }
 }
@@ -327,12 +325,12 @@ fn a_bias_along_the_path_does_not_change_the_shift() {
     let ahead = |metres: f64| {
         let of = |frame: usize| {
             let (now, next) = (walker(frame as f64 / RATE), walker((frame + 1) as f64 / RATE));
-            let way = (next[0].unwrap() - now[0].unwrap()).normalize() * metres;
-            now.map(|marker| marker.map(|point| point + way))
+            let step = (next[0].unwrap() - now[0].unwrap()).normalize() * metres;
+            now.map(|marker| marker.map(|point| point + step))
         };
         (0..FRAMES).map(of).collect::<Vec<Markers>>()
     };
-    let shift = |estimate: Vec<Markers>| told(&estimate).map(|found| found.correction.shift);
+    let shift = |estimate: Vec<Markers>| find(&estimate).map(|found| found.correction.shift);
     assert_eq!(shift(delayed(&ahead(-0.02), 6)), Some(-6));
     assert_eq!(shift(delayed(&ahead(0.02), 6)), Some(-6));
     assert_eq!(shift(delayed(&ahead(-0.02), 2)), None, "a filter's delay, and a bias");

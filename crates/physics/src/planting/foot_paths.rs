@@ -11,10 +11,10 @@ const RATES_DIE_OUT_S: f64 = 0.05;
 /// Offsets of one foot from its current path, world, metres, one per frame, such that it is still in all frames in
 /// which the moved foot counts as standing.
 ///
-/// A foot that is held up to the last frame of its recorded stance starts its flight later and ends it earlier than the
-/// recorded foot: in some frames around the stance it is so low and slow that it stands, and skates. It is therefore
-/// held in these frames too: the stance is widened by one window of speeds on each side and relabelled until stable. As
-/// the recorded foot is faster further from the stance, this adds few frames.
+/// A foot that is held up to the last frame of its recorded stance starts its flight later and ends it earlier than
+/// the recorded foot: in some frames around the stance it is so low and slow that it counts as standing, and skates.
+/// It is therefore held in these frames too: the stance is widened by one window of speeds on each side and relabelled
+/// until stable. Because the recorded foot is faster further from the stance, this adds few frames.
 pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     let mut held: Vec<bool> = track.frames.iter().map(|frame| frame.in_contact).collect();
     loop {
@@ -95,25 +95,26 @@ fn plant(track: &ContactTrack, frames: &[LinkFrames], stance: &Stance, offsets: 
 
 /// The two frames of a stance that determine its offset's rate at its end or its beginning.
 fn slope(stance: &Stance, at_end: bool) -> [usize; 2] {
-    match at_end {
-        true => [(stance.end - 1).saturating_sub(1).max(stance.start), stance.end - 1],
-        false => [stance.start, (stance.start + 1).min(stance.end - 1)],
+    if at_end {
+        [(stance.end - 1).saturating_sub(1).max(stance.start), stance.end - 1]
+    } else {
+        [stance.start, (stance.start + 1).min(stance.end - 1)]
     }
 }
 
-/// Joins two offsets, `from` and `to` frames: a smooth step plus the rates of both ends (change per frame), which decay
-/// within `reach` frames, so they do not carry the foot away.
+/// Joins two offsets, `from` and `to` frames: a smooth step plus the rates at both ends (change per frame), which
+/// decay within `reach` frames so that they do not carry the foot away.
 fn join(offsets: &mut [Vector3<f64>], from: usize, to: usize, rates: [[usize; 2]; 2], reach: f64) {
     let span = (to - from) as f64;
     let reach = reach.min(span);
     let [leaving, arriving] = rates.map(|[a, b]| offsets[b] - offsets[a]);
     let (start, end) = (offsets[from], offsets[to]);
-    // rises at rate 1, and is back at 0 without a kink after `reach` frames
-    let dying = |frames: f64| frames * (1.0 - (frames / reach).min(1.0)) * (1.0 - (frames / reach).min(1.0));
+    // rises at rate 1, and returns smoothly to 0 after `reach` frames
+    let decaying = |frames: f64| frames * (1.0 - (frames / reach).min(1.0)) * (1.0 - (frames / reach).min(1.0));
     for (i, offset) in offsets[from + 1..to].iter_mut().enumerate() {
         let after = (i + 1) as f64;
         let t = after / span;
-        *offset =
-            start + (end - start) * (t * t * (3.0 - 2.0 * t)) + leaving * dying(after) - arriving * dying(span - after);
+        *offset = start + (end - start) * (t * t * (3.0 - 2.0 * t)) + leaving * decaying(after)
+            - arriving * decaying(span - after);
     }
 }

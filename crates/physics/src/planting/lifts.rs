@@ -4,9 +4,9 @@
 const RISE_S: f64 = 0.2;
 
 /// The lift of every frame: at least `needed` (metres, >= 0), zero if nothing is needed within twice `RISE_S`, and
-/// smooth in between. `needed` is first dilated by `RISE_S` to either side (maximum) and then averaged twice over
-/// `RISE_S`, so no average is below the needed value. With D the greatest of `needed` the lift changes by at most D /
-/// `RISE_S` a second, and that rate by at most 2 D / `RISE_S`^2 a second, but for the ends of the motion and the
+/// smooth in between. `needed` is first dilated by `RISE_S` on either side (maximum) and then averaged twice over
+/// `RISE_S`, so no average is below the needed value. With D the greatest of `needed`, the lift changes by at most D /
+/// `RISE_S` a second, and that rate by at most 2 D / `RISE_S`^2 a second, except at the ends of the motion and for the
 /// rounding to whole frames.
 pub(super) fn smooth_lifts(needed: &[f64], frames_per_second: f64) -> Vec<f64> {
     let half = libm::round(0.5 * RISE_S * frames_per_second) as usize;
@@ -15,7 +15,7 @@ pub(super) fn smooth_lifts(needed: &[f64], frames_per_second: f64) -> Vec<f64> {
     over_windows(&over_windows(&spread, half, mean), half, mean)
 }
 
-/// A value of the window of so many frames either way of every frame, cut off at the ends.
+/// Applies `value` to the window of `reach` frames on either side of every frame, truncated at the ends.
 fn over_windows(values: &[f64], reach: usize, value: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     let window = |frame: usize| &values[frame.saturating_sub(reach)..(frame + reach + 1).min(values.len())];
     (0..values.len()).map(|frame| value(window(frame))).collect()
@@ -27,7 +27,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn what_needs_no_lift_gets_none_and_a_dip_is_covered_without_a_pop() {
+    fn only_needed_lifts_are_made_and_a_dip_is_covered_smoothly() {
         assert_eq!(smooth_lifts(&[0.0; 50], 60.0), [0.0; 50]);
         assert!(smooth_lifts(&[], 60.0).is_empty());
         let mut needed = vec![0.0; 121];
@@ -44,7 +44,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_lift_is_nowhere_too_small_nor_greater_than_the_greatest_needed(
+        fn lifts_are_nowhere_too_small_nor_greater_than_the_greatest_needed(
             needed in prop::collection::vec(0.0..0.5_f64, 1..80),
             frames_per_second in 1.0..240.0_f64,
         ) {

@@ -1,5 +1,5 @@
-//! Plants the feet of a motion: standing feet are fixed, nothing is below the ground, and the rest changes as little as
-//! possible.
+//! Plants the feet of a motion: standing feet are fixed, nothing is below the ground, and the rest changes as little
+//! as possible.
 
 mod foot_paths;
 mod lifts;
@@ -18,7 +18,7 @@ use placing::{Held, Hold, Recorded};
 use report::report;
 pub use report::{MostMoved, PlantingReport};
 
-/// Largest number of passes that lift sinking links further.
+/// Greatest number of passes that lift sinking links further.
 const PASSES: usize = 3;
 
 /// A motion with planted feet.
@@ -31,16 +31,16 @@ pub struct PlantedMotion {
     pub report: PlantingReport,
 }
 
-/// Plants the feet of a motion on the ground z = 0: feet that stand by `rule`, before or after the change, are planted,
-/// and nothing sinks. Every frame is a least-squares problem with the body's joint limits, in which feet follow their
-/// planted paths with their orientations, and the root and all angles stay near their recorded values. No angle
-/// changes by more than 0.35 rad. A motion whose standing feet are deeper underground than the gap at which contact
-/// begins is first raised as a whole. Feet of legs with fewer than six degrees of freedom (without an ankle) follow
-/// their paths with the ankle's position only.
+/// Plants the feet of a motion on the ground z = 0: feet that stand by `rule`, before or after the change, are
+/// planted, and nothing sinks. Every frame is a least-squares problem with the body's joint limits, in which feet
+/// follow their planted paths with their orientations, and the root and all angles stay near their recorded values. No
+/// angle changes by more than 0.35 rad. A motion whose standing feet are deeper underground than the gap at which
+/// contact begins is first raised as a whole. Feet of legs with fewer than six degrees of freedom (without an ankle)
+/// follow their paths with the ankle's position only.
 ///
-/// Other sinking parts (hands, knees or the back) are lifted by the joints, from 0.2 s before to 0.2 s after it is
-/// needed; if the joints are not enough, the whole body including the feet is lifted, just as smoothly. This is the
-/// last step, so in no frame any part of the body is below the ground by more than rounding (a test requires 0.1 mm).
+/// Other sinking parts (hands, knees or the back) are lifted by the joints, from 0.2 s before to 0.2 s after the lift
+/// is needed; if the joints are not enough, the whole body including the feet is lifted just as smoothly. This is the
+/// last step, so no part of the body is ever below the ground by more than rounding (a test requires 0.1 mm).
 ///
 /// # Errors
 /// As [`GroundContacts::from_motion`].
@@ -48,8 +48,8 @@ pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Resul
     plant_feet_at_pace(body, motion, rule, Pace::default())
 }
 
-/// As [`plant_feet`], with stances found at the speed of the recording that the motion passes at `pace`: feet of a walk
-/// in slow motion swing as they did in the recording.
+/// As [`plant_feet`], with stances found at the speed of the recording, which the motion plays back at `pace`: feet of
+/// a walk in slow motion swing as they did in the recording.
 ///
 /// # Errors
 /// As [`GroundContacts::from_motion`].
@@ -63,7 +63,7 @@ pub fn plant_feet_at_pace(
 }
 
 /// As [`plant_feet_at_pace`], with feet held only in the recorded stances: skating around them is left to the
-/// simulation that follows, and feet that are held longer swing faster.
+/// subsequent simulation, and feet that are held longer swing faster.
 pub(super) fn plant_feet_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,
@@ -105,7 +105,7 @@ struct FeetOnPaths<'a> {
     paths: [Vec<Vector3<f64>>; 2],
 }
 
-/// A foot, and how its links are held.
+/// A foot, and the way its links are held.
 struct PlantedFoot {
     links: Vec<usize>,
     by: Hold,
@@ -166,8 +166,8 @@ impl FeetOnPaths<'_> {
     }
 }
 
-/// The feet of a body. A leg that cannot control position and orientation of its foot (without an ankle) is held by the
-/// ankle.
+/// The feet of a body. In a leg that cannot control both position and orientation of its foot (without an ankle), only
+/// the ankle is held.
 fn feet(body: &Humanoid) -> [PlantedFoot; 2] {
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle].map(|ankle| body.markers[ankle as usize]);
     let mut links = body.foot_links().into_iter();
@@ -197,7 +197,7 @@ fn freedom_above(body: &Humanoid, mut link: usize) -> usize {
     found
 }
 
-/// Median depth of standing feet under the ground, or of the lower foot where none ever stands, metres; negative above.
+/// Median depth of standing feet under the ground, or of the lower foot if none ever stands, metres; negative above.
 fn depth_of_feet(contacts: &GroundContacts) -> f64 {
     let [left, right] = &contacts.feet;
     let pairs = left.frames.iter().zip(&right.frames);
@@ -223,7 +223,7 @@ mod tests {
     use crate::body::shipped;
     use nalgebra::Isometry3;
 
-    /// The actor stands with bent knees and is translated, too high.
+    /// The actor stands with bent knees and is translated above the ground.
     fn statue(speed: f64, height: f64) -> (Humanoid, Motion) {
         let body = shipped("actor").unwrap();
         let mut pose = body.zero_pose();
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_statue_that_slides_and_floats_is_planted() {
+    fn a_sliding_and_floating_statue_is_planted() {
         let (body, motion) = statue(0.05, 0.012);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         let (before, after) = (fixed.report.before, fixed.report.after);
@@ -254,27 +254,27 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_already_is_left_alone() {
+    fn a_standing_motion_is_unchanged() {
         let (body, motion) = statue(0.0, 0.0);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert!(fixed.report.moved_most.mm < 1e-3, "{}", fixed.report);
     }
 
     #[test]
-    fn a_motion_that_is_underground_is_raised_as_a_whole_and_that_is_said() {
+    fn an_underground_motion_is_raised_as_a_whole_and_this_is_reported() {
         let (body, motion) = statue(0.0, -0.4);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert!((fixed.report.raised_mm - 400.0).abs() < 1e-6, "{}", fixed.report);
         assert!((fixed.report.before.penetration_mm - 400.0).abs() < 1e-6 && fixed.report.after.penetration_mm < 0.5);
         assert!(fixed.report.moved_most.mm < 1e-3, "raised, not bent: {}", fixed.report);
         assert!(fixed.report.to_string().starts_with("the motion was underground and is raised by 400 mm as a whole"));
-        // what sinks by millimetres is bent, not raised
+        // parts that sink by millimetres are bent, not raised
         let (_, shallow) = statue(0.0, -0.015);
         assert_eq!(plant_feet(&body, &shallow, &ContactRule::default()).unwrap().report.raised_mm, 0.0);
     }
 
     #[test]
-    fn a_motion_that_never_comes_near_the_ground_is_left_alone() {
+    fn a_motion_that_never_comes_near_the_ground_is_unchanged() {
         let (body, motion) = statue(0.3, 1.0);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert_eq!((fixed.report.after.standing, fixed.report.raised_mm), (0.0, 0.0));
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_bits_come_from_any_number_of_threads() {
+    fn results_are_bit_identical_with_any_number_of_threads() {
         let (body, motion) = statue(0.05, 0.012);
         let with_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();

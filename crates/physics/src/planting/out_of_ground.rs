@@ -12,23 +12,23 @@ const SHALLOW: f64 = 0.0005;
 /// begins and ends without a jump.
 const FIRM: f64 = 0.01;
 
-/// By how much each link is to be lifted, frame by frame.
+/// Required lift of each link, frame by frame.
 pub(super) struct LinkLifts {
     /// The links with geometry.
     links: Vec<usize>,
-    /// Metres, one row a link of the body.
+    /// Metres, one row per link of the body.
     lifts: Vec<Vec<f64>>,
 }
 
 impl LinkLifts {
-    /// None yet.
+    /// No lifts.
     pub(super) fn new(body: &Humanoid, frames: usize) -> Self {
         let links = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty()).collect();
         Self { links, lifts: vec![vec![0.0; frames]; body.links.len()] }
     }
 
-    /// Increases the lifts of links that still sink in `motion`, which was made with these lifts. Returns whether any
-    /// does.
+    /// Increases the lifts of links that still sink in `motion`, which was computed with the current lifts. Returns
+    /// whether any link sinks.
     pub(super) fn raise(&mut self, body: &Humanoid, motion: &Motion) -> bool {
         let frames = parallel::map(motion.poses.len(), |frame| body.link_frames(&motion.poses[frame]));
         let more = parallel::map(self.links.len(), |index| {
@@ -50,7 +50,7 @@ impl LinkLifts {
         self.lifts.iter().any(|lifts| lifts[frame] > 0.0)
     }
 
-    /// By how much a link is lifted in a frame, world, metres.
+    /// Lift of a link in a frame, world, metres.
     pub(super) fn shift(&self, link: usize, frame: usize) -> Vector3<f64> {
         Vector3::z() * self.lifts[link][frame]
     }

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::body::inverse_kinematics::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Pose};
 
-/// Greatest change of any angle from the recorded motion, radians (metres where prismatic).
+/// Greatest change of any angle from the recorded motion, radians (metres if prismatic).
 pub(super) const GREATEST_CHANGE: f64 = 0.35;
 /// Weight of held links relative to that of the root's recorded position.
 const HELD_WEIGHT: f64 = 30.0;
@@ -14,7 +14,7 @@ const ROOT_WEIGHT: f64 = 1.0;
 const UPRIGHT: f64 = 0.7;
 /// Weight of one radian of an angle's change, metres.
 const ANGLE_WEIGHT: f64 = 0.1;
-/// Position and orientation of a link are held by its origin and points at this distance along its axes, metres.
+/// Position and orientation of a link are held at its origin and at points at this distance along its axes, metres.
 const ARM: f64 = 0.1;
 const MAX_ITERATIONS: usize = 20;
 
@@ -25,14 +25,14 @@ pub(super) struct Recorded<'a> {
     pub(super) frames: &'a LinkFrames,
 }
 
-/// A link that is held at a shifted position.
+/// A link held at a shifted position.
 pub(super) struct Held<'a> {
     pub(super) link: usize,
-    /// What is held.
+    /// The held part of its frame.
     pub(super) by: Hold,
     /// The link frames before the shift.
     pub(super) frames: &'a LinkFrames,
-    /// World, metres.
+    /// Shift, world, metres.
     pub(super) shift: Vector3<f64>,
     /// Relative weight, 0 to 1.
     pub(super) firmness: f64,
@@ -41,15 +41,15 @@ pub(super) struct Held<'a> {
 /// The held part of a link's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hold {
-    /// Its position and its orientation.
+    /// Position and orientation.
     Whole,
-    /// A point in its frame, metres; it is free to turn about it.
+    /// A point in its frame, metres; rotation about it is free.
     Point(Point3<f64>),
 }
 
 impl Recorded<'_> {
-    /// The pose that holds these links, near the recorded one in its root and its angles; no angle changes by more than
-    /// [`GREATEST_CHANGE`]. The search begins at `start`.
+    /// The pose that holds these links, near the recorded one in its root and its angles; no angle changes by more
+    /// than [`GREATEST_CHANGE`]. The search begins at `start`.
     pub(super) fn placed<'a>(&self, held: impl Iterator<Item = Held<'a>>, start: &Pose) -> Pose {
         let mut points = vec![stay_at(self.frames, 0, Vector3::zeros(), ROOT_WEIGHT, &Vector3::zeros())];
         points.extend(held.flat_map(|held| held.goals()));

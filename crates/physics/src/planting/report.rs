@@ -6,9 +6,9 @@ use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactError, GroundContacts, GroundQuality, link_frames};
 
 /// Smallest reported lift of the whole body, metres.
-const TOLD: f64 = 0.001;
+const LEAST_REPORTED: f64 = 0.001;
 
-/// The changes of planting.
+/// The changes made by planting.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlantingReport {
@@ -18,28 +18,28 @@ pub struct PlantingReport {
     pub after: GroundQuality,
     /// Contact after, in the stances of the original motion.
     pub after_in_old_stances: GroundQuality,
-    /// By how much the whole motion was raised first, mm; 0 for a motion that was not underground.
+    /// Lift of the whole motion before planting, mm; 0 for a motion that was not underground.
     pub raised_mm: f64,
-    /// Greatest lift of the whole body including the feet, where its joints were not enough, mm.
+    /// Greatest lift of the whole body including the feet, where its joints were not sufficient, mm.
     pub lifted_mm: f64,
-    /// Number of frames in which it was lifted by more than a millimetre.
+    /// Number of frames in which the whole body was lifted by more than a millimetre.
     pub lifted_frames: usize,
-    /// Mean distance by which joints were moved beyond that, over all joints and frames, mm.
+    /// Mean distance by which joints were moved in addition, over all joints and frames, mm.
     pub moved_mm: f64,
-    /// Greatest distance by which a joint was moved beyond that.
+    /// Greatest distance by which a joint was moved in addition.
     pub moved_most: MostMoved,
-    /// Greatest change of each degree of freedom, radians (metres where prismatic), in the body's order; at most 0.35.
+    /// Greatest change of each degree of freedom, radians (metres if prismatic), in the body's order; at most 0.35.
     pub angle_changes: Vec<f64>,
 }
 
 /// The link with the greatest change.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MostMoved {
-    /// How far, mm.
+    /// Distance, mm.
     pub mm: f64,
-    /// Which link.
+    /// Name of the link.
     pub link: String,
-    /// In which frame.
+    /// Frame number.
     pub frame: usize,
 }
 
@@ -70,9 +70,8 @@ impl fmt::Display for PlantingReport {
     }
 }
 
-/// `before` are the contacts of the original motion, `on_ground` those after raising, `after` those of the planted one;
-/// `lifts` of the whole body in
-/// metres.
+/// `before` are the contacts of the original motion, `on_ground` those after raising, `after` those of the planted
+/// one; `lifts` are those of the whole body in metres.
 pub(super) fn report(
     body: &Humanoid,
     [old, planted]: [&Motion; 2],
@@ -107,7 +106,7 @@ pub(super) fn report(
         after_in_old_stances: GroundQuality::from_contacts(&in_old_stances),
         raised_mm: 1000.0 * raised_m,
         lifted_mm: 1000.0 * lifts.iter().copied().fold(0.0, f64::max),
-        lifted_frames: lifts.iter().filter(|lift| **lift > TOLD).count(),
+        lifted_frames: lifts.iter().filter(|lift| **lift > LEAST_REPORTED).count(),
         moved_mm: sum / count.max(1) as f64,
         moved_most: most,
         angle_changes,

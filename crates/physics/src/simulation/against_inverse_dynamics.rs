@@ -1,4 +1,4 @@
-//! rapier's multibody against our independent inverse dynamics, and against a parabola.
+//! Compares rapier's multibody with our independent inverse dynamics, and with a parabola.
 
 use nalgebra::{DVector, Isometry3, Vector3};
 
@@ -7,9 +7,9 @@ use crate::body::{Humanoid, Pose, shipped};
 use crate::dynamics::GRAVITY;
 use crate::dynamics::inverse_dynamics;
 
-/// Short enough for accelerations, long enough for speeds of single precision.
+/// Short enough steps for accelerations, long enough for speeds in single precision.
 const RATE: f64 = 10_000.0;
-/// A spring so soft that it is a force.
+/// Stiffness of a spring that acts as a pure force.
 const SOFT: f64 = 1e-3;
 
 /// The actor without geometry and limits: only joints and inertia.
@@ -22,7 +22,7 @@ fn bones() -> Humanoid {
     body
 }
 
-/// Numbers without a pattern.
+/// Irregular numbers.
 fn numbers(count: usize, scale: f64, start: f64) -> Vec<f64> {
     (0..count).map(|i| scale * (start + 1.7 * i as f64).sin()).collect()
 }
@@ -34,10 +34,10 @@ fn bent(body: &Humanoid) -> Pose {
 }
 
 #[test]
-fn the_forces_of_inverse_dynamics_make_the_accelerations_that_they_were_worked_out_for() {
+fn inverse_dynamics_forces_produce_the_accelerations_they_were_computed_for() {
     let body = bones();
     let centre = body.links[0].inertia.as_ref().unwrap().centre_of_mass.coords;
-    assert!(centre.norm() > 0.05, "or the root would be no test");
+    assert!(centre.norm() > 0.05, "otherwise the root is not tested");
     let pose = bent(&body);
     let rates = numbers(body.step_len(), 1.5, 1.1);
     let accelerations = numbers(body.step_len(), 15.0, 2.9);
@@ -56,8 +56,8 @@ fn the_forces_of_inverse_dynamics_make_the_accelerations_that_they_were_worked_o
     simulated.step();
     let after = (simulated.root_velocity(), simulated.joint_speeds());
 
-    // back from the centre of mass to the origin; what that acceleration takes, in forces: a toe's is a matter of
-    // single precision
+    // back from the centre of mass to the origin; compared as forces, because the acceleration of light parts such as
+    // toes is limited by single precision
     let three = |numbers: &[f64], first: usize| Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
     let [of_centre, faster] = [0, 1].map(|i| (after.0[i] - before.0[i]) * RATE);
     let turning = rotation * three(&rates, 3);
@@ -77,14 +77,14 @@ fn the_forces_of_inverse_dynamics_make_the_accelerations_that_they_were_worked_o
 }
 
 #[test]
-fn a_body_that_tumbles_through_the_air_falls_along_a_parabola() {
+fn a_tumbling_body_in_flight_follows_a_parabola() {
     let body = bones();
     let pose = bent(&body);
     let rates = numbers(body.step_len(), 1.5, 1.1);
     let (rate, seconds) = (480.0, 0.5);
     let mut simulated = SimulatedBody::new(&body, 0.8, rate, false).unwrap();
     simulated.place(&pose, &rates);
-    // a step of a nanosecond's worth of the rates tells where the centre of mass is going
+    // a step over a nanosecond gives the velocity of the centre of mass
     let centre = |pose: &Pose| body.centre_of_mass(&body.link_frames(pose)).unwrap();
     let instant = 1e-7;
     let moved = body.step(&pose, &rates.iter().map(|rate| rate * instant).collect::<Vec<_>>());

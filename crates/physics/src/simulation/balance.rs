@@ -15,23 +15,24 @@ const FREQUENCIES: [f64; 2] = [6.0, 12.0];
 /// Distance of the root from the motion beyond which the wrench at the root also pulls it back, metres and radians:
 /// beyond it, the ground has not supplied the requested forces, because joints are too weak or a support is missing.
 const MARGINS: [f64; 2] = [0.03, 0.1];
-/// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves it by 44 mm more.
-const CATCHING: f64 = 15.0;
+/// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves the root by another 44
+/// mm.
+const RECOVERY: f64 = 15.0;
 
 /// The forces that follow the motion.
 #[derive(Clone)]
 pub(super) struct Balanced {
-    /// Of every degree of freedom, N m or N.
+    /// Effort of every degree of freedom, N m or N.
     pub(super) efforts: Vec<f64>,
     /// The part that the ground cannot supply.
     pub(super) missing: Wrench,
-    /// The wrench that returns a root from beyond its margins.
-    pub(super) catching: Wrench,
+    /// The wrench that returns the root from beyond its margins.
+    pub(super) recovery: Wrench,
 }
 
-/// Returns the root with ground forces: inverse dynamics of the current body, accelerated as the motion is and, at the
-/// root, towards it; the required wrench is distributed over the friction cones at its contacts (as `[Macchietto 2009]`
-/// and `[de Lasa 2010]` do with the momentum).
+/// Returns the root by ground forces: inverse dynamics of the current body with the accelerations of the motion and,
+/// at the root, towards the motion; the required wrench is distributed over the friction cones at its contacts (as
+/// `[Macchietto 2009]` and `[de Lasa 2010]` do with the momentum).
 #[derive(Clone)]
 pub(super) struct Balance<'a> {
     body: &'a Humanoid,
@@ -46,9 +47,9 @@ impl<'a> Balance<'a> {
         Self { body, mass: body.total_mass(), friction, feet: body.foot_links().concat() }
     }
 
-    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the
-    /// ground in the motion. Links high above the ground carry nothing; a foot on the ground carries even if it is not
-    /// on the ground in the motion.
+    /// Balance of a body in state `now` that should be in state `wanted`, with these accelerations and these links on
+    /// the ground in the motion. Links high above the ground support nothing; a foot on the ground supports even if it
+    /// is not on the ground in the motion.
     pub(super) fn at(
         &self,
         now: &BodyState,
@@ -56,7 +57,7 @@ impl<'a> Balance<'a> {
         accelerations: Vec<f64>,
         touching: &[usize],
     ) -> Balanced {
-        let accelerations = returning(now, wanted, accelerations);
+        let accelerations = with_root_return(now, wanted, accelerations);
         let efforts = |accelerations: &[f64], ground: &[_]| {
             inverse_dynamics(self.body, &now.frames, &now.rates, accelerations, ground)
         };
@@ -72,20 +73,21 @@ impl<'a> Balance<'a> {
         let held =
             self.body.links[0].inertia.as_ref().map_or(root.translation.vector.into(), |i| root * i.centre_of_mass);
         let [force, moment] = share.missing;
-        let caught: Vec<f64> = accelerations.iter().zip(catching(now, wanted)).map(|(a, more)| a + more).collect();
-        let caught = efforts(&caught, &[]);
-        let more = caught.root_force - needed.root_force;
-        let turning = caught.root_moment - needed.root_moment;
+        let with_recovery: Vec<f64> =
+            accelerations.iter().zip(recovery(now, wanted)).map(|(a, more)| a + more).collect();
+        let with_recovery = efforts(&with_recovery, &[]);
+        let more = with_recovery.root_force - needed.root_force;
+        let turning = with_recovery.root_moment - needed.root_moment;
         Balanced {
             efforts: efforts(&accelerations, &share.forces).joints,
             missing: Wrench { force, moment: moment + (now.centre - held).cross(&force) },
-            catching: Wrench { force: more, moment: turning + (root.translation.vector - held.coords).cross(&more) },
+            recovery: Wrench { force: more, moment: turning + (root.translation.vector - held.coords).cross(&more) },
         }
     }
 }
 
 /// The motion's accelerations, plus those that return the root.
-fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -> Vec<f64> {
+fn with_root_return(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -> Vec<f64> {
     for (i, [away, faster]) in deviation(now, wanted).into_iter().enumerate() {
         let frequency = FREQUENCIES[i / 3];
         accelerations[i] += frequency * frequency * away + 2.0 * frequency * faster;
@@ -93,9 +95,9 @@ fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -
     accelerations
 }
 
-/// Accelerations that bring the root back within its margins, as [`Humanoid::difference`] orders them; zero where it
-/// is, and of all joints.
-fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
+/// Accelerations that bring the root back within its margins, in the order of [`Humanoid::difference`]; zero within
+/// the margins, and for all joints.
+fn recovery(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
     let deviation = deviation(now, wanted);
     let mut accelerations = vec![0.0; now.rates.len()];
     for (kind, margin) in MARGINS.into_iter().enumerate() {
@@ -104,13 +106,13 @@ fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
         let beyond = (1.0 - margin / libm::sqrt(away).max(margin)).max(0.0);
         for i in three {
             let [away, faster] = deviation[i];
-            accelerations[i] = beyond * (CATCHING * CATCHING * away + 2.0 * CATCHING * faster);
+            accelerations[i] = beyond * (RECOVERY * RECOVERY * away + 2.0 * RECOVERY * faster);
         }
     }
     accelerations
 }
 
-/// The root's position and velocity errors, as [`Humanoid::difference`] orders them.
+/// The root's position and velocity errors, in the order of [`Humanoid::difference`].
 fn deviation(now: &BodyState, wanted: &BodyState) -> [[f64; 2]; ROOT_STEP] {
     let (root, to) = (&now.pose.world_from_root, &wanted.pose.world_from_root);
     let apart = to.translation.vector - root.translation.vector;

@@ -1,5 +1,5 @@
-//! Lifts swinging feet: in retargeted and planted recordings they scrape over the ground where the real foot clears it,
-//! and a simulated foot that scrapes stumbles.
+//! Lifts swinging feet: in retargeted and planted recordings they scrape over the ground where the real foot clears
+//! it, and a simulated foot that scrapes stumbles.
 
 use nalgebra::{Point3, Vector3};
 
@@ -13,9 +13,9 @@ use crate::parallel;
 const CLEARANCE: f64 = 0.02;
 /// Time from lift-off to full clearance, and from there to touch-down, seconds.
 const RAMP_S: f64 = 0.08;
-/// A link is held in place and orientation by its origin and points this far along its axes, metres.
+/// A link is held in position and orientation by its origin and points this far along its axes, metres.
 const HOLD: f64 = 0.1;
-/// Weight of feet against that of the root.
+/// Weight of feet relative to the root.
 const FOOT_WEIGHT: f64 = 30.0;
 /// Weight of one radian of an angle's change, metres.
 const ANGLE_WEIGHT: f64 = 0.1;
@@ -36,7 +36,7 @@ pub(super) fn cleared(body: &Humanoid, motion: &Motion, frames: &[LinkFrames], c
     Motion { frames_per_second: motion.frames_per_second, poses }.made_continuous(body)
 }
 
-/// By how much a foot is lifted in each frame, metres.
+/// Lift of a foot in each frame, metres.
 fn lifts(track: &ContactTrack, frames_per_second: f64) -> Vec<f64> {
     let stands = |frame: usize| track.frames[frame].in_contact;
     let count = |frames: &mut dyn Iterator<Item = usize>| -> Vec<usize> {

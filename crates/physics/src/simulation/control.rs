@@ -14,7 +14,7 @@ use crate::dynamics::GRAVITY;
 const YIELD: f64 = 0.08;
 /// Damping divided by stiffness, seconds.
 const DAMPING_S: f64 = 0.05;
-/// Cap on effort per kilogram of body mass, from a strong adult's hip, N m/kg.
+/// Cap on effort per kilogram of body mass, that of a strong adult's hip, N m/kg.
 const GREATEST_EFFORT: f64 = 4.0;
 /// Approximate rate of balance control, Hz.
 const BALANCE_RATE: f64 = 120.0;
@@ -56,7 +56,7 @@ impl<'a> Control<'a> {
             balanced: Balanced {
                 efforts: vec![0.0; body.degrees_of_freedom.len()],
                 missing: Wrench::zero(),
-                catching: Wrench::zero(),
+                recovery: Wrench::zero(),
             },
             mass,
             lever: reference.height(0).max(0.1),
@@ -64,7 +64,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Sets the springs and the root's wrench for the step that ends at `step`; returns the wrench's size, body
+    /// Sets the springs and the root's wrench for the step that ends at `step`; returns the wrench's magnitude, body
     /// weights.
     pub(super) fn drive(&mut self, simulated: &mut SimulatedBody, reference: &Reference<'_>, step: usize) -> f64 {
         let (pose, rates) = (simulated.pose(), simulated.rates());
@@ -91,13 +91,14 @@ impl<'a> Control<'a> {
         self.help(simulated)
     }
 
-    /// Applies the missing wrench at the root, and with the rest of the bound returns it to its margins.
+    /// Applies the missing wrench at the root, and uses the rest of the bound to return the root to its margins.
     fn help(&self, simulated: &mut SimulatedBody) -> f64 {
-        let Balanced { missing, catching, .. } = &self.balanced;
+        let Balanced { missing, recovery, .. } = &self.balanced;
         let size = missing.size(self.lever);
-        let help = match size > self.bound {
-            true => missing.scaled(self.bound / size),
-            false => missing.and(&catching.scaled(missing.room(catching, self.lever, self.bound))),
+        let help = if size > self.bound {
+            missing.scaled(self.bound / size)
+        } else {
+            missing.and(&recovery.scaled(missing.room(recovery, self.lever, self.bound)))
         };
         simulated.add_wrench(0, &help.force, &help.moment);
         help.size(self.lever) / (self.mass * GRAVITY)

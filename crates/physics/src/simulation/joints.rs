@@ -1,4 +1,4 @@
-//! From a humanoid's joints to rapier's.
+//! Converts a humanoid's joints to rapier's.
 
 use nalgebra::{Translation3, Vector3};
 use rapier3d::prelude::*;
@@ -7,18 +7,18 @@ use super::solids::{pose, vector};
 use crate::PhysicsError;
 use crate::body::{Humanoid, Joint, JointKind};
 
-/// Rows of rapier's spatial coordinates: a hinge turns about x, a slide moves along x.
+/// Rows of rapier's spatial coordinates: a hinge rotates about x, a slider moves along x.
 const SLIDE: usize = 0;
 const HINGE: usize = 3;
 
-/// Whether a link only marks a position on its parent: rapier does not need it.
+/// Whether a link only marks a position on its parent, so that rapier does not need it.
 pub(super) fn is_tag(body: &Humanoid, link: usize) -> bool {
     let Some(joint) = link.checked_sub(1).map(|joint| &body.joints[joint]) else { return false };
     let empty = body.links[link].solids.is_empty() && body.links[link].inertia.is_none();
     empty && joint.kind == JointKind::Fixed && body.joints.iter().all(|other| other.parent != link)
 }
 
-/// The link and coordinate behind every degree of freedom.
+/// The link and coordinate of every degree of freedom.
 pub(super) fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, PhysicsError> {
     let mut axes = vec![None; body.degrees_of_freedom.len()];
     for (index, joint) in body.joints.iter().enumerate() {
@@ -32,7 +32,7 @@ pub(super) fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, PhysicsError>
         };
         let slot = &mut axes[drive.degree_of_freedom];
         if drive.multiplier != 1.0 || drive.offset != 0.0 || slot.is_some() {
-            return Err(refuse("a joint that mimics another"));
+            return Err(refuse("a mimic joint"));
         }
         *slot = Some((index + 1, row));
     }

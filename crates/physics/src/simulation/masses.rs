@@ -1,4 +1,4 @@
-//! From a humanoid's masses to rapier's.
+//! Converts a humanoid's masses to rapier's.
 
 use nalgebra::{Matrix3, Vector3};
 use rapier3d::prelude::*;
@@ -11,13 +11,13 @@ use crate::body::{Humanoid, Inertia, JointKind};
 /// about some axis, and its descendants would be accelerated without bound.
 const LEAST_RADIUS: f64 = 1e-3;
 
-/// Whether everything that moves has mass.
+/// Checks that every moving part has mass.
 pub(super) fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), PhysicsError> {
     for link in &body.links {
         if let Some(Inertia { mass, tensor, .. }) = &link.inertia {
             let values = tensor.symmetric_eigenvalues();
-            let sound = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
-            if !sound {
+            let valid = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
+            if !valid {
                 return Err(PhysicsError::Inertia { link: link.name.clone() });
             }
         }
@@ -37,7 +37,7 @@ pub(super) fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), PhysicsEr
     Ok(())
 }
 
-/// Mass properties in a frame with its origin at `origin` of the link's.
+/// Mass properties in a frame with its origin at `origin` in the link's frame.
 pub(super) fn mass(inertia: &Option<Inertia>, origin: &Vector3<f64>) -> MassProperties {
     match inertia {
         None => MassProperties::default(),
@@ -49,7 +49,7 @@ pub(super) fn mass(inertia: &Option<Inertia>, origin: &Vector3<f64>) -> MassProp
     }
 }
 
-/// The same inertia where every principal moment is at least `least`, else with those below raised to it.
+/// The inertia with every principal moment raised to at least `least`; unchanged if none is smaller.
 fn raised(tensor: &Matrix3<f64>, least: f64) -> Matrix3<f64> {
     if tensor.symmetric_eigenvalues().iter().all(|moment| *moment >= least) {
         return *tensor;
@@ -64,9 +64,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moments_of_nothing_are_raised_and_others_stay_to_the_bit() {
-        let sound = Matrix3::new(0.2, 0.01, 0.0, 0.01, 0.3, -0.02, 0.0, -0.02, 0.25);
-        assert_eq!(raised(&sound, 1e-7), sound);
+    fn zero_moments_are_raised_and_others_are_unchanged_to_the_bit() {
+        let valid = Matrix3::new(0.2, 0.01, 0.0, 0.01, 0.3, -0.02, 0.0, -0.02, 0.25);
+        assert_eq!(raised(&valid, 1e-7), valid);
         assert_eq!(raised(&Matrix3::zeros(), 1e-7), Matrix3::from_diagonal_element(1e-7));
         let flat = Matrix3::from_diagonal(&Vector3::new(0.2, 0.2, -5e-20));
         let moments = raised(&flat, 1e-7).symmetric_eigenvalues();

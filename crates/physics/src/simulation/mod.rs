@@ -36,22 +36,22 @@ use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, P
 const LEAST_RATE: f64 = 480.0;
 /// Greatest depth at which a motion may start in the ground or a prop, metres.
 const DEEPEST_START: f64 = 0.1;
-/// A body has fallen whose centre of mass is below this share of the motion's height.
+/// A body has fallen when its centre of mass is below this share of the motion's height.
 const FALLEN: f64 = 0.75;
 
-/// Simulates `body` as it is driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with
-/// friction and self-collision ([`crate::contact::SelfCollision`] says between which links), props if there are any,
-/// springs and dampers in its joints that pull towards the motion with about each joint's effort at most, and a wrench
-/// at the root if asked. The target motion is planted as by [`crate::plant_feet`], but feet are held only in
-/// their recorded stances, and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was
-/// tuned on these, and feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear
-/// the ground, and no joint is faster than its greatest speed. The body starts in that motion's first pose with the
-/// mean velocity of its first 1/15 s. Results are bit-identical on any number of threads.
+/// Simulates `body` driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with friction and
+/// self-collision (between the links given by [`crate::contact::SelfCollision`]), optional props, springs and dampers
+/// in its joints that pull towards the motion with at most about each joint's effort, and an optional wrench at the
+/// root. The target motion is planted as by [`crate::plant_feet`], but feet are held only in their recorded stances,
+/// and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was tuned on these, and
+/// feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear the ground, and no
+/// joint is faster than its greatest speed. The body starts in that motion's first pose with the mean velocity of its
+/// first 1/15 s. Results are bit-identical on any number of threads.
 ///
 /// Balance control: 120 times a second, inverse dynamics of the current body gives the wrench that returns its root to
 /// the motion, and the part of it that the ground can supply at the feet, or at other links that touch the ground in
 /// the motion. The joints add the efforts for these forces; the wrench at the root is the remainder, within its bound.
-/// Swinging feet are steered below the current centre of mass. The control does not know pushes in advance.
+/// Swinging feet are steered below the current centre of mass. The control has no advance knowledge of pushes.
 ///
 /// # Errors
 /// [`PhysicsError`] for invalid settings, a motion that is empty, belongs to another body, is not finite or starts
@@ -108,7 +108,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     Ok(Simulated { motion: simulated.made_continuous(body), report })
 }
 
-/// Whether no link is deep inside a prop.
+/// Checks that no link is deep inside a prop.
 fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(), PhysicsError> {
     let links = || body.links.iter().enumerate();
     let depths = props.iter().flat_map(|prop| {
@@ -124,7 +124,7 @@ fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(
     }
 }
 
-/// Mean and greatest distance of joints between two motions, over the frames that both have, mm.
+/// Mean and greatest distance of joints between two motions, over their common frames, mm.
 fn distances_mm(body: &Humanoid, recorded: &Motion, simulated: &Motion) -> Result<(f64, f64), PhysicsError> {
     let (mut sum, mut most, mut count) = (0.0, 0.0_f64, 0_usize);
     for (a, b) in link_frames(body, recorded)?.iter().zip(&link_frames(body, simulated)?) {

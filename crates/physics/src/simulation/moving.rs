@@ -7,7 +7,7 @@ use crate::body::{Humanoid, LinkFrames, Pose};
 /// A pose, its rates, and quantities derived from both.
 pub(super) struct BodyState {
     pub(super) pose: Pose,
-    /// As [`Humanoid::difference`] orders them, per second.
+    /// Rates in the order of [`Humanoid::difference`], per second.
     pub(super) rates: Vec<f64>,
     pub(super) frames: LinkFrames,
     /// Centre of mass, world, metres.

@@ -8,27 +8,27 @@ use crate::dynamics::derivatives;
 /// A motion sampled at every step.
 pub(super) struct Reference<'a> {
     body: &'a Humanoid,
-    /// One pose a step.
+    /// One pose per step.
     steps: Motion,
-    /// Rates of change at every recorded frame, as [`Humanoid::difference`] orders them, per second.
+    /// Rates of change at every recorded frame, in the order of [`Humanoid::difference`], per second.
     rates: Vec<Vec<f64>>,
-    /// Second derivatives likewise.
+    /// Second derivatives at every recorded frame.
     accelerations: Vec<Vec<f64>>,
     /// The links that touch the ground in every recorded frame.
     touching: Vec<Vec<usize>>,
-    /// How many steps make a frame.
+    /// Number of steps per frame.
     pub(super) steps_per_frame: usize,
 }
 
 impl<'a> Reference<'a> {
     /// At least `least_rate` steps a second, a whole number per frame; `None` for implausible rates. `contacts` define
-    /// when its links are on the ground.
+    /// which links are on the ground.
     pub(super) fn new(body: &'a Humanoid, motion: &Motion, contacts: &GroundContacts, least_rate: f64) -> Option<Self> {
         let motion = motion.clone().made_continuous(body);
         let steps_per_frame = libm::ceil(least_rate / motion.frames_per_second - 1e-9).max(1.0) as usize;
         let steps = motion.resampled(body, motion.frames_per_second * steps_per_frame as f64)?;
         let last = motion.poses.len().checked_sub(1)?;
-        // recordings often begin and end with jumps: speeds there are means over some time
+        // recordings often begin and end with jumps, so speeds there are means over a longer time
         let some = (libm::round(REACH_S * motion.frames_per_second) as usize).max(1);
         let rates = (0..=last).map(|frame| {
             let reach = if frame == 0 || frame == last { some } else { 1 };
@@ -66,12 +66,13 @@ impl<'a> Reference<'a> {
         &self.steps.poses[step.min(self.steps.poses.len() - 1)]
     }
 
-    /// Rates of change at a step: between two frames linear.
+    /// Rates of change at a step, linearly interpolated between frames.
     pub(super) fn rate(&self, step: usize) -> Vec<f64> {
         self.between(&self.rates, step)
     }
 
-    /// Accelerations at a step, as [`Humanoid::difference`] orders them, per second squared: between two frames linear.
+    /// Accelerations at a step, in the order of [`Humanoid::difference`], per second squared, linearly interpolated
+    /// between frames.
     pub(super) fn acceleration(&self, step: usize) -> Vec<f64> {
         self.between(&self.accelerations, step)
     }
@@ -101,9 +102,9 @@ mod tests {
     use crate::contact::ContactRule;
     use crate::test_bodies::standing;
 
-    /// A statue that is pushed over the ground, too fast to stand, and whose first frame lags behind.
+    /// A statue pushed over the ground, too fast to stand, whose first frame lags behind.
     #[test]
-    fn a_motion_begins_with_the_speed_of_some_time_and_touches_where_it_slides() {
+    fn the_initial_speed_is_a_mean_and_sliding_links_touch_the_ground() {
         let (body, mut motion) = standing(20);
         for (frame, pose) in motion.poses.iter_mut().enumerate() {
             pose.world_from_root.translation.x += 2.0 * frame as f64 / 60.0;
@@ -111,7 +112,7 @@ mod tests {
         motion.poses[0].world_from_root.translation.x -= 0.02;
         let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
         let reference = Reference::new(&body, &motion, &contacts, 480.0).unwrap();
-        // 20 mm over 1/15 s are 0.3 m/s, over a frame they would be 1.2 m/s
+        // 20 mm over 1/15 s are 0.3 m/s; over one frame they would be 1.2 m/s
         assert!((reference.rate(0)[0] - 2.3).abs() < 1e-9 && (reference.rate(80)[0] - 2.0).abs() < 1e-9);
         assert!(contacts.links.iter().all(|track| !track.frames[10].in_contact), "too fast to stand");
         assert!(body.foot_links().iter().all(|foot| foot.iter().any(|link| reference.touching(80).contains(link))));

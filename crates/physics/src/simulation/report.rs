@@ -18,26 +18,26 @@ pub struct Simulated {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SimulationReport {
-    /// How long it lasted, seconds.
+    /// Duration, seconds.
     pub duration_s: f64,
-    /// Time of the fall, seconds: the first time at which its centre of mass was below three quarters of the motion's.
-    /// `None` if it stayed up.
+    /// Time of the fall, seconds: the first time at which the centre of mass was below three quarters of its height in
+    /// the motion. `None` if the body stayed up.
     pub fell_at_s: Option<f64>,
-    /// The frame of the motion, from 0, at that time; the body was last up in the frame before.
+    /// The frame of the motion, from 0, at that time; the body was last up in the previous frame.
     pub fell_at_frame: Option<usize>,
-    /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre
-    /// of mass, and of its moment over the height that the body's centre of mass has at the start, over the body's
-    /// weight.
+    /// Mean magnitude of the residual wrench at the root, in body weights: the norm of its force, at the root link's
+    /// centre of mass, and of its moment divided by the initial height of the body's centre of mass, divided by the
+    /// body's weight.
     pub root_wrench_mean: f64,
-    /// Its greatest size; never more than was allowed.
+    /// Greatest magnitude; never above the allowed bound.
     pub root_wrench_most: f64,
-    /// Mean distance of joints from where the recorded motion has them, over all joints and frames, mm.
+    /// Mean distance of joints from their positions in the recorded motion, over all joints and frames, mm.
     pub moved_mm: f64,
-    /// The same over the frames before the fall, mm; equal to `moved_mm` if it stayed up.
+    /// Mean distance over the frames before the fall, mm; equal to `moved_mm` if the body stayed up.
     pub moved_until_fall_mm: f64,
     /// Greatest such distance, mm.
     pub moved_most_mm: f64,
-    /// How the feet stand.
+    /// Quality of the feet's ground contact.
     pub quality: GroundQuality,
 }
 

@@ -7,24 +7,24 @@ use super::simulated_body::SimulatedBody;
 use crate::PhysicsError;
 use crate::body::{Humanoid, Pose};
 
-/// No part of a body moves faster unless the simulation has diverged, m/s.
+/// No part of a body moves faster than this unless the simulation has diverged, m/s.
 const GREATEST_SPEED: f64 = 100.0;
 
-/// A body that is being simulated.
+/// A body being simulated.
 pub(super) struct SimulationRun<'a> {
     body: &'a Humanoid,
     reference: &'a Reference<'a>,
     settings: &'a SimulationSettings,
     simulated: SimulatedBody,
     control: Control<'a>,
-    /// Size of the root's wrench at every step, body weights.
+    /// Magnitude of the root's wrench at every step, body weights.
     pub(super) wrenches: Vec<f64>,
     /// The pose of the last frame.
     pub(super) last: Pose,
 }
 
 impl<'a> SimulationRun<'a> {
-    /// The body in the motion's first pose with its speed, lifted by so many metres.
+    /// The body in the motion's first pose with its velocity, lifted by this many metres.
     pub(super) fn new(
         body: &'a Humanoid,
         reference: &'a Reference<'a>,
@@ -68,16 +68,16 @@ impl<'a> SimulationRun<'a> {
 
     fn check(&self, frame: usize, pose: &Pose) -> Result<(), PhysicsError> {
         let (frames, before) = (self.body.link_frames(pose), self.body.link_frames(&self.last));
-        // rapier stops diverged bodies, so positions reveal divergence when speeds do not
+        // rapier stops diverged bodies, so positions reveal divergence if speeds do not
         let reach = GREATEST_SPEED * self.reference.steps_per_frame as f64 / self.reference.steps_per_second();
-        let sound = |link: &usize| {
+        let valid = |link: &usize| {
             let [velocity, turning] = self.simulated.link_velocity(*link);
             let place = &frames[*link];
             let placed = place.translation.vector.iter().chain(place.rotation.coords.iter()).all(|x| x.is_finite());
             let moved = (place.translation.vector - before[*link].translation.vector).norm();
             placed && moved < reach && velocity.norm() < GREATEST_SPEED && turning.norm().is_finite()
         };
-        match (0..self.body.links.len()).find(|link| !sound(link)) {
+        match (0..self.body.links.len()).find(|link| !valid(link)) {
             Some(link) => Err(PhysicsError::Diverged { frame, link: self.body.links[link].name.clone() }),
             None => Ok(()),
         }

@@ -9,34 +9,35 @@ use crate::contact::ContactError;
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// Coulomb's coefficient of friction, of the ground and of the body against itself.
+    /// Coulomb friction coefficient, of the ground and of the body against itself.
     pub friction: f64,
-    /// Greatest residual wrench at the root that helps the body to follow the motion, in body weights (see
-    /// [`super::SimulationReport::root_wrench_mean`]); 0 for none.
+    /// Bound on the residual wrench at the root that helps the body to follow the motion, in body weights (see
+    /// [`super::SimulationReport::root_wrench_mean`]); 0 for no help.
     pub root_wrench: f64,
     /// Pushes on the body.
     pub pushes: Vec<Push>,
     /// The props.
     pub props: Vec<Prop>,
-    /// How many times as fast as recorded each frame of the motion is ([`crate::contact::Pace`]); empty for as fast.
+    /// Playback speed of each frame relative to the recording ([`crate::contact::Pace`]); empty for the recorded
+    /// speed.
     pub pace: Vec<f64>,
 }
 
 /// A push: a constant force for [`Push::DURATION_S`] at a link's centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// When it begins, seconds from the first frame.
+    /// Start time, seconds from the first frame.
     pub at_s: f64,
     /// Index of the link.
     pub link: usize,
-    /// Force times time, newton seconds, >= 0.
+    /// Impulse, newton seconds, >= 0.
     pub impulse_ns: f64,
-    /// Where to, world.
+    /// Direction, world.
     pub direction: Unit<Vector3<f64>>,
 }
 
 impl Push {
-    /// How long a push lasts, seconds: that of a shove with the hands rather than of a bullet.
+    /// Duration of a push, seconds: that of a shove with the hands rather than an impact.
     pub const DURATION_S: f64 = 0.1;
 }
 
@@ -49,10 +50,10 @@ impl Default for SimulationSettings {
 impl SimulationSettings {
     /// Checks the values for this body and a motion of this duration.
     pub(super) fn check(&self, body: &Humanoid, duration_s: f64) -> Result<(), PhysicsError> {
-        let sound = |value: f64| value.is_finite() && value >= 0.0;
+        let valid = |value: f64| value.is_finite() && value >= 0.0;
         let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
         let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
-        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !sound(*value)) {
+        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !valid(*value)) {
             return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found }.into());
         }
         if let Some(late) = self.pushes.iter().find(|push| push.at_s >= duration_s) {

@@ -13,13 +13,13 @@ use crate::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
 use crate::contact::SelfCollision;
 use crate::dynamics::GRAVITY;
 
-/// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only marks a position
+/// The body in the world. Links and degrees of freedom keep the humanoid's indices; a link that only marks a position
 /// is merged with its parent.
 pub(super) struct SimulatedBody {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     multibody: MultibodyIndex,
-    /// Per degree of freedom, the number of rapier's link that it moves and the row of its coordinate.
+    /// For every degree of freedom, the index of the rapier link that it moves and the row of its coordinate.
     axes: Vec<(usize, usize)>,
     /// The root link's centre of mass in its frame.
     root_centre: Vector3<f64>,
@@ -44,7 +44,8 @@ impl SimulatedBody {
     /// The body at rest in the zero pose; `steps_per_second` steps a second. A `fixed` root does not move.
     ///
     /// # Errors
-    /// [`PhysicsError`] for a body without mass, with joints that move none, or with joints that cannot be simulated.
+    /// [`PhysicsError`] for a body without mass, with joints that move no mass, or with joints that cannot be
+    /// simulated.
     pub(super) fn new(
         body: &Humanoid,
         friction: f64,
@@ -79,14 +80,14 @@ impl SimulatedBody {
             }
             bodies.push(handle);
         }
-        let unjoined = |joint: &str| PhysicsError::Joint { joint: joint.to_owned(), kind: "jointed in a way" };
+        let unjoined = |joint: &str| PhysicsError::Joint { joint: joint.to_owned(), kind: "of an unsupported kind" };
         for (index, joint) in body.joints.iter().enumerate().filter(|(index, _)| !is_tag(body, index + 1)) {
             let built = rapier_joint(body, joint, &centre(joint.parent));
             let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);
             joined.ok_or_else(|| unjoined(&joint.name))?;
         }
         if (1..body.links.len()).all(|link| is_tag(body, link)) {
-            // a lone body is not a multibody for rapier: attach an empty body
+            // a single body is not a multibody for rapier: attach an empty body
             let nothing = world.insert_body(RigidBodyBuilder::dynamic().can_sleep(false));
             let rigid = FixedJointBuilder::new().build();
             world.multibody_joints.insert(bodies[0], nothing, rigid, true).ok_or_else(|| unjoined(&body.name))?;
@@ -119,8 +120,8 @@ impl SimulatedBody {
         self.world.multibody_joints.get_multibody(self.multibody)
     }
 
-    /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity about
-    /// its own axes, then a number per degree of freedom, as [`Humanoid::difference`] orders them.
+    /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity
+    /// about its own axes, then one number per degree of freedom, in the order of [`Humanoid::difference`].
     pub(super) fn place(&mut self, place: &BodyPose, speeds: &[f64]) {
         let centre = place.world_from_root * Translation3::from(self.root_centre);
         if let Some(root) = self.world.bodies.get_mut(self.bodies[0]) {
@@ -153,7 +154,7 @@ impl SimulatedBody {
         self.world.bodies.propagate_modified_body_positions_to_colliders(&mut self.world.colliders);
     }
 
-    /// Where the body is; single precision, and so all that comes of it.
+    /// The current pose, in single precision.
     pub(super) fn pose(&self) -> BodyPose {
         let mut found = BodyPose {
             world_from_root: Isometry3::identity(),
@@ -168,7 +169,7 @@ impl SimulatedBody {
         found
     }
 
-    /// How fast every degree of freedom moves, rad/s or m/s.
+    /// Speed of every degree of freedom, rad/s or m/s.
     pub(super) fn joint_speeds(&self) -> Vec<f64> {
         let Some(multibody) = self.multibody() else { return Vec::new() };
         let speeds = multibody.generalized_velocity();
@@ -202,7 +203,7 @@ impl SimulatedBody {
         [triple(0), triple(3)]
     }
 
-    /// Rates of change, as [`Humanoid::difference`] orders them, per second.
+    /// Rates of change, in the order of [`Humanoid::difference`], per second.
     pub(super) fn rates(&self) -> Vec<f64> {
         let root = self.pose().world_from_root.rotation;
         let [along, turning] = self.root_velocity();
@@ -211,14 +212,14 @@ impl SimulatedBody {
         origin.iter().chain(own.iter()).copied().chain(self.joint_speeds()).collect()
     }
 
-    /// A force at a link's centre of mass until [`Self::clear_forces`], world, newtons.
+    /// Adds a force at a link's centre of mass until [`Self::clear_forces`], world, newtons.
     pub(super) fn add_force(&mut self, link: usize, force: &Vector3<f64>) {
         if let Some(body) = self.world.bodies.get_mut(self.bodies[link]) {
             body.add_force(vector(force), true);
         }
     }
 
-    /// A force at a link's centre of mass and a moment until [`Self::clear_forces`], world, N and N m.
+    /// Adds a force at a link's centre of mass and a moment until [`Self::clear_forces`], world, N and N m.
     pub(super) fn add_wrench(&mut self, link: usize, force: &Vector3<f64>, moment: &Vector3<f64>) {
         self.add_force(link, force);
         if let Some(body) = self.world.bodies.get_mut(self.bodies[link]) {
@@ -226,7 +227,7 @@ impl SimulatedBody {
         }
     }
 
-    /// Ends all forces but gravity.
+    /// Removes all forces except gravity.
     pub(super) fn clear_forces(&mut self) {
         for &body in &self.bodies {
             if let Some(body) = self.world.bodies.get_mut(body) {
@@ -236,7 +237,7 @@ impl SimulatedBody {
         }
     }
 
-    /// One step of time.
+    /// Advances by one time step.
     pub(super) fn step(&mut self) {
         self.world.step_with_events(&self.filter, &());
     }

@@ -2,9 +2,9 @@
 
 use crate::body::{Humanoid, Motion};
 
-/// The motion with no joint faster than its greatest speed. Of the two ways to slow a joint down, forward from the
-/// first frame and backward from the last, the one with the smaller change is used, so a limb lost in the first frames
-/// does not swing in from there.
+/// The motion with no joint faster than its greatest speed. A joint can be slowed down forward from the first frame or
+/// backward from the last; the smaller change is used, so a limb lost in the first frames does not swing in from
+/// there.
 pub(super) fn slowed(body: &Humanoid, mut motion: Motion) -> Motion {
     for (dof, limits) in body.degrees_of_freedom.iter().enumerate() {
         let most = limits.max_velocity / motion.frames_per_second;
@@ -19,7 +19,7 @@ pub(super) fn slowed(body: &Humanoid, mut motion: Motion) -> Motion {
     motion
 }
 
-/// Angles that follow others by at most `most` a frame.
+/// Angles that follow others by at most `most` per frame.
 fn limited<'a>(mut angles: impl Iterator<Item = &'a f64>, most: f64) -> Vec<f64> {
     let Some(&first) = angles.next() else { return Vec::new() };
     let follow = |last: &mut f64, angle: &f64| {
@@ -35,7 +35,7 @@ mod tests {
     use crate::test_bodies::standing;
 
     #[test]
-    fn a_limb_that_is_lost_at_first_or_at_last_is_found_and_the_rest_stays() {
+    fn a_limb_lost_at_the_start_or_end_is_slowed_and_the_rest_is_unchanged() {
         let (mut body, still) = standing(8);
         body.degrees_of_freedom[3].max_velocity = 6.0;
         let slow_from = |angles: [f64; 8]| {

@@ -1,4 +1,4 @@
-//! Colliders of rapier from a body's solids.
+//! Converts a body's solids to rapier's colliders.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
@@ -6,7 +6,7 @@ use rapier3d::prelude::*;
 use crate::body::Solid;
 use crate::raster::TaperedCapsule;
 
-/// Collision groups: parts that meet the ground, parts that meet other links, and the ground.
+/// Collision groups: parts that collide with the ground, parts that collide with other links, and the ground.
 const FEET: Group = Group::GROUP_1;
 const SKIN: Group = Group::GROUP_2;
 const GROUND: Group = Group::GROUP_3;
@@ -50,7 +50,7 @@ pub(super) fn prop_colliders(solid: &Solid, friction: f64) -> Vec<Collider> {
     shapes(solid).into_iter().map(finish).collect()
 }
 
-/// The shapes of a solid with their frames in it.
+/// The shapes of a solid with their frames.
 fn shapes(solid: &Solid) -> Vec<(SharedShape, Pose)> {
     match solid {
         Solid::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),
@@ -59,7 +59,7 @@ fn shapes(solid: &Solid) -> Vec<(SharedShape, Pose)> {
             vec![(SharedShape::cuboid(x, y, z), pose(link_from_box))]
         }
         Solid::Cylinder { link_from_cylinder, radius, half_length } => {
-            // rapier's cylinders stand along y
+            // rapier's cylinders are aligned with y
             let upright = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let shape = SharedShape::cylinder(*half_length as Real, *radius as Real);
             vec![(shape, pose(&(link_from_cylinder * upright)))]

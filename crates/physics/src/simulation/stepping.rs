@@ -8,7 +8,7 @@ use crate::dynamics::GRAVITY;
 
 /// Share of the distance to the capture point, at which a step would stop the body's excess speed.
 const CAPTURE: f64 = 0.15;
-/// Legs follow with this time constant, seconds.
+/// Time constant of the legs' response, seconds.
 const FOLLOW_S: f64 = 0.03;
 /// Weight of one radian of a foot's orientation, metres.
 const LEVER: f64 = 0.1;
@@ -32,7 +32,7 @@ struct Leg {
 pub(super) struct Stepping<'a> {
     body: &'a Humanoid,
     legs: Vec<Leg>,
-    /// One a degree of freedom, radians (metres).
+    /// One per degree of freedom, radians (metres).
     pub(super) deviations: Vec<f64>,
 }
 
@@ -43,7 +43,8 @@ impl<'a> Stepping<'a> {
         Self { body, legs, deviations: vec![0.0; body.degrees_of_freedom.len()] }
     }
 
-    /// `seconds` on, of a body that moves as `now` and should move as `wanted` with these links on the ground.
+    /// Advances by `seconds`, for a body in state `now` that should be in state `wanted` with these links on the
+    /// ground.
     pub(super) fn update(&mut self, now: &BodyState, wanted: &BodyState, touching: &[usize], seconds: f64) {
         let joint_angles = wanted.pose.joint_angles.clone();
         let leaning = Pose { world_from_root: now.pose.world_from_root, joint_angles };
@@ -65,8 +66,8 @@ impl<'a> Stepping<'a> {
         }
     }
 
-    /// The change of a leg's joints that brings its foot to where it is `wanted`, shifted: one step of damped least
-    /// squares (`[Wampler 1986]`).
+    /// The change of a leg's joints that brings its foot to its `wanted` position plus a shift: one step of damped
+    /// least squares (`[Wampler 1986]`).
     fn reach(
         &self,
         leg: &Leg,
@@ -92,7 +93,7 @@ impl<'a> Stepping<'a> {
     }
 }
 
-/// The degrees of freedom of the hinges and slides above a link.
+/// The degrees of freedom of the hinges and sliders above a link.
 fn joints_above(body: &Humanoid, mut link: usize) -> Vec<usize> {
     let mut found = Vec::new();
     while let Some(parent) = body.parent(link) {
@@ -136,6 +137,6 @@ mod tests {
         };
         let (before, after) = (off(&now.frames, left[0]), off(&body.link_frames(&stepped), left[0]));
         assert!((0..2).all(|i| after[i] < 0.4 * before[i]), "{before:?} {after:?}");
-        assert_eq!(off(&now.frames, right[0]), off(&body.link_frames(&stepped), right[0]), "it stands");
+        assert_eq!(off(&now.frames, right[0]), off(&body.link_frames(&stepped), right[0]), "a standing foot");
     }
 }

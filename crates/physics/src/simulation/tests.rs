@@ -1,4 +1,4 @@
-//! The simulation against closed forms, and what it must refuse.
+//! Tests the simulation against closed forms, and the refusal of invalid input.
 
 use approx::assert_relative_eq;
 use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
@@ -60,7 +60,7 @@ fn resting(z: f64) -> Pose {
 }
 
 #[test]
-fn the_ground_carries_a_standing_body_with_its_weight() {
+fn the_ground_force_on_a_standing_body_is_its_weight() {
     let mut simulated = SimulatedBody::new(&crate_of_20_kg(), 0.8, RATE, false).unwrap();
     simulated.place(&resting(0.1), &[0.0; 6]);
     (0..480).for_each(|_| simulated.step());
@@ -70,7 +70,7 @@ fn the_ground_carries_a_standing_body_with_its_weight() {
 }
 
 #[test]
-fn a_sliding_box_brakes_by_friction_times_gravity_and_stops_where_energy_says() {
+fn a_sliding_box_decelerates_by_friction_times_gravity_and_stops_as_predicted() {
     let (friction, speed) = (0.3, 2.0);
     let mut simulated = SimulatedBody::new(&crate_of_20_kg(), friction, RATE, false).unwrap();
     simulated.place(&resting(0.1), &[speed, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -89,7 +89,7 @@ fn pendulum() -> Humanoid {
     let massless = Link { name: "massless".into(), solids: Vec::new(), inertia: None };
     let bob = link("bob", 2.0, [0.0, 0.0, -0.5], 0.02);
     let mut pendulum = body(vec![root, massless, bob], vec![hinge(0, "swing", 0), hinge(1, "other", 1)]);
-    // the second hinge turns about x and stays at rest
+    // the second hinge rotates about x and stays at rest
     pendulum.joints[1].kind = JointKind::Revolute { axis: Vector3::x_axis(), drive: Drive::direct(1) };
     pendulum
 }
@@ -118,7 +118,7 @@ fn a_pendulum_behind_a_massless_link_swings_with_its_period() {
     let crossings: Vec<usize> = (1..angles.len()).filter(|&i| angles[i - 1][0] > 0.0 && angles[i][0] <= 0.0).collect();
     let (first, last) = (crossings[0], crossings[crossings.len() - 1]);
     let found = (last - first) as f64 / RATE / (crossings.len() - 1) as f64;
-    // an amplitude of 0.05 rad lengthens it by 0.016 %
+    // an amplitude of 0.05 rad lengthens the period by 0.016 %
     assert_relative_eq!(found, period, max_relative = 0.003);
 }
 
@@ -132,7 +132,7 @@ fn a_pendulum_without_damping_keeps_its_energy() {
 }
 
 #[test]
-fn a_spring_holds_where_its_torque_meets_gravity() {
+fn a_spring_holds_where_its_torque_balances_gravity() {
     let mut simulated = SimulatedBody::new(&pendulum(), 0.8, RATE, true).unwrap();
     simulated.place(&Pose { world_from_root: Isometry3::identity(), joint_angles: DVector::zeros(2) }, &[0.0; 8]);
     let (stiffness, rest) = (100.0, 0.5);
@@ -143,7 +143,7 @@ fn a_spring_holds_where_its_torque_meets_gravity() {
 }
 
 #[test]
-fn a_standing_person_stands_the_same_on_any_number_of_threads() {
+fn a_standing_person_is_simulated_identically_on_any_number_of_threads() {
     let (body, motion) = standing(20);
     let settings = SimulationSettings { root_wrench: 0.1, ..SimulationSettings::default() };
     let with_threads = |n| {
@@ -157,7 +157,7 @@ fn a_standing_person_stands_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_push_throws_the_person_over_and_the_time_is_told() {
+fn a_push_topples_the_person_and_the_time_is_reported() {
     let (body, motion) = standing(75);
     let thorax = body.find_link("thorax").unwrap();
     let push = Push { at_s: 0.1, link: thorax, impulse_ns: 250.0, direction: Vector3::x_axis() };
@@ -184,13 +184,13 @@ fn a_shove_is_balanced_without_help() {
     let ahead: Vec<f64> =
         (0..90).map(|frame| centre(&found.motion, frame) - centre(&left_alone.motion, frame)).collect();
     let furthest = ahead.iter().copied().fold(0.0, f64::max);
-    // critically damped, it goes as far as its speed over e times the frequency of the return
+    // critically damped: the greatest displacement is the speed divided by e times the frequency of the return
     let expected = 15.0 / body.total_mass() / (std::f64::consts::E * 6.0);
-    assert!(furthest > 0.3 * expected && furthest < 3.0 * expected, "it was hit: {furthest} m, expected {expected}");
-    assert!(ahead[89].abs() < 0.5 * furthest, "it comes back: {} m", ahead[89]);
+    assert!(furthest > 0.3 * expected && furthest < 3.0 * expected, "displacement {furthest} m, expected {expected}");
+    assert!(ahead[89].abs() < 0.5 * furthest, "not returned: {} m", ahead[89]);
 }
 
-/// Two rods that hang from a fixed root side by side, each on a hinge.
+/// Two rods hanging side by side from a fixed root, each on a hinge.
 fn clappers(solid: bool) -> Humanoid {
     let mut links = vec![link("root", 1.0, [0.0; 3], 0.1)];
     let mut joints = Vec::new();
@@ -209,7 +209,7 @@ fn clappers(solid: bool) -> Humanoid {
 }
 
 #[test]
-fn limbs_that_would_pass_through_each_other_do_not() {
+fn limbs_do_not_pass_through_each_other() {
     let gaps = |solid: bool| -> Vec<f64> {
         let body = clappers(solid);
         let mut simulated = SimulatedBody::new(&body, 0.8, RATE, true).unwrap();
@@ -226,8 +226,8 @@ fn limbs_that_would_pass_through_each_other_do_not() {
         (0..960).map(&mut gap).collect()
     };
     let crossed = gaps(false);
-    assert!(crossed[959] < -0.1, "without solid they cross: {} m", crossed[959]);
-    // two radii, less the way of the one step in which they meet
+    assert!(crossed[959] < -0.1, "without solids they cross: {} m", crossed[959]);
+    // two radii, minus the distance of the one step in which they meet
     let solid = gaps(true);
     let step = solid.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
     let nearest = solid.iter().copied().fold(f64::INFINITY, f64::min);
@@ -236,7 +236,7 @@ fn limbs_that_would_pass_through_each_other_do_not() {
 }
 
 #[test]
-fn what_cannot_be_simulated_is_refused_by_name() {
+fn invalid_input_is_refused_by_name() {
     let (body, motion) = standing(3);
     let refused =
         |body: &Humanoid, motion: &Motion, settings: &SimulationSettings| simulate(body, motion, settings).unwrap_err();
@@ -279,7 +279,7 @@ fn what_cannot_be_simulated_is_refused_by_name() {
 }
 
 #[test]
-fn links_without_inertia_about_an_axis_or_any_are_simulated_as_if_they_had_a_little() {
+fn links_with_zero_inertia_about_an_axis_are_simulated_with_a_small_one() {
     let (body, motion) = standing(12);
     let settings = SimulationSettings { root_wrench: 0.2, ..SimulationSettings::default() };
     for least in [0.0, 1e-20] {
@@ -300,7 +300,7 @@ fn links_without_inertia_about_an_axis_or_any_are_simulated_as_if_they_had_a_lit
 }
 
 #[test]
-fn a_box_dropped_on_a_prop_lies_on_it_and_one_that_slides_stops_before_it() {
+fn a_box_dropped_on_a_prop_rests_on_it_and_a_sliding_box_stops_at_it() {
     let solid = Solid::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
     let stand = [crate::body::Prop { name: "stand".into(), solid }];
     let mut simulated = SimulatedBody::new(&crate_of_20_kg(), 0.8, RATE, false).unwrap();

@@ -10,28 +10,28 @@ pub(super) struct Wrench {
 }
 
 impl Wrench {
-    /// None.
+    /// The zero wrench.
     pub(super) fn zero() -> Self {
         Self { force: Vector3::zeros(), moment: Vector3::zeros() }
     }
 
-    /// The norm of its force and of its moment over a lever (metres), newtons.
+    /// The norm of its force and of its moment divided by a lever (metres), newtons.
     pub(super) fn size(&self, lever: f64) -> f64 {
         libm::sqrt(self.product(self, lever))
     }
 
-    /// So many times it.
+    /// The wrench multiplied by a factor.
     pub(super) fn scaled(&self, by: f64) -> Self {
         Self { force: self.force * by, moment: self.moment * by }
     }
 
-    /// Both.
+    /// The sum of two wrenches.
     pub(super) fn and(&self, other: &Self) -> Self {
         Self { force: self.force + other.force, moment: self.moment + other.moment }
     }
 
     /// The greatest share of `other`, 0 to 1, that can be added without exceeding `bound`, newtons; the wrench itself
-    /// does not exceed it.
+    /// must not exceed it.
     pub(super) fn room(&self, other: &Self, lever: f64, bound: f64) -> f64 {
         let (own, mixed, theirs) = (self.product(self, lever), self.product(other, lever), other.product(other, lever));
         if own + 2.0 * mixed + theirs <= bound * bound || theirs <= 0.0 {
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_of_the_bound_is_given_and_no_more() {
+    fn the_rest_of_the_bound_is_used_and_no_more() {
         let wrench = |force: f64, moment: f64| Wrench { force: Vector3::x() * force, moment: Vector3::y() * moment };
         // a lever of 2 m: a moment of 8 N m counts as 4 N
         assert!((wrench(3.0, 8.0).size(2.0) - 5.0).abs() < 1e-12);

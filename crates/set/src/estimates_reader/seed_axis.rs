@@ -1,9 +1,9 @@
-//! Files of one repetition, without seeds or the axis of the repetitions.
+//! Files of a single repetition, without seeds or without the axis of seeds.
 
 use crate::SetError;
 use crate::npz::{Array, Npz, Values};
 
-/// Arrays of estimates, with the number of their axes.
+/// Arrays of estimates with their number of axes.
 const AXES: [(&str, usize); 5] = [
     ("estimate_root", 3),
     ("estimate_angles", 3),
@@ -11,14 +11,14 @@ const AXES: [(&str, usize); 5] = [
     ("estimate_joints", 4),
     ("estimate_covariance", 5),
 ];
-/// No file has so many repetitions; a shape may claim any number.
+/// Greatest number of repetitions, because a shape may claim any number.
 const MOST_SEEDS: usize = 1_000_000;
 
-/// The archive with `seeds` and with the axis of the repetitions in front of every array of estimates. Arrays that have
-/// no such axis are of a single repetition. Without `seeds` the repetitions are numbered from 0.
+/// The archive with `seeds`, and with a leading axis of seeds in every array of estimates. Arrays without this axis are
+/// of a single repetition. Without `seeds` the repetitions are numbered from 0.
 ///
 /// # Errors
-/// [`SetError::Malformed`] where only some arrays have the axis, or it is missing and there are several seeds.
+/// [`SetError::Malformed`] if only some arrays have the axis, or if it is missing and there are several seeds.
 pub fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     let axes = |name: &str| AXES.iter().find(|(known, _)| *known == name).map(|(_, axes)| *axes);
     type ShapeOf<'a> = (&'a str, usize, &'a [usize]);
@@ -28,7 +28,7 @@ pub fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     let (without, with): (Vec<ShapeOf<'_>>, Vec<ShapeOf<'_>>) = there.into_iter().partition(lacks);
     if let (Some((one, ..)), Some((other, ..))) = (without.first(), with.first()) {
         let detail = format!(
-            "{other} has an axis of seeds in front and {one} has none; give both or neither: (seeds, frames, ...) or \
+            "{other} has a leading axis of seeds and {one} has none; use one form for all: (seeds, frames, ...) or \
              (frames, ...)"
         );
         return Err(SetError::malformed(file, &detail));
@@ -44,7 +44,7 @@ pub fn with_seed_axis(file: &str, npz: Npz) -> Result<Npz, SetError> {
     if !is_single && has_seeds {
         return Ok(npz);
     }
-    // a single number is a list of one
+    // a single number becomes a list of one
     let listed = |array: &Array| match (array.shape.is_empty(), &array.values) {
         (true, values) => Array { shape: vec![1], values: values.clone() },
         (false, _) => array.clone(),

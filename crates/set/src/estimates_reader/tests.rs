@@ -1,4 +1,4 @@
-//! Columns in any order, missing estimates, and what is refused.
+//! Columns in any order, missing estimates, and malformed files.
 
 use super::*;
 use crate::npz::{Array, Values};
@@ -6,7 +6,7 @@ use crate::test_bodies::{person, walk};
 
 const NAN: f64 = f64::NAN;
 
-/// What another program wrote: 3 frames of seed 5.
+/// A file of another program: 3 frames of seed 5.
 fn file(arrays: &[(&str, Array)]) -> Vec<u8> {
     let mut npz = Npz::from_iter([("fps", Array::new(&[1], vec![60_i64])), ("seeds", Array::new(&[1], vec![5_u8]))]);
     arrays.iter().for_each(|(name, array)| npz.push(name, array.clone()));
@@ -72,7 +72,7 @@ fn permuted_columns_are_put_in_order_by_their_names() {
 }
 
 #[test]
-fn names_that_are_missing_unknown_or_there_twice_are_told() {
+fn missing_unknown_and_duplicate_names_are_reported() {
     let named = |names: Array| {
         read(&[
             ("estimate_root", root_rows()),
@@ -106,10 +106,10 @@ fn frames_of_nan_have_no_estimate_and_frames_half_nan_are_refused() {
     assert_eq!((found.sequences[0].pose(1), found.sequences[0].markers[1]), (None, [None; 15]));
     assert_eq!(found.sequences[0].pose(2), Some(&walk(3).poses[2]));
     let message = poses(nan_frame(root_rows(), 7), angles.clone()).unwrap_err();
-    assert!(message.contains("seed 5, frame 1: one of root and angles is NaN"), "{message}");
+    assert!(message.contains("seed 5, frame 1: only one of root and angles is NaN"), "{message}");
     let message = poses(root_rows(), with(angles.clone(), 8, NAN)).unwrap_err();
     assert!(
-        message.contains("estimate_angles: seed 5, frame 1: expected finite numbers, or NaN throughout"),
+        message.contains("estimate_angles: seed 5, frame 1: expected only finite numbers, or only NaN"),
         "{message}"
     );
     let message = poses(with(root_rows(), 0, f64::INFINITY), angles).unwrap_err();
@@ -135,7 +135,7 @@ fn markers_alone_are_an_estimate_in_any_order_and_number() {
 }
 
 #[test]
-fn joints_alone_give_the_markers_that_lie_on_them_and_a_root_those_on_it() {
+fn joints_alone_give_the_markers_at_the_joints_and_a_root_those_on_its_link() {
     let body = person();
     let names: Vec<&str> = body.joints.iter().rev().map(|joint| joint.name.as_str()).collect();
     let joints = walk(3).poses.into_iter().flat_map(|pose| {
@@ -166,7 +166,7 @@ fn joints_alone_give_the_markers_that_lie_on_them_and_a_root_those_on_it() {
 }
 
 #[test]
-fn what_is_said_twice_must_agree() {
+fn positions_given_twice_must_agree() {
     let both = |markers: Array| {
         read(&[
             ("estimate_root", root_rows()),
@@ -177,12 +177,12 @@ fn what_is_said_twice_must_agree() {
     };
     assert_eq!(both(marker_rows(&[3, 4])).unwrap().sequences, [expected()]);
     let message = both(with(marker_rows(&[3, 4]), 10, 0.5)).unwrap_err();
-    assert!(message.contains("estimate_markers: seed 5, frame 1: puts left_wrist"), "{message}");
+    assert!(message.contains("estimate_markers: seed 5, frame 1: left_wrist is"), "{message}");
 }
 
 #[test]
 fn a_file_without_an_estimate_says_what_is_expected() {
-    assert!(read(&[]).unwrap_err().contains("holds no estimate; expected estimate_root and estimate_angles, or"));
+    assert!(read(&[]).unwrap_err().contains("contains no estimate; expected estimate_root and estimate_angles, or"));
     let angles = angle_rows([0, 1, 2, 3, 4, 5]);
     let alone = read(&[
         ("estimate_angles", angles),
@@ -191,13 +191,13 @@ fn a_file_without_an_estimate_says_what_is_expected() {
     ]);
     assert!(alone.unwrap_err().contains("estimate_angles needs estimate_root"));
     let none = Array::new(&[1, 0, 7], Vec::<f64>::new());
-    assert!(read(&[("estimate_root", none)]).unwrap_err().contains("holds no frame"));
+    assert!(read(&[("estimate_root", none)]).unwrap_err().contains("contains no frame"));
     let flat = Array::new(&[], vec![1.0]);
-    assert!(read(&[("estimate_root", flat)]).unwrap_err().contains("holds no frame"));
+    assert!(read(&[("estimate_root", flat)]).unwrap_err().contains("contains no frame"));
 }
 
 #[test]
-fn quaternions_in_single_precision_are_taken() {
+fn quaternions_in_single_precision_are_accepted() {
     let Values::F64(rows) = root_rows().values else { panic!() };
     let single = Array::new(&[1, 3, 7], rows.iter().map(|x| *x as f32).collect::<Vec<f32>>());
     let found = read(&[("estimate_root", single)]).unwrap().sequences[0].roots().unwrap();
@@ -241,7 +241,7 @@ fn one_repetition_needs_neither_seeds_nor_their_axis() {
     let several = alone(&none, Some(Array::new(&[2], vec![1_i64, 2])));
     assert!(several.unwrap_err().contains("several seeds"));
     let mixed = [("estimate_root", root_rows()), ("estimate_angles", without_axis(angle_rows([0, 1, 2, 3, 4, 5])))];
-    assert!(alone(&mixed, None).unwrap_err().contains("give both or neither"));
+    assert!(alone(&mixed, None).unwrap_err().contains("use one form for all"));
 }
 
 #[test]

@@ -6,20 +6,20 @@ use crate::raster::Mask;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-CAMn/imageNNNN.bmp    8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, for the set has no photographs
+CAMn/imageNNNN.bmp    8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the set has no photographs
 FGn/imageNNNN.bmp     silhouettes, 255 body, 0 background
-CALIB/CameraN.cal     25 numbers as HumanEva has them, millimetres
+CALIB/CameraN.cal     25 numbers in HumanEva's format, millimetres
 
 BodyShapeParameters.txt, PoseParameters.txt and InitialPose.txt describe bodytrack's own body of ten tapered cylinders and 31
-angles. They are not written: another body has no exact counterpart of them, and a guessed one would be a fault of the truth.";
+angles. They are not written: another body has no exact counterpart of them, and an approximation would not be ground truth.";
 
-/// Frames that four digits can number.
+/// Greatest number of frames with four digits.
 const MOST_FRAMES: usize = 10_000;
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     let frames = set.blind.frame_count;
     if frames > MOST_FRAMES {
-        let detail = format!("{frames} frames; bodytrack's file names hold {MOST_FRAMES} at most");
+        let detail = format!("{frames} frames; bodytrack's file names allow at most {MOST_FRAMES}");
         return Err(SetError::malformed("bodytrack", detail));
     }
     folder.readme(set, "The folders of PARSEC bodytrack", README)?;
@@ -33,7 +33,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     })
 }
 
-/// A Windows bitmap of 8 bits with a grey palette, rows from the bottom.
+/// An 8-bit Windows bitmap with a grey palette, bottom row first.
 fn bmp(mask: &Mask) -> Vec<u8> {
     const HEADER: u32 = 14 + 40 + 4 * 256;
     let (width, height) = (mask.width(), mask.height());

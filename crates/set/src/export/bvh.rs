@@ -1,7 +1,7 @@
-//! BVH: the actor's links as joints that turn, centimetres, Y up.
+//! BVH: the actor's links as rotating joints, centimetres, Y up.
 //!
-//! BVH has no rest rotations. The rest pose is the zero pose, in which every joint's axes are those of the world; a
-//! joint's rotation is how far its link has turned from there, against its parent's.
+//! BVH has no rest rotations. The rest pose is the zero pose, in which the axes of every joint are those of the world.
+//! A joint's rotation is that of its link since the zero pose, relative to its parent's.
 
 use std::fmt::Write as _;
 
@@ -18,9 +18,9 @@ actor.bvh   every link of the actor as a joint (end sites are the middle of the 
             zero pose of the robot. Joints without any freedom are kept, with rotations of 0. HumanEva's markers are joints
             marker_NAME at the ends of the links that carry them, which never turn.";
 
-/// End sites of markers, which are points, metres.
+/// Length of the end sites of markers, which are points, metres.
 const MARKER_END_M: f64 = 0.01;
-/// End sites of links whose geometry is at their origin, metres.
+/// Length of the end sites of links with geometry at their origin, metres.
 const SHORT_END_M: f64 = 0.05;
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
@@ -43,7 +43,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     folder.write("actor.bvh", text.as_bytes())
 }
 
-/// The set's axes in those of the file: a cyclic exchange, which keeps right-handedness.
+/// Converts from the set's axes to the file's: a cyclic permutation, which keeps right-handedness.
 fn y_up(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.y, v.z, v.x)
 }
@@ -52,9 +52,9 @@ struct BvhSkeleton<'a> {
     actor: &'a Humanoid,
     rest: LinkFrames,
     children: Vec<Vec<usize>>,
-    /// Links in the order of the hierarchy, parents first, one branch after another.
+    /// Links in depth-first order.
     order: Vec<usize>,
-    /// Markers on links: name, link, and place from the link's origin at rest in the set's axes, metres.
+    /// Name, link and position of the markers, from the link's origin at rest in the set's axes, metres.
     markers: Vec<(String, usize, Vector3<f64>)>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> BvhSkeleton<'a> {
             open.extend(children[link].iter().rev());
         }
         let rest = actor.link_frames(&actor.zero_pose());
-        // a link of that name may place the marker
+        // a marker is left out if a link has its name
         let is_link = |name: &String| actor.links.iter().any(|link| link.name == *name);
         let marker = |(index, landmark): (usize, &Landmark)| {
             let at = actor.markers[index]?;
@@ -85,7 +85,7 @@ impl<'a> BvhSkeleton<'a> {
         self.markers.iter().filter(move |(_, carrier, _)| *carrier == link)
     }
 
-    /// Where a link begins, from where its parent does, at rest, metres.
+    /// Offset of a link's origin from its parent's, at rest, metres.
     fn offset(&self, link: usize) -> Vector3<f64> {
         let place = |link: usize| self.rest[link].translation.vector;
         match link.checked_sub(1) {
@@ -143,16 +143,17 @@ impl<'a> BvhSkeleton<'a> {
     }
 }
 
-/// Degrees about Z, then the turned X, then the turned Y, in the axes of the file.
+/// Intrinsic rotations about Z, X and Y, degrees, in the axes of the file.
 fn euler_zxy(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let to_file = Matrix3::from_rows(&[Vector3::y().transpose(), Vector3::z().transpose(), Vector3::x().transpose()]);
     let turned: Rotation3<f64> = rotation.to_rotation_matrix();
     let r = to_file * turned.matrix() * to_file.transpose();
     let x = r[(2, 1)].clamp(-1.0, 1.0);
-    let [z, y] = match x.abs() < 1.0 - 1e-12 {
-        true => [libm::atan2(-r[(0, 1)], r[(1, 1)]), libm::atan2(-r[(2, 0)], r[(2, 2)])],
-        // the first and the last turn are about one axis: all of it is said by the first
-        false => [libm::atan2(r[(1, 0)], r[(0, 0)]), 0.0],
+    let [z, y] = if x.abs() < 1.0 - 1e-12 {
+        [libm::atan2(-r[(0, 1)], r[(1, 1)]), libm::atan2(-r[(2, 0)], r[(2, 2)])]
+    } else {
+        // gimbal lock: the first and the last rotation have the same axis, and the first gets all of it
+        [libm::atan2(r[(1, 0)], r[(0, 0)]), 0.0]
     };
     [z, libm::asin(x), y].map(f64::to_degrees)
 }

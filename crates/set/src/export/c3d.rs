@@ -9,21 +9,21 @@ const README: &str = "\
 markers.c3d   HumanEva's 15 virtual markers, millimetres, the world's Z up (POINT:X_SCREEN +X, POINT:Y_SCREEN +Z), no analogue
               channels. A marker that the actor lacks has residual -1. Frames are numbered from 1.";
 
-/// Bytes of a block.
+/// Block size, bytes.
 const BLOCK: usize = 512;
 
-/// Frames that a C3D file can number with 16 bits.
+/// Greatest number of frames with 16 bits.
 const MOST_FRAMES: usize = 65_535;
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     let truth = &set.truth.ground_truth;
     let Ok(frames) = u16::try_from(truth.frames.len()) else {
-        let detail = format!("{} frames; a C3D file holds {MOST_FRAMES} at most; use trc or npz", truth.frames.len());
+        let detail = format!("{} frames; a C3D file allows at most {MOST_FRAMES}; use trc or npz", truth.frames.len());
         return Err(SetError::malformed("c3d", detail));
     };
     folder.readme(set, "Markers as C3D", README)?;
     let rate = truth.frames_per_second as f32;
-    // how many blocks the parameters take does not depend on the numbers in them
+    // the number of blocks of the parameters does not depend on their values
     let blocks = parameters(frames, rate, 0).len().div_ceil(BLOCK);
     let data_start = 2 + blocks as u16;
     let mut bytes = header(frames, rate, data_start);
@@ -36,19 +36,19 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     folder.write("markers.c3d", &bytes)
 }
 
-/// The first block: counts, rate, where the data begins.
+/// The first block: counts, rate, first block of the data.
 fn header(frames: u16, rate: f32, data_start: u16) -> Vec<u8> {
     let mut bytes = vec![2, 0x50];
     for word in [LANDMARKS.len() as u16, 0, 1, frames, 0] {
         bytes.extend(word.to_le_bytes());
     }
-    // a negative scale says that points are floats
+    // a negative scale marks floating-point coordinates
     bytes.extend((-1.0_f32).to_le_bytes());
     bytes.extend(data_start.to_le_bytes());
     bytes.extend(0_u16.to_le_bytes());
     bytes.extend(rate.to_le_bytes());
     bytes.resize(BLOCK, 0);
-    // event labels, of which there are none, would have four characters
+    // event labels, if there were any, would have four characters
     bytes[298..300].copy_from_slice(&12345_u16.to_le_bytes());
     bytes
 }
@@ -56,7 +56,7 @@ fn header(frames: u16, rate: f32, data_start: u16) -> Vec<u8> {
 /// One parameter.
 struct Parameter {
     name: &'static str,
-    /// -1 text, 2 whole number, 4 float.
+    /// -1 text, 2 integer, 4 float.
     kind: i8,
     dimensions: Vec<u8>,
     data: Vec<u8>,
@@ -75,7 +75,7 @@ impl Parameter {
         Self { name, kind: -1, dimensions: vec![text.len() as u8], data: text.as_bytes().to_vec() }
     }
 
-    /// Texts of one length, filled up with blanks.
+    /// Texts padded with blanks to equal length.
     fn texts(name: &'static str, texts: &[&str]) -> Self {
         let longest = texts.iter().map(|text| text.len()).max().unwrap_or(0);
         let data = texts.iter().flat_map(|text| format!("{text:<longest$}").into_bytes()).collect();
@@ -85,7 +85,7 @@ impl Parameter {
     fn bytes(&self, group: i8) -> Vec<u8> {
         let mut bytes = vec![self.name.len() as u8, group as u8];
         bytes.extend(self.name.as_bytes());
-        // from here to the next: these two bytes, kind, dimensions, data, and an empty description
+        // offset to the next parameter: these two bytes, kind, dimensions, data, and an empty description
         let length = 2 + 1 + 1 + self.dimensions.len() + self.data.len() + 1;
         bytes.extend((length as u16).to_le_bytes());
         bytes.extend([self.kind as u8, self.dimensions.len() as u8]);
@@ -119,12 +119,12 @@ fn parameters(frames: u16, rate: f32, data_start: u16) -> Vec<u8> {
         bytes.extend([3, 0, 0]);
         group.iter().for_each(|parameter| bytes.extend(parameter.bytes(id)));
     }
-    // a name of no characters ends the section
+    // an empty name ends the section
     bytes.extend([0, 0]);
     bytes
 }
 
-/// x, y, z, residual of every marker of every frame.
+/// x, y, z and residual of every marker in every frame.
 fn points(truth: &GroundTruth) -> Vec<u8> {
     let of_marker = |marker: &Option<nalgebra::Point3<f64>>| match marker {
         Some(place) => {

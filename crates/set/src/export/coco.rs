@@ -17,7 +17,7 @@ Keypoints are HumanEva's 15 markers, which lie inside the body; x, y are pixels,
 in OpenCV. v: 0 not in the image (then x = y = 0), 1 hidden by the body or by something else, 2 visible. The 15 sigmas for OKS
 are not COCO's 17: set COCOeval.params.kpt_oks_sigmas to an array of 15. An image without the body has no annotation.";
 
-/// Pairs of keypoints, from 1, that are connected.
+/// Pairs of connected keypoints, from 1.
 const SKELETON: [[usize; 2]; 14] = [
     [15, 1],
     [1, 2],

@@ -8,7 +8,8 @@ use crate::{BenchmarkSet, SetError, rigid};
 
 const README: &str = "\
 cameras.txt, images.txt, points3D.txt: the rig, one image a camera, and the actor's markers in frame 0 with the pixels where
-they are visible; of cameras that move, an image of every frame, the others without points. Images are NAME/000000.png: lay camNN/silhouette of the set's observations/ beside under these names.
+they are visible. Moving cameras have an image of every frame, those after the first without points. Images are
+NAME/000000.png: copy camNN/silhouette of the set's observations/ to these names.
 
 COLMAP's own conventions: world to camera as qw qx qy qz tx ty tz, metres, x right, y down, z forward; the world's Z is up; pixel
 (0.5, 0.5) is the centre of the top-left pixel. Cameras without distortion are PINHOLE, with it OPENCV, or FULL_OPENCV where
@@ -47,7 +48,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         .try_for_each(|(name, text)| folder.write(name, text.as_bytes()))
 }
 
-/// Images of the frames after the first, without points, of a set whose cameras move.
+/// Images of the frames after the first, without points, for sets with moving cameras.
 fn other_frames(set: &BenchmarkSet) -> String {
     let (names, cameras) = (camera_files(set), set.blind.rig.cameras.len());
     let mut images = String::new();

@@ -1,4 +1,4 @@
-//! Croissant 1.0: a JSON-LD description of the images and a table of them.
+//! Croissant 1.0: a JSON-LD description and a table of the images.
 
 use serde_json::{Value, json};
 
@@ -8,10 +8,10 @@ use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
 croissant.json   Croissant 1.0: mlcroissant.Dataset(\"croissant.json\").records(\"frames\")
-frames.csv       a row a camera and frame: image, camera, frame, time_s, area_px, markers_visible
+frames.csv       a row per camera and frame: image, camera, frame, time_s, area_px, markers_visible
 masks/           the silhouettes that the table names";
 
-/// Columns of the table with their types.
+/// Name, type and description of the table's columns.
 const COLUMNS: [(&str, &str, &str); 6] = [
     ("image", "sc:Text", "path of the silhouette: 8-bit grey PNG, 255 where the body is"),
     ("camera", "sc:Text", "the camera's name"),
@@ -83,7 +83,7 @@ fn description(set: &BenchmarkSet, table: &[u8]) -> Value {
     })
 }
 
-/// The context of Croissant 1.0, as its specification prints it.
+/// The context of Croissant 1.0, from its specification.
 fn context() -> Value {
     let mut context = json!({
         "@language": "en",

@@ -1,4 +1,4 @@
-//! Where an export goes.
+//! The folder of an export.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -29,12 +29,12 @@ impl<'a> Folder<'a> {
         Self { root: root.to_owned(), progress }
     }
 
-    /// Writes a file that must not be there yet.
+    /// Writes a new file.
     pub(super) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SetError> {
         self.create(name, |file| file.write_all(bytes))
     }
 
-    /// Writes a file piece by piece.
+    /// Writes a new file in pieces.
     pub(super) fn create(
         &self,
         name: &str,
@@ -51,14 +51,14 @@ impl<'a> Folder<'a> {
         written.map_err(SetError::io(&path, "write"))
     }
 
-    /// Writes `README.txt`: a title, and what the reader of the format has to know.
+    /// Writes `README.txt`: a title and the description of the format.
     pub(super) fn readme(&self, set: &BenchmarkSet, title: &str, words: &str) -> Result<(), SetError> {
         let (name, hash) = (&set.blind.name, &set.blind.set_hash);
         let text = format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {hash}.\n\n{words}\n");
         self.write("README.txt", text.as_bytes())
     }
 
-    /// Every silhouette that a camera took, in order of frames, then cameras; one is in memory at a time.
+    /// Every silhouette, in order of frames, then cameras. Only one is in memory at a time.
     pub(super) fn for_each_picture(
         &self,
         set: &BenchmarkSet,
@@ -83,24 +83,23 @@ impl<'a> Folder<'a> {
     }
 }
 
-/// A camera's name as a file's: letters, digits, `-`, `_` and `.`; anything else is `_`.
+/// A camera's name as a file name: letters, digits, `-`, `_` and `.`; other characters become `_`.
 pub(super) fn file_name(name: &str) -> String {
     let harmless = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     let name: String = name.chars().map(harmless).collect();
     name.trim_start_matches('.').to_owned()
 }
 
-/// File names of all cameras, no two alike.
+/// Unique file names of all cameras.
 pub(super) fn camera_files(set: &BenchmarkSet) -> Vec<String> {
     let names: Vec<String> = set.blind.rig.cameras.iter().map(|camera| file_name(&camera.name)).collect();
-    let unique = |(index, name): (usize, &String)| match names[..index].contains(name) || name.is_empty() {
-        true => format!("{name}_cam{index:02}"),
-        false => name.clone(),
+    let unique = |(index, name): (usize, &String)| {
+        if names[..index].contains(name) || name.is_empty() { format!("{name}_cam{index:02}") } else { name.clone() }
     };
     names.iter().enumerate().map(unique).collect()
 }
 
-/// Metres to millimetres, rounded to a ten-thousandth of one.
+/// Metres to millimetres, rounded to four decimals.
 pub(super) fn millimetres(metres: f64) -> f64 {
     (metres * 1e7).round() / 1e4
 }

@@ -1,7 +1,7 @@
 //! A set in the formats of other tools.
 //!
-//! Each format is one file here, written as its own documentation has it, and read back by its own reader in
-//! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and what is left out. Exports hold the
+//! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
+//! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
 //! truth: they are for evaluation, not for trackers.
 
 mod bodytrack;
@@ -24,7 +24,7 @@ use std::path::Path;
 use self::folder::Folder;
 use super::{BenchmarkSet, SetError};
 
-/// A format that sets are exported to.
+/// An export format for sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportFormat {
     /// COCO's instances and keypoints.
@@ -45,7 +45,7 @@ pub enum ExportFormat {
     Croissant,
     /// Tar shards of samples.
     WebDataset,
-    /// The trajectory of the root, as TUM's benchmark has it.
+    /// The trajectory of the root in TUM's format.
     Tum,
     /// HumanEva's calibration files.
     HumanEva,
@@ -53,7 +53,7 @@ pub enum ExportFormat {
     Bodytrack,
 }
 
-/// All formats, each with its name on the command line and what is written.
+/// All formats with their names on the command line and the files they write.
 pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
     (ExportFormat::Coco, "coco", "annotations.json (instances as RLE, 15 keypoints), images/: pycocotools"),
     (ExportFormat::OpenCv, "opencv", "NAME.yml of every camera: cv2.FileStorage"),
@@ -64,7 +64,7 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
     (
         ExportFormat::Colmap,
         "colmap",
-        "cameras.txt, images.txt, points3D.txt of one frame, of cameras that move images of all: COLMAP",
+        "cameras.txt, images.txt, points3D.txt of frame 0; images of all frames for moving cameras: COLMAP",
     ),
     (ExportFormat::Croissant, "croissant", "croissant.json, frames.csv, masks/: mlcroissant"),
     (ExportFormat::WebDataset, "webdataset", "NNNNNN.tar shards of masks, cameras, keypoints: webdataset"),
@@ -85,27 +85,27 @@ impl ExportFormat {
     }
 }
 
-/// Who follows an export's progress.
+/// Callbacks during an export.
 #[derive(Clone, Copy)]
 pub struct ExportWatch<'a> {
-    /// Told of every frame whose images were written.
+    /// Called after the images of every frame.
     pub tick: &'a (dyn Fn() + Sync),
-    /// Whether to stop.
+    /// Returns whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// Writes a set into `folder`, which must be there and where none of the files may be yet.
+/// Writes a set into an existing folder that has none of the files yet.
 ///
 /// # Errors
-/// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot
-/// hold, with the reason; errors of reading the set; [`SetError::Stopped`].
+/// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] with the reason if the format
+/// cannot represent the set; errors of reading the set; [`SetError::Stopped`].
 pub fn export(
     set: &BenchmarkSet,
     format: ExportFormat,
     folder: &Path,
     progress: ExportWatch<'_>,
 ) -> Result<(), SetError> {
-    refuse_unheld(set, format)?;
+    check_representable(set, format)?;
     let folder = Folder::new(folder, progress);
     match format {
         ExportFormat::Coco => coco::write(set, &folder),
@@ -123,8 +123,8 @@ pub fn export(
     }
 }
 
-/// Refuses a format that would say something else than a set whose cameras move or keep times of their own.
-fn refuse_unheld(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
+/// Refuses formats that cannot represent moving cameras or cameras with their own exposure times.
+fn check_representable(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
     let filming = &set.truth.rig;
     if filming.is_still() {
         return Ok(());
@@ -145,7 +145,7 @@ fn refuse_unheld(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetErro
             "its points are at the frame's time, but images of this set are exposed at other times"
         }
         ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap => return Ok(()),
-        ExportFormat::Bodytrack => "its cameras must stand still and expose every image at the frame's time",
+        ExportFormat::Bodytrack => "its cameras must be static and expose every image at the frame's time",
     };
-    Err(SetError::malformed(format.name(), format!("cannot hold this set: {detail}; export it to npz")))
+    Err(SetError::malformed(format.name(), format!("cannot represent this set: {detail}; export it to npz")))
 }

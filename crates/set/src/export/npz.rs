@@ -1,4 +1,4 @@
-//! One NumPy archive of everything that is known, cameras included, and a reader of twenty lines.
+//! One NumPy archive of the whole truth with the cameras, and a short reader.
 
 use nalgebra::Point3;
 
@@ -11,16 +11,16 @@ use crate::{BenchmarkSet, RigMoments, SetError, truth_file, views_file};
 
 const README: &str = "\
 truth.npz       all arrays of the set's truth/truth.npz; joints_2d (T, C, J, 2) and markers_2d (T, C, 15, 2), pixels, lens included, in
-                the image or not, NaN before the near plane; and of the cameras: K (C, 3, 3), R (C, 3, 3), t (C, 3), distortion (C, 5:
+                the image or not, NaN before the near plane; and for the cameras: K (C, 3, 3), R (C, 3, 3), t (C, 3), distortion (C, 5:
                 k1 k2 p1 p2 k3), image_size (C, 2: width, height); 64-bit floats, no pickles
 read_truth.py   a reader of it: python3 read_truth.py .
 
 Metres, radians, seconds. The world is right-handed, Z up, ground at z = 0. x_camera = R x_world + t, x right, y down, z forward;
 pixel (0, 0) is the centre of the top-left pixel. Frame f is at time f / fps, and all arrays and images of one number belong to
-that instant. Where cameras move or take images at times of their own there are besides: frame_R (T, C, 3, 3) and frame_t (T, C, 3), the
+that instant. If cameras move or have their own exposure times, there are also: frame_R (T, C, 3, 3) and frame_t (T, C, 3), the
 cameras when the first row of their images was exposed (R and t are those of frame 0), exposed_s (T, C), when that was, NaN where
-a camera took no image for the frame, and line_delay_s (C), the delay from row to row; joints_2d and markers_2d are then of the
-moments at which the true cameras exposed what they show, NaN without an image.";
+a camera took no image for the frame, and line_delay_s (C), the delay from row to row; joints_2d and markers_2d are then at the
+exposure times of the true cameras, NaN without an image.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Truth and cameras for NumPy", README)?;
@@ -50,7 +50,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     folder.write("read_truth.py", truth_file::READER.as_bytes())
 }
 
-/// The cameras of every frame, and points where they were when they were exposed.
+/// The cameras of every frame, and the points at their time of exposure.
 fn push_moments(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &TimedRig) {
     let views = views_file::to_npz(truth, filming);
     for array in ["joints_2d", "markers_2d"] {

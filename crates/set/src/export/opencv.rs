@@ -36,7 +36,7 @@ fn text(camera: &Camera) -> String {
 }
 
 fn matrix(name: &str, rows: usize, columns: usize, values: &[f64]) -> String {
-    // OpenCV takes "1." or "1.0" for a number with a fraction, and "1" for none
+    // OpenCV reads "1.0" as floating point and "1" as an integer
     let values: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
     let values = values.join(", ");
     format!("{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {columns}\n   dt: d\n   data: [ {values} ]\n")

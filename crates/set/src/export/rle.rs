@@ -1,5 +1,5 @@
-//! COCO's compressed run lengths (`maskApi.c`): runs of background and figure in turn, column by column, each as the
-//! difference from the run before the last, in six bits a character.
+//! COCO's compressed run lengths (`maskApi.c`): alternating runs of background and foreground, column by column, each
+//! as the difference from the run before the last, six bits per character.
 
 use crate::raster::Mask;
 
@@ -22,7 +22,7 @@ pub(super) fn encode(mask: &Mask) -> String {
     text
 }
 
-/// Run lengths, the background's first.
+/// Run lengths, background first.
 fn counts(mask: &Mask) -> Vec<i64> {
     let (mut counts, mut run, mut figure) = (Vec::new(), 0, false);
     for x in 0..mask.width() {

@@ -38,7 +38,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     folder.write("markers.trc", text.as_bytes())
 }
 
-/// The same point where Y is up and X is kept.
+/// The point in axes with Y up and the same X.
 fn y_up(point: &Point3<f64>) -> [f64; 3] {
     [point.x, point.z, -point.y]
 }

@@ -1,4 +1,4 @@
-//! The root's trajectory as TUM's RGB-D benchmark has trajectories.
+//! The root's trajectory in the format of TUM's RGB-D benchmark.
 
 use std::fmt::Write as _;
 

@@ -1,35 +1,36 @@
-//! Poses of the test with noise, and points of the body wherever it stands and however it is turned.
+//! Recognises poses of the test with noise, and points of the body at any position and orientation.
 //!
-//! A row is known by features that its numbers have: joint angles themselves, or distances between points, which do not
-//! change when all points are shifted, turned or mirrored. A row of a file is that of a frame if the features differ by
-//! no more than a root mean square, so that noise does not hide it; frames that are like frame 0 do not count, because
+//! A row of numbers is recognised by features: joint angles themselves, or distances between points, which do not
+//! change when all points are translated, rotated or mirrored. A row of a file matches a frame if the root mean square
+//! difference of the features is small, so that noise does not hide it. Frames similar to frame 0 are ignored, because
 //! the start pose is known.
 
 use super::NumberSequence;
 
-/// Fewest features that change over the frames: fewer tell nothing.
+/// Fewest features that change over the frames; fewer are not conclusive.
 const LEAST_FEATURES: usize = 6;
 
-/// Most features: more tell nothing new.
+/// Most features; more add no information.
 const MOST_FEATURES: usize = 24;
 
-/// How many times its tolerance a feature may be off alone.
+/// Greatest difference of a single feature, as a multiple of the tolerance.
 const REACH: f64 = 4.0;
 
-/// How many times its tolerance a feature must change over the frames, and a frame must differ from frame 0.
-const TELLING: f64 = 20.0;
+/// Least change of a feature over the frames, and least difference of a frame from frame 0, as a multiple of the
+/// tolerance.
+const DISTINCT: f64 = 20.0;
 
-/// What is read from the numbers of a row.
+/// A feature of a row of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Feature {
     /// The magnitude of a number: signs depend on conventions.
     Number(usize),
-    /// The distance between two points of so many coordinates, whose first coordinates are at these places.
+    /// The distance between two points with `dimensions` coordinates that begin at these indices.
     Distance { from: usize, to: usize, dimensions: usize },
 }
 
 impl Feature {
-    /// All distances between so many points.
+    /// The distances between all pairs of `points` points.
     pub(super) fn distances(points: usize, dimensions: usize) -> Vec<Self> {
         let pair = move |a: usize| {
             (a + 1..points).map(move |b| Self::Distance { from: a * dimensions, to: b * dimensions, dimensions })
@@ -48,23 +49,23 @@ impl Feature {
     }
 }
 
-/// Rows of numbers, one a frame, that no file of the tracker's side may come near to.
-pub(super) struct Likeness {
+/// Rows of numbers, one per frame, that no file for trackers may contain, even approximately.
+pub(super) struct NoisySecret {
     pub(super) what: String,
-    /// Numbers of a row.
+    /// Numbers per row.
     width: usize,
-    /// Those that change most come first.
+    /// The features that change most come first.
     features: Vec<Feature>,
     /// Features and frame, in ascending order of the first feature.
     rows: Vec<(Vec<f64>, usize)>,
     /// Greatest root mean square of the differences.
     tolerance: f64,
-    /// Factors from the file's unit.
+    /// Factors of the units that a file may use.
     units: &'static [f64],
 }
 
-impl Likeness {
-    /// Of one row of equally many numbers a frame; `None` where they change too little to tell frames apart.
+impl NoisySecret {
+    /// From one row per frame, all of equal length; `None` if they change too little to distinguish frames.
     pub(super) fn new(
         what: String,
         rows: &[Vec<f64>],
@@ -79,24 +80,24 @@ impl Likeness {
             values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
         };
         let ranges = features.into_iter().map(|feature| (range(feature), feature));
-        let mut telling: Vec<(f64, Feature)> = ranges.filter(|(range, _)| *range > TELLING * tolerance).collect();
-        telling.sort_by(|a, b| b.0.total_cmp(&a.0));
-        telling.truncate(MOST_FEATURES);
-        let features: Vec<Feature> = telling.into_iter().map(|(_, feature)| feature).collect();
+        let mut distinct: Vec<(f64, Feature)> = ranges.filter(|(range, _)| *range > DISTINCT * tolerance).collect();
+        distinct.sort_by(|a, b| b.0.total_cmp(&a.0));
+        distinct.truncate(MOST_FEATURES);
+        let features: Vec<Feature> = distinct.into_iter().map(|(_, feature)| feature).collect();
         if features.len() < LEAST_FEATURES {
             return None;
         }
         let read = |row: &Vec<f64>| features.iter().map(|feature| value(row, *feature)).collect::<Vec<f64>>();
         let first = read(&rows[0]);
-        let is_told =
-            |row: &[f64]| row.iter().all(|x| x.is_finite()) && root_mean_square(row, &first) > TELLING * tolerance;
-        let told = rows.iter().enumerate().map(|(frame, row)| (read(row), frame)).filter(|(row, _)| is_told(row));
-        let mut rows: Vec<(Vec<f64>, usize)> = told.collect();
+        let is_distinct =
+            |row: &[f64]| row.iter().all(|x| x.is_finite()) && root_mean_square(row, &first) > DISTINCT * tolerance;
+        let kept = rows.iter().enumerate().map(|(frame, row)| (read(row), frame)).filter(|(row, _)| is_distinct(row));
+        let mut rows: Vec<(Vec<f64>, usize)> = kept.collect();
         rows.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         Some(Self { what, width, features, rows, tolerance, units })
     }
 
-    /// A frame whose row is near some row of the sequence.
+    /// A frame whose row is similar to a row of the sequence.
     pub(super) fn found_in(&self, sequence: &NumberSequence) -> Option<usize> {
         sequence.strides.iter().find_map(|stride| self.at_stride(&sequence.numbers, *stride))
     }
@@ -106,12 +107,12 @@ impl Likeness {
         let starts = numbers.len().checked_sub(reach)?;
         (0..starts).find_map(|start| {
             let feature = |index: usize| self.features[index].read(|i| numbers[start + i * stride]);
-            self.units.iter().find_map(|unit| self.frame_like(&|index| feature(index) * unit))
+            self.units.iter().find_map(|unit| self.similar_frame(&|index| feature(index) * unit))
         })
     }
 
-    /// A frame whose features are near.
-    fn frame_like(&self, feature: &dyn Fn(usize) -> f64) -> Option<usize> {
+    /// A frame with similar features.
+    fn similar_frame(&self, feature: &dyn Fn(usize) -> f64) -> Option<usize> {
         let (anchor, most) = (feature(0), REACH * self.tolerance);
         let first = self.rows.partition_point(|(row, _)| row[0] < anchor - most);
         let near = self.rows[first..].iter().take_while(|(row, _)| row[0] <= anchor + most);
@@ -143,19 +144,19 @@ mod tests {
         (0..frames).map(|frame| (0..3 * POINTS).map(|i| number(frame, i)).collect()).collect()
     }
 
-    fn found(likeness: &Likeness, numbers: Vec<f64>) -> Option<usize> {
-        likeness.found_in(&NumberSequence { place: String::new(), numbers, strides: vec![1] })
+    fn found(secret: &NoisySecret, numbers: Vec<f64>) -> Option<usize> {
+        secret.found_in(&NumberSequence { place: String::new(), numbers, strides: vec![1] })
     }
 
     #[test]
-    fn points_are_found_when_they_are_shifted_turned_mirrored_and_in_another_unit() {
+    fn points_are_found_when_they_are_translated_rotated_mirrored_and_in_another_unit() {
         let rows = rows(9);
         let features = Feature::distances(POINTS, 3);
         assert_eq!(features.len(), POINTS * (POINTS - 1) / 2);
-        let likeness = Likeness::new("points".into(), &rows, features, 2e-3, &[1.0, 0.001]).unwrap();
+        let secret = NoisySecret::new("points".into(), &rows, features, 2e-3, &[1.0, 0.001]).unwrap();
         let changed = |change: &dyn Fn([f64; 3]) -> [f64; 3]| {
             let points = rows[5].as_chunks::<3>().0.iter().flat_map(|p| change(*p)).collect::<Vec<f64>>();
-            found(&likeness, [vec![0.3, -7.0], points, vec![4.0]].concat())
+            found(&secret, [vec![0.3, -7.0], points, vec![4.0]].concat())
         };
         assert_eq!(changed(&|[x, y, z]| [x + 3.0, y - 1.0, z + 0.25]), Some(5));
         assert_eq!(changed(&|[x, y, z]| [1000.0 * y + 70.0, 1000.0 * z, 1000.0 * x - 90.0]), Some(5));
@@ -167,13 +168,13 @@ mod tests {
     fn noise_hides_nothing_below_the_tolerance_and_frames_like_the_first_are_known() {
         let rows = rows(9);
         let numbers = || (0..3 * POINTS).map(Feature::Number).collect::<Vec<_>>();
-        let likeness = Likeness::new("numbers".into(), &rows, numbers(), 2.5e-3, &[1.0]).unwrap();
+        let secret = NoisySecret::new("numbers".into(), &rows, numbers(), 2.5e-3, &[1.0]).unwrap();
         let with = |frame: usize, noise: f64| {
             let spoiled = rows[frame].iter().enumerate();
-            found(&likeness, spoiled.map(|(i, x)| x + noise * (7.0 * i as f64).sin()).collect())
+            found(&secret, spoiled.map(|(i, x)| x + noise * (7.0 * i as f64).sin()).collect())
         };
         assert_eq!((with(4, 1e-3), with(4, 2e-2), with(0, 1e-3)), (Some(4), None, None));
         let still = vec![rows[0].clone(); 5];
-        assert!(Likeness::new("still".into(), &still, numbers(), 2.5e-3, &[1.0]).is_none());
+        assert!(NoisySecret::new("still".into(), &still, numbers(), 2.5e-3, &[1.0]).is_none());
     }
 }

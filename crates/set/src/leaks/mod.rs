@@ -1,12 +1,12 @@
-//! Searches the files of trackers for poses of the test.
+//! Searches the files for trackers for poses of the test.
 //!
-//! Every file outside `truth/` is opened, whether the set lists it or not, and every number in it is compared with the
-//! poses of all frames except those like frame 0, which is the start pose: joint angles of the actor and of the
-//! tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place;
-//! joints; link frames. A pose may be a row or a column, anywhere in an array, regardless of signs. Exact angles are
-//! also found in any order; angles with a little noise in their own order; markers and joints wherever they are and
-//! however they are turned, in metres, centimetres or millimetres, and in the images. Numbers in texts count. Not
-//! found: poses in another representation, with more noise, compressed or encrypted (`docs/sets.md` has tolerances).
+//! Every file outside `truth/` is opened, listed or not, and all numbers in it are compared with the poses of all
+//! frames except those similar to frame 0, the start pose: joint angles of the actor and of the tracker's body,
+//! unchanged or mirrored, in radians or degrees; roots; markers, absolute and relative to the pelvis; joints; link
+//! frames. A pose may be a row or a column anywhere in an array, with any signs. Exact angles are also found in any
+//! order, angles with a little noise in their own order, and markers and joints at any position and orientation, in
+//! metres, centimetres or millimetres, and in the images. Numbers in texts are included. Not found are poses in another
+//! representation, with more noise, compressed or encrypted (`docs/sets.md` has the tolerances).
 
 mod likeness;
 mod numbers;
@@ -15,9 +15,10 @@ mod secret;
 use std::path::Path;
 use std::{fs, io};
 
-use self::likeness::Likeness;
+use self::likeness::NoisySecret;
 use self::numbers::{NumberSequence, sequences};
-use self::secret::{Secret, likenesses, secrets};
+pub(crate) use self::secret::mirrored_indices;
+use self::secret::{Secret, noisy_secrets, secrets};
 use super::files::SetFiles;
 use super::listing::{COMPLETE, LISTING, files_of};
 use super::samples::tar_places;
@@ -31,31 +32,31 @@ use crate::parallel;
 pub struct Leak {
     /// Path inside the set.
     pub file: String,
-    /// Where in the file, in words.
+    /// Description of the place in the file.
     pub place: String,
-    /// What can be read there, in words.
+    /// Description of the data.
     pub what: String,
-    /// Of which frame; `None` for something that is no number and should not be there.
+    /// The frame; `None` for data other than numbers that must not be there.
     pub frame: Option<usize>,
 }
 
-/// Searches all files of the set in `directory` outside `truth/` for poses of the test; each kind of number found in an
+/// Searches all files of the set in `directory` outside `truth/` for poses of the test. Each kind of data found in an
 /// array is reported once.
 ///
 /// # Errors
-/// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.
+/// [`SetError`] if the truth, or a file that may contain numbers, cannot be read.
 pub fn find_leaks(directory: &Path) -> Result<Vec<Leak>, SetError> {
     find_leaks_of(directory, directory)
 }
 
-/// As [`find_leaks`], of the truth in the folder `complete`.
+/// As [`find_leaks`], with the truth in the folder `complete`.
 pub(super) fn find_leaks_of(directory: &Path, complete: &Path) -> Result<Vec<Leak>, SetError> {
     let files = SetFiles::open(directory)?;
     let body = files.read(start_file::BODY_PATH)?;
     let (truth, body) = (TruthSet::read(complete)?, body_file::from_json(start_file::BODY_PATH, &body)?);
     let views = SetFiles::open(complete)?.read(views_file::PATH).map(|bytes| Npz::from_bytes(views_file::PATH, &bytes));
     let views = views.ok().and_then(Result::ok);
-    let secrets = Secrets { exact: secrets(&truth, &body), alike: likenesses(&truth, views.as_ref(), &body) };
+    let secrets = Secrets { exact: secrets(&truth, &body), noisy: noisy_secrets(&truth, views.as_ref(), &body) };
     let outside = |path: &String| !path.starts_with("truth/") && ![LISTING, PACKED, COMPLETE].contains(&path.as_str());
     let mut leaks = Vec::new();
     for file in files_of(directory)?.into_iter().filter(outside) {
@@ -70,37 +71,38 @@ pub(super) fn find_leaks_of(directory: &Path, complete: &Path) -> Result<Vec<Lea
     Ok(leaks)
 }
 
-/// What is in a shard besides silhouettes, which are looked at one by one.
+/// Searches the silhouettes in a shard one by one, and reports all other files in it.
 fn leaks_in_shard(files: &SetFiles, file: &str, path: &Path) -> Result<Vec<Leak>, SetError> {
     let broken = |e: io::Error| SetError::BrokenShard { file: file.to_owned(), detail: e.to_string() };
     let places = fs::File::open(path).and_then(|mut shard| tar_places(&mut shard)).map_err(broken)?;
     let mut leaks = Vec::new();
     for name in places.keys() {
-        match frame_of(name).is_some() && files.has(name) {
-            true => leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?),
-            false => leaks.push(leak(file, name, "a file that is not a silhouette of the set".to_owned(), None)),
+        if frame_of(name).is_some() && files.has(name) {
+            leaks.extend(leaks_of(name, &files.read(name)?, &Secrets::default())?);
+        } else {
+            leaks.push(leak(file, name, "a file that is not a silhouette of the set".to_owned(), None));
         }
     }
     Ok(leaks)
 }
 
-/// What no file of the tracker's side may tell.
+/// Data that no file for trackers may contain.
 #[derive(Default)]
 struct Secrets {
     exact: Vec<Secret>,
-    alike: Vec<Likeness>,
+    noisy: Vec<NoisySecret>,
 }
 
 impl Secrets {
-    /// What is told in a sequence, and of which frame; what is only alike where nothing is told exactly.
-    fn told_in(&self, sequence: &NumberSequence) -> Vec<(String, usize)> {
+    /// The data found in a sequence, with its frame; similar data only if none is found exactly.
+    fn found_in(&self, sequence: &NumberSequence) -> Vec<(String, usize)> {
         let exact = self.exact.iter().filter_map(|secret| Some((secret.what.clone(), secret.found_in(sequence)?)));
         let exact: Vec<(String, usize)> = exact.collect();
         if !exact.is_empty() {
             return exact;
         }
-        let found = parallel::map(self.alike.len(), |index| self.alike[index].found_in(sequence));
-        self.alike.iter().zip(found).filter_map(|(alike, frame)| Some((alike.what.clone(), frame?))).collect()
+        let found = parallel::map(self.noisy.len(), |index| self.noisy[index].found_in(sequence));
+        self.noisy.iter().zip(found).filter_map(|(noisy, frame)| Some((noisy.what.clone(), frame?))).collect()
     }
 }
 
@@ -110,8 +112,8 @@ fn leaks_of(file: &str, bytes: &[u8], secrets: &Secrets) -> Result<Vec<Leak>, Se
     }
     let mut leaks = Vec::new();
     for sequence in sequences(file, bytes)? {
-        let told = secrets.told_in(&sequence).into_iter();
-        leaks.extend(told.map(|(what, frame)| leak(file, &sequence.place, what, Some(frame))));
+        let found = secrets.found_in(&sequence).into_iter();
+        leaks.extend(found.map(|(what, frame)| leak(file, &sequence.place, what, Some(frame))));
     }
     Ok(leaks)
 }
@@ -120,14 +122,14 @@ fn leak(file: &str, place: &str, what: String, frame: Option<usize>) -> Leak {
     Leak { file: file.to_owned(), place: place.to_owned(), what, frame }
 }
 
-/// Description of data in a PNG besides its image.
+/// Description of data in a PNG other than its image.
 fn unknown_chunk(bytes: &[u8]) -> Option<String> {
     const NEEDED: [&[u8]; 3] = [b"IHDR", b"IDAT", b"IEND"];
     let mut rest = bytes.get(8..)?;
     while let Some((header, after)) = rest.split_first_chunk::<8>() {
         let [a, b, c, d, name @ ..] = *header;
         if !NEEDED.contains(&&name[..]) {
-            return Some(format!("a chunk {:?} besides the image", String::from_utf8_lossy(&name)));
+            return Some(format!("a chunk {:?} in addition to the image", String::from_utf8_lossy(&name)));
         }
         let length = u32::from_be_bytes([a, b, c, d]) as usize;
         rest = after.get(length.checked_add(4)?..)?;
@@ -149,7 +151,7 @@ mod tests {
 
     const FRAMES: usize = 12;
 
-    /// A set of a walk whose joints all move, no two alike.
+    /// A set of a walk in which every joint moves differently.
     fn written() -> (BenchmarkSet, tempfile::TempDir) {
         let mut motion = walk(FRAMES);
         for (frame, pose) in motion.poses.iter_mut().enumerate() {
@@ -165,7 +167,7 @@ mod tests {
         set.truth.ground_truth.frames.iter().map(|frame| frame.pose.clone()).collect()
     }
 
-    /// Leaks after a file was put among the tracker's files.
+    /// Leaks after a file was added to those for trackers.
     fn planted(name: &str, bytes: &[u8]) -> Vec<Leak> {
         let (_, directory) = written();
         fs::write(directory.path().join(name), bytes).unwrap();
@@ -181,13 +183,13 @@ mod tests {
     }
 
     #[test]
-    fn a_set_as_it_is_written_gives_no_pose_away() {
+    fn an_unchanged_set_has_no_leak() {
         let (_, directory) = written();
         assert_eq!(find_leaks(directory.path()).unwrap(), []);
     }
 
     #[test]
-    fn the_start_pose_may_be_known_and_the_next_may_not() {
+    fn the_start_pose_is_allowed_and_other_poses_are_not() {
         let (set, _) = written();
         let rows = angles(&poses(&set));
         let with = |rows: &[Vec<f64>]| {
@@ -223,18 +225,14 @@ mod tests {
     }
 
     #[test]
-    fn a_mirrored_pose_is_found_however_its_signs_are_counted() {
+    fn a_mirrored_pose_is_found_with_any_signs() {
         let (set, _) = written();
         let names: Vec<&str> =
             set.truth.ground_truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
-        let other = |name: &str| match name.contains("left") {
-            true => name.replace("left", "right"),
-            false => name.replace("right", "left"),
-        };
-        let of = |i: usize| names.iter().position(|name| *name == other(names[i])).unwrap_or(i);
+        let other = mirrored_indices(&names);
         let row = &angles(&poses(&set))[5];
         // rounded, so that it is not found as numbers in any order
-        let mirrored: Vec<f64> = (0..row.len()).map(|i| -(row[of(i)] * 1e4).round() / 1e4).collect();
+        let mirrored: Vec<f64> = (0..row.len()).map(|i| -(row[other[i]] * 1e4).round() / 1e4).collect();
         assert!(mirrored.iter().zip(row).any(|(a, b)| (a.abs() - b.abs()).abs() > 0.01), "the fixture has two sides");
         let found = planted("start/m.npz", &npz(&[("mirror", Array::new(&[1, row.len()], mirrored))]));
         assert!(found.iter().any(|leak| leak.what.contains("mirrored")), "{found:?}");
@@ -285,7 +283,7 @@ mod tests {
         }
     }
 
-    /// Some number with a mean of zero and a deviation of about one, the same every time.
+    /// Deterministic noise with mean zero and standard deviation of about one.
     fn noise(index: usize) -> f64 {
         std::f64::consts::SQRT_2 * (12.9898 * index as f64 + 0.3 * (index as f64).powi(2)).sin()
     }
@@ -300,7 +298,7 @@ mod tests {
         assert!(found.iter().any(|leak| leak.what == "joint angles of the actor, with noise"), "{found:?}");
         let other: Vec<f64> = rows.concat().iter().enumerate().map(|(i, x)| x + 0.03 * noise(i)).collect();
         let found = planted("start/training.npz", &npz(&[("angles", Array::new(&[rows.len(), width], other))]));
-        assert_eq!(found, [], "the same movement a second time is another motion");
+        assert_eq!(found, [], "a repetition of the movement is another motion");
     }
 
     #[test]
@@ -330,7 +328,7 @@ mod tests {
         let size = [128.0, 96.0];
         let shifted: Vec<f64> = pixels.iter().enumerate().map(|(i, x)| x + 0.5 - size[i % 2]).collect();
         for (name, values, what) in [
-            ("moved", moved, "markers of the actor, wherever it stands"),
+            ("moved", moved, "markers of the actor, at any position"),
             ("pixels", pixels.to_vec(), "markers of the actor in the images of camera"),
             ("shifted", shifted, "markers of the actor in the images of camera"),
         ] {
@@ -343,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_with_more_than_an_image_is_told() {
+    fn additional_data_in_an_image_is_reported() {
         let (_, directory) = written();
         let path = "observations/cam00/silhouette/000003.png";
         let mut bytes = fs::read(directory.path().join(path)).unwrap();
@@ -358,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn an_archive_that_cannot_be_read_is_no_proof_of_innocence() {
+    fn an_archive_that_cannot_be_read_is_an_error() {
         let (_, directory) = written();
         fs::write(directory.path().join("start/odd.npz"), b"PK\x03\x04 compressed").unwrap();
         assert!(find_leaks(directory.path()).unwrap_err().to_string().starts_with("start/odd.npz: "));

@@ -1,13 +1,13 @@
-//! All numbers of a file, in the order in which they stand.
+//! All numbers of a file in their order.
 
 use serde_json::Value;
 
 use crate::SetError;
 use crate::npz::{Array, Npz, Values};
 
-/// Numbers of a file with the steps at which rows and columns of them may be read.
+/// Numbers of a file, with the strides of their rows and columns.
 pub(super) struct NumberSequence {
-    /// Where in the file, in words.
+    /// Description of the place in the file.
     pub(super) place: String,
     pub(super) numbers: Vec<f64>,
     /// Distances between neighbours along each axis of an array.
@@ -42,7 +42,7 @@ pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<NumberSequence>,
     let malformed = |detail: String| SetError::malformed(file, detail);
     if file.ends_with(".npz") {
         let npz = Npz::from_bytes(file, bytes)?;
-        // arrays of bytes and texts may hold files of their own
+        // arrays of bytes and texts may contain files
         let inside = npz.iter().flat_map(|(name, array)| match &array.values {
             Values::U8(bytes) => of_bytes(&format!("array {name}"), bytes),
             Values::Text(texts) => of_text(&format!("array {name}"), &texts.join("\n")),
@@ -65,7 +65,7 @@ pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<NumberSequence>,
     Ok(of_bytes("file", bytes))
 }
 
-/// Numbers of a text, else of plain bytes.
+/// Numbers of a text, or of binary data if it is not UTF-8.
 fn of_bytes(place: &str, bytes: &[u8]) -> Vec<NumberSequence> {
     match std::str::from_utf8(bytes) {
         Ok(text) => of_text(place, text),
@@ -73,7 +73,7 @@ fn of_bytes(place: &str, bytes: &[u8]) -> Vec<NumberSequence> {
     }
 }
 
-/// The numbers of a text; where every line with numbers has as many, as a table.
+/// The numbers of a text, as a table if all lines with numbers have equally many.
 fn of_text(place: &str, text: &str) -> Vec<NumberSequence> {
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let of_line =
@@ -84,7 +84,7 @@ fn of_text(place: &str, text: &str) -> Vec<NumberSequence> {
     vec![NumberSequence::new(place.to_owned(), lines.concat(), &shape)]
 }
 
-/// Doubles and floats, little-endian, wherever they begin.
+/// Little-endian doubles and floats at every alignment.
 fn of_binary(place: &str, bytes: &[u8]) -> Vec<NumberSequence> {
     let doubles = (0..8).map(|start| {
         let rest = bytes.get(start..).unwrap_or_default();
@@ -111,7 +111,7 @@ fn arrays_of(place: &str, value: &Value, found: &mut Vec<NumberSequence>) {
     }
 }
 
-/// Shape of an array of numbers in equal rows; `None` of anything else.
+/// Shape of an array of numbers in equal rows; `None` for other values.
 fn shape_of(value: &Value) -> Option<Vec<usize>> {
     match value {
         Value::Number(_) => Some(Vec::new()),
@@ -124,7 +124,7 @@ fn shape_of(value: &Value) -> Option<Vec<usize>> {
     }
 }
 
-/// The texts of a JSON value, in their order.
+/// The texts of a JSON value in order.
 fn texts_of(value: &Value) -> Vec<&str> {
     match value {
         Value::String(text) => vec![text],

@@ -1,30 +1,30 @@
-//! Data that no file of the tracker's side may contain, and how it is recognised.
+//! Data that no file for trackers may contain, and how it is recognised.
 
 use super::NumberSequence;
-use super::likeness::{Feature, Likeness};
+use super::likeness::{Feature, NoisySecret};
 use crate::body::{Humanoid, Landmark, Pose};
 use crate::npz::Npz;
 use crate::{TruthSet, rigid};
 
-/// How near an angle (rad), a coordinate (m) or a quaternion's component must come.
+/// Tolerance of an angle (rad), a coordinate (m) or a quaternion's component.
 const TOLERANCE: f64 = 1e-3;
 
-/// The same for what has few numbers.
+/// The same for data of few numbers.
 const TOLERANCE_OF_FEW: f64 = 1e-4;
 
-/// How near a root's place must come, which is three numbers alone.
-const TOLERANCE_OF_PLACE: f64 = 1e-6;
+/// The same for a root's position, which has only three numbers.
+const TOLERANCE_OF_POSITION: f64 = 1e-6;
 
-/// How near a number that may stand anywhere must come: as near as single precision keeps it.
+/// Tolerance of numbers in any order: the rounding of single precision.
 const EXACT: f64 = 2e-7;
 
-/// How many angles of a frame must differ from frame 0 for the frame to be known by its angles in any order.
-const LEAST_TELLING: usize = 6;
+/// How many angles must differ from frame 0 for a frame to be recognised by its angles in any order.
+const LEAST_DISTINCT: usize = 6;
 
-/// What share of them must be found.
-const TELLING_SHARE: f64 = 0.9;
+/// Share of these angles that must be found.
+const FOUND_SHARE: f64 = 0.9;
 
-/// How near the angles of a frame must come as a root mean square, radians, and points, metres and pixels.
+/// Tolerance of the root mean square of all angles of a frame (rad), of points (m), and of points in images (px).
 const NOISE: f64 = 2.5e-3;
 const NOISE_PX: f64 = 0.5;
 
@@ -32,25 +32,25 @@ const NOISE_PX: f64 = 0.5;
 const ANGLES: [f64; 2] = [1.0, std::f64::consts::PI / 180.0];
 const LENGTHS: [f64; 3] = [1.0, 0.01, 0.001];
 
-/// Factors by which files may count: metres and radians, degrees, centimetres, millimetres.
+/// Factors of the units that a file may use: metres and radians, degrees, centimetres, millimetres.
 const UNITS: [f64; 4] = [1.0, std::f64::consts::PI / 180.0, 0.01, 0.001];
 
 /// A vector of numbers per frame that must not appear outside the truth.
 pub(super) struct Secret {
-    /// What it is, in words.
+    /// Description of the data.
     pub(super) what: String,
-    /// Magnitudes, frame by frame: a mirrored pose differs by signs.
+    /// Magnitudes per frame: a mirrored pose differs in its signs.
     rows: Vec<Vec<f64>>,
     tolerance: f64,
-    /// Whether the numbers may stand in any order.
+    /// Whether the numbers may be in any order.
     unordered: bool,
-    /// Frames that are not like frame 0, by the magnitude of the anchor.
+    /// Frames that differ from frame 0, sorted by the magnitude of the anchor.
     by_anchor: Vec<(f64, usize)>,
-    /// The number that changes most from frame to frame.
+    /// Index of the number that varies most.
     anchor: usize,
 }
 
-/// All identifying data of the truth's frames; `body` is the tracker's.
+/// All identifying data of the true frames; `body` is the tracker's.
 pub(super) fn secrets(truth: &TruthSet, body: &Humanoid) -> Vec<Secret> {
     let frames = &truth.ground_truth.frames;
     let poses: Vec<&Pose> = frames.iter().map(|frame| &frame.pose).collect();
@@ -68,35 +68,24 @@ pub(super) fn secrets(truth: &TruthSet, body: &Humanoid) -> Vec<Secret> {
     let joints = frames.iter().map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     let links = frames.iter().map(|f| f.link_frames.0.iter().flat_map(rigid::to_row).collect()).collect();
     all.push(Secret::new("markers of the actor", markers(false), TOLERANCE));
-    all.push(Secret::new("markers of the actor about its pelvis", markers(true), TOLERANCE));
+    all.push(Secret::new("markers of the actor relative to its pelvis", markers(true), TOLERANCE));
     all.push(Secret::new("joints of the actor", joints, TOLERANCE));
     all.push(Secret::new("link frames of the actor", links, TOLERANCE));
     all
 }
 
-/// Poses and points of the truth's frames that are recognised in spite of noise, and points wherever they are; `views`
-/// is `truth/views.npz`, and `body` the tracker's.
-pub(super) fn likenesses(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid) -> Vec<Likeness> {
+/// True poses and points that are recognised in spite of noise, the points at any position; `views` is
+/// `truth/views.npz` and `body` the tracker's.
+pub(super) fn noisy_secrets(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid) -> Vec<NoisySecret> {
     let frames = &truth.ground_truth.frames;
     let own: Vec<&Pose> = frames.iter().map(|frame| &frame.pose).collect();
     let refitted: Vec<&Pose> = truth.refitted.iter().flat_map(|motion| &motion.poses).collect();
-    let angles = |whose: &str, body: &Humanoid, poses: &[&Pose]| {
-        let order = mirrored_order(body);
-        let rows: Vec<Vec<f64>> = poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect();
-        let mirrored = rows.iter().map(|row| order.iter().filter_map(|i| row.get(*i).copied()).collect()).collect();
-        let named = [(rows, "joint angles"), (mirrored, "mirrored joint angles")];
-        let of = |(rows, what): (Vec<Vec<f64>>, &str)| {
-            let features = (0..rows.first().map_or(0, Vec::len)).map(Feature::Number).collect();
-            Likeness::new(format!("{what} of the {whose}, with noise"), &rows, features, NOISE, &ANGLES)
-        };
-        named.into_iter().filter_map(of).collect::<Vec<Likeness>>()
-    };
-    let mut all = angles("actor", &truth.ground_truth.actor, &own);
-    all.extend(angles("tracker's body", body, &refitted));
+    let mut all = noisy_angles("actor", &truth.ground_truth.actor, &own);
+    all.extend(noisy_angles("tracker's body", body, &refitted));
     let markers = frames.iter().map(|f| f.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     let joints = frames.iter().map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()).collect();
     for (what, rows) in [("markers", markers), ("joints", joints)] {
-        all.extend(points(format!("{what} of the actor, wherever it stands"), rows, 3, NOISE, &LENGTHS));
+        all.extend(points(format!("{what} of the actor, at any position"), rows, 3, NOISE, &LENGTHS));
     }
     for (array, what) in [("markers_2d", "markers"), ("joints_2d", "joints")] {
         all.extend(views.into_iter().flat_map(|views| in_images(views, array, what)));
@@ -104,16 +93,34 @@ pub(super) fn likenesses(truth: &TruthSet, views: Option<&Npz>, body: &Humanoid)
     all
 }
 
-/// Points of the actor by the distances between them.
-fn points(what: String, rows: Vec<Vec<f64>>, dimensions: usize, noise: f64, units: &'static [f64]) -> Option<Likeness> {
+/// Joint angles and mirrored joint angles of a body.
+fn noisy_angles(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<NoisySecret> {
+    let order = mirrored_order(body);
+    let rows: Vec<Vec<f64>> = poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect();
+    let mirrored = rows.iter().map(|row| order.iter().filter_map(|i| row.get(*i).copied()).collect()).collect();
+    let secret = |(rows, what): (Vec<Vec<f64>>, &str)| {
+        let features = (0..rows.first().map_or(0, Vec::len)).map(Feature::Number).collect();
+        NoisySecret::new(format!("{what} of the {whose}, with noise"), &rows, features, NOISE, &ANGLES)
+    };
+    [(rows, "joint angles"), (mirrored, "mirrored joint angles")].into_iter().filter_map(secret).collect()
+}
+
+/// Points of the actor, recognised by the distances between them.
+fn points(
+    what: String,
+    rows: Vec<Vec<f64>>,
+    dimensions: usize,
+    noise: f64,
+    units: &'static [f64],
+) -> Option<NoisySecret> {
     let width = rows.first()?.len();
     let features = Feature::distances(width / dimensions, dimensions);
-    // a marker that the body lacks is lacking in all frames
-    if rows.iter().all(|row| row.len() == width) { Likeness::new(what, &rows, features, noise, units) } else { None }
+    // a marker that the body lacks is missing in all frames
+    if rows.iter().all(|row| row.len() == width) { NoisySecret::new(what, &rows, features, noise, units) } else { None }
 }
 
 /// Points of the actor in the images of every camera.
-fn in_images(views: &Npz, array: &str, what: &str) -> Vec<Likeness> {
+fn in_images(views: &Npz, array: &str, what: &str) -> Vec<NoisySecret> {
     let shape = views.get(array).map(|array| array.shape.clone()).unwrap_or_default();
     let Ok(&[frames, cameras, points_of_frame, 2]) = <&[usize; 4]>::try_from(&shape[..]) else { return Vec::new() };
     let Ok(pixels) = views.f64s("views.npz", array, &[None, None, None, Some(2)]) else { return Vec::new() };
@@ -131,31 +138,38 @@ fn of_poses(whose: &str, body: &Humanoid, poses: &[&Pose]) -> Vec<Secret> {
         poses.iter().map(|pose| order.iter().filter_map(|i| pose.joint_angles.get(*i).copied()).collect()).collect()
     };
     let roots: Vec<[f64; 7]> = poses.iter().map(|pose| rigid::to_row(&pose.world_from_root)).collect();
-    let as_they_are: Vec<usize> = (0..body.degrees_of_freedom.len()).collect();
+    let unchanged: Vec<usize> = (0..body.degrees_of_freedom.len()).collect();
     let mirrored = mirrored_order(body);
     let mut all = vec![
-        Secret::new(&format!("joint angles of the {whose}"), angles(&as_they_are), TOLERANCE).in_any_order(),
+        Secret::new(&format!("joint angles of the {whose}"), angles(&unchanged), TOLERANCE).in_any_order(),
         Secret::new(&format!("root of the {whose}"), roots.iter().map(|r| r.to_vec()).collect(), TOLERANCE_OF_FEW),
         Secret::new(
-            &format!("place of the root of the {whose}"),
+            &format!("position of the root of the {whose}"),
             roots.iter().map(|r| r[..3].to_vec()).collect(),
-            TOLERANCE_OF_PLACE,
+            TOLERANCE_OF_POSITION,
         ),
     ];
-    if mirrored != as_they_are {
+    if mirrored != unchanged {
         all.push(Secret::new(&format!("mirrored joint angles of the {whose}"), angles(&mirrored), TOLERANCE));
     }
     all
 }
 
-/// For each degree of freedom the one on the body's other side, by their names.
+/// For every degree of freedom its counterpart on the other side of the body, by name.
 fn mirrored_order(body: &Humanoid) -> Vec<usize> {
     let names: Vec<&str> = body.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
-    let other_side = |name: &str| match name.contains("left") {
-        true => name.replace("left", "right"),
-        false => name.replace("right", "left"),
+    mirrored_indices(&names)
+}
+
+/// For every name the index of its counterpart on the other side of the body; its own index if there is none.
+pub(crate) fn mirrored_indices<S: AsRef<str>>(names: &[S]) -> Vec<usize> {
+    let other_side =
+        |name: &str| if name.contains("left") { name.replace("left", "right") } else { name.replace("right", "left") };
+    let index = |(own, name): (usize, &S)| {
+        let other = other_side(name.as_ref());
+        names.iter().position(|name| name.as_ref() == other).unwrap_or(own)
     };
-    (0..names.len()).map(|i| names.iter().position(|n| *n == other_side(names[i])).unwrap_or(i)).collect()
+    names.iter().enumerate().map(index).collect()
 }
 
 impl Secret {
@@ -178,7 +192,7 @@ impl Secret {
         Self { unordered: true, ..self }
     }
 
-    /// A frame that can be read from the sequence.
+    /// A frame that the sequence contains.
     pub(super) fn found_in(&self, sequence: &NumberSequence) -> Option<usize> {
         let in_order = sequence.strides.iter().find_map(|stride| self.at_stride(&sequence.numbers, *stride));
         in_order.or_else(|| if self.unordered { self.in_some_order(&sequence.numbers) } else { None })
@@ -209,13 +223,14 @@ impl Secret {
             let at = sorted.partition_point(|n| *n < least);
             sorted.get(at).is_some_and(|n| *n <= (value + EXACT) / unit)
         };
-        let told = |frame: usize, unit: f64| {
+        let is_found = |frame: usize, unit: f64| {
             let row = self.rows[frame].iter().zip(&self.rows[0]);
-            let telling: Vec<f64> = row.filter(|(v, given)| (*v - *given).abs() > TOLERANCE).map(|(v, _)| *v).collect();
-            let found = telling.iter().filter(|value| has(**value, unit)).count();
-            telling.len() >= LEAST_TELLING && found as f64 >= TELLING_SHARE * telling.len() as f64
+            let distinct: Vec<f64> =
+                row.filter(|(v, given)| (*v - *given).abs() > TOLERANCE).map(|(v, _)| *v).collect();
+            let found = distinct.iter().filter(|value| has(**value, unit)).count();
+            distinct.len() >= LEAST_DISTINCT && found as f64 >= FOUND_SHARE * distinct.len() as f64
         };
         let frames = self.by_anchor.iter().map(|(_, frame)| *frame);
-        UNITS[..2].iter().find_map(|unit| frames.clone().find(|frame| told(*frame, *unit)))
+        UNITS[..2].iter().find_map(|unit| frames.clone().find(|frame| is_found(*frame, *unit)))
     }
 }

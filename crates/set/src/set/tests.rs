@@ -4,7 +4,7 @@ use crate::fixture::small_set;
 use std::fs;
 
 #[test]
-fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
+fn a_set_rendered_directly_to_disk_is_the_same_as_one_assembled_and_written() {
     let motion = crate::test_bodies::walk(5);
     let layers = [Layer::Depth, Layer::Parts];
     let assembled = tempfile::tempdir().unwrap();
@@ -15,14 +15,14 @@ fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
         BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| observer.observe(frame))
     })
     .unwrap();
-    // The listing has the digest of every file.
+    // the listing has the digest of every file
     let listing = |folder: &Path| std::fs::read_to_string(folder.join(LISTING)).unwrap();
     assert_eq!(listing(drawn.path()), listing(assembled.path()));
     verify_hashes(drawn.path()).unwrap();
 }
 
 #[test]
-fn a_drawing_that_is_stopped_is_no_set() {
+fn a_stopped_rendering_is_not_a_set() {
     let drawn = tempfile::tempdir().unwrap();
     let seen = std::sync::atomic::AtomicUsize::new(0);
     let stopped = crate::fixture::with_parts(&crate::test_bodies::walk(9), |parts, observer| {
@@ -61,7 +61,7 @@ fn a_set_on_disk_is_the_set_in_memory() {
     let read = BenchmarkSet::read(directory.path()).unwrap();
     same(&set, &read);
     assert_eq!(set.blind.observations().count(), 3);
-    // and a copy made from disk is the same again
+    // a copy made from disk is the same again
     let copy = written(&read);
     same(&set, &BenchmarkSet::read(copy.path()).unwrap());
 }
@@ -110,7 +110,7 @@ fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
 }
 
 #[test]
-fn a_set_half_written_is_no_set() {
+fn a_half_written_set_is_not_a_set() {
     let directory = written(&small_set(1).unwrap());
     fs::remove_file(directory.path().join("files.sha256")).unwrap();
     for error in [
@@ -125,7 +125,7 @@ fn a_set_half_written_is_no_set() {
 }
 
 #[test]
-fn the_same_bytes_come_from_any_number_of_threads() {
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let hash = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| small_set(4).unwrap().blind.set_hash)
@@ -135,7 +135,7 @@ fn the_same_bytes_come_from_any_number_of_threads() {
 }
 
 #[test]
-fn layers_lie_beside_the_truth_and_leave_the_hash_alone() {
+fn layers_do_not_change_the_set_hash() {
     let set = small_set(2).unwrap();
     let directory = tempfile::tempdir().unwrap();
     set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts]).unwrap();
@@ -145,11 +145,11 @@ fn layers_lie_beside_the_truth_and_leave_the_hash_alone() {
 }
 
 #[test]
-fn a_set_that_is_stopped_is_not_made_and_its_layers_are_not_drawn() {
+fn a_stopped_set_is_not_complete_and_its_layers_are_not_rendered() {
     let set = small_set(2).unwrap();
     let directory = tempfile::tempdir().unwrap();
     let asked = std::sync::atomic::AtomicUsize::new(0);
-    // the files of the set are asked for one by one, then the layers
+    // stop is checked before every file of the set, then before the layers
     let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::SeqCst) >= 15;
     let stopped = set.write_unless(directory.path(), &[Layer::Depth], &stop).unwrap_err();
     assert!(matches!(stopped, SetError::Stopped), "{stopped}");
@@ -158,7 +158,7 @@ fn a_set_that_is_stopped_is_not_made_and_its_layers_are_not_drawn() {
 }
 
 #[test]
-fn parts_that_do_not_fit_together_make_no_set() {
+fn inconsistent_parts_make_no_set() {
     let set = small_set(2).unwrap();
     let (truth, blind) = (&set.truth, &set.blind);
     let parts = SetParts {
@@ -176,12 +176,12 @@ fn parts_that_do_not_fit_together_make_no_set() {
         BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()
     };
     let two = TimedRig::from(&CameraRig { cameras: blind.rig.cameras[..2].to_vec() });
-    assert!(refused(&SetParts { rig: &two, ..parts }).contains("does not fit these 2 cameras"));
+    assert!(refused(&SetParts { rig: &two, ..parts }).contains("does not match these 2 cameras"));
     let mut start = blind.start.clone();
     start.pose.joint_angles = nalgebra::DVector::zeros(3);
     assert!(refused(&SetParts { start: &start, ..parts }).contains("start and refitted poses"));
     let short = Motion { frames_per_second: 60.0, poses: vec![blind.start.pose.clone()] };
     assert!(refused(&SetParts { refitted: Some(&short), ..parts }).contains("1 refitted poses for 2 frames"));
     let other_frame = BenchmarkSet::assemble(&parts, |_| blind.observation(0).unwrap()).unwrap_err();
-    assert!(other_frame.to_string().contains("frame 1 (from 0) does not fit the cameras"), "{other_frame}");
+    assert!(other_frame.to_string().contains("frame 1 (from 0) does not match the cameras"), "{other_frame}");
 }

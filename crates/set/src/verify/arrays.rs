@@ -1,9 +1,9 @@
-//! Names and other arrays that follow from the rest of a set and must be the same to the letter.
+//! Names and other arrays that follow from the rest of a set and must match exactly.
 
 use crate::input::excerpt;
 use crate::npz::{Npz, Values};
 
-/// The arrays of texts that differ from what is expected, in words.
+/// Describes the arrays of texts that differ from the expected ones.
 pub(super) fn wrong_names(found: &Npz, expected: &Npz) -> Vec<String> {
     let texts = expected.iter().filter_map(|(name, array)| match &array.values {
         Values::Text(texts) => Some((name, texts)),
@@ -23,10 +23,10 @@ fn wrong_texts(found: &Npz, name: &str, expected: &[String]) -> Option<String> {
     Some(format!("{name}[{at}] is {:?}, expected {expected:?}", excerpt(text)))
 }
 
-/// An array of whole numbers that differs from what is expected, in words.
+/// Describes an array of integers that differs from the expected one.
 pub(super) fn wrong_numbers(found: &Npz, name: &str, expected: &[i64]) -> Option<String> {
     let Some(Values::I64(numbers)) = found.get(name).map(|array| &array.values) else {
-        return Some(format!("{name} is missing or not an array of whole numbers"));
+        return Some(format!("{name} is missing or not an array of integers"));
     };
     if numbers.len() != expected.len() {
         return Some(format!("{name} has {} numbers, expected {}", numbers.len(), expected.len()));

@@ -1,13 +1,13 @@
-//! Poses of the test where trackers may read.
+//! Searches for poses of the test in the files for trackers.
 
 use std::path::Path;
 
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::SetError;
 use crate::files::SetFiles;
 use crate::leaks::find_leaks_of;
 
-pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> Outcome {
+pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> CheckOutcome {
     let outside = files.paths().filter(|path| !path.starts_with("truth/")).count();
     let faults = match find_leaks_of(directory, complete) {
         Ok(leaks) => leaks
@@ -17,7 +17,7 @@ pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> Outc
                 Fault { file: leak.file, detail: format!("{}: {}{frame}", leak.place, leak.what) }
             })
             .collect(),
-        // without the truth nobody knows what to look for
+        // the search needs the truth
         Err(SetError::Tampered { file, .. }) => return Err(format!("not checked: {file} was changed")),
         Err(SetError::MissingShard { file, .. } | SetError::BrokenShard { file, .. }) => {
             return Err(format!("not checked: {file} is damaged or missing"));

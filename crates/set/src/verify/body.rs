@@ -3,11 +3,11 @@
 use nalgebra::{Point3, Vector3};
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, Markers};
 use crate::truth_file::ACTOR_PATH;
 
-/// From the ankles to the top of the head, metres: a small child's, and more than anybody's.
+/// Range of heights from the ankles to the top of the head, metres: from a small child to more than any human.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.4..=2.8;
 
 /// Markers of the left side with their counterparts.
@@ -20,7 +20,7 @@ const SIDES: [(Landmark, Landmark); 6] = [
     (Landmark::LeftAnkle, Landmark::RightAnkle),
 ];
 
-pub(super) fn check(parts: &ReadParts) -> Outcome {
+pub(super) fn check(parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let actor = &truth.actor;
     let frames = actor.link_frames(&actor.zero_pose());
@@ -49,14 +49,14 @@ fn height_fault(markers: &Markers) -> Option<String> {
     let guess = unit.map(|(_, unit)| format!("; its lengths look like {unit}")).unwrap_or_default();
     (!HEIGHTS_M.contains(&height)).then(|| {
         format!(
-            "from ankles to head the actor measures {height:.3} m; expected {} to {} m{guess}",
+            "the actor measures {height:.3} m from ankles to head; expected {} to {} m{guess}",
             HEIGHTS_M.start(),
             HEIGHTS_M.end()
         )
     })
 }
 
-/// Markers whose link's name says the other side.
+/// Markers on a link whose name has the other side.
 fn side_faults(actor: &Humanoid, markers: &Markers) -> Vec<String> {
     let mut faults = Vec::new();
     for (landmark, marker) in LANDMARKS.iter().zip(&actor.markers) {
@@ -73,7 +73,7 @@ fn side_faults(actor: &Humanoid, markers: &Markers) -> Vec<String> {
     for (left, right) in SIDES {
         if across((left, right)).is_some_and(|across| across.dot(&hips) < 0.0) {
             let (left, right) = (left.name(), right.name());
-            faults.push(format!("{left} and {right} are on the other sides than the hips at the zero pose"));
+            faults.push(format!("{left} and {right} are on the opposite sides to the hips at the zero pose"));
         }
     }
     faults
@@ -97,7 +97,7 @@ fn handedness_fault(actor: &Humanoid, frames: &LinkFrames, markers: &Markers) ->
         .collect();
     let forward = forward.iter().sum::<Vector3<f64>>();
     let expected = left.cross(&up);
-    // a foot that is part of the shank, or points nowhere, tells nothing
+    // a foot that is part of the shank, or has no clear direction, is not conclusive
     let cosine = forward.dot(&expected) / (forward.norm() * expected.norm());
     let is_foot = forward.norm() > 0.02 && cosine.abs() > 0.3;
     (is_foot && cosine < 0.0).then(|| {

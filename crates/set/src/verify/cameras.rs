@@ -1,10 +1,10 @@
-//! `cameras.json`, by its numbers alone.
+//! Checks the numbers of `cameras.json`.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, filming};
+use super::{CheckOutcome, Fault, filming};
 use crate::cameras_file::{self, AXES, PIXEL_CENTRES};
 use crate::files::SetFiles;
 use crate::input::excerpt;
@@ -12,7 +12,7 @@ use crate::input::excerpt;
 /// How far a rotation's `R^T R` may be from the identity.
 const TOLERANCE: f64 = 1e-9;
 
-/// A camera's numbers as any reader of JSON finds them.
+/// A camera of the JSON file, read without this program's own reader.
 #[derive(Clone)]
 pub(super) struct ListedCamera {
     pub(super) name: String,
@@ -42,7 +42,7 @@ impl ListedCamera {
         })
     }
 
-    /// OpenCV's `projectPoints`, from its documentation: the pixel, whose centre is at integers, and the depth along z.
+    /// OpenCV's `projectPoints`, from its documentation: pixel coordinates with centres at integers, and depth along z.
     pub(super) fn project(&self, point: &Vector3<f64>) -> ([f64; 2], f64) {
         let p = self.r * point + self.t;
         let (x, y) = (p.x / p.z, p.y / p.z);
@@ -54,16 +54,16 @@ impl ListedCamera {
         ([self.k[(0, 0)] * bent_x + self.k[(0, 2)], self.k[(1, 1)] * bent_y + self.k[(1, 2)]], p.z)
     }
 
-    /// By how much a point is inside the image and beyond the near plane, pixels or metres; below 0 outside.
+    /// Distance of a point inside the borders of the image and the near plane, pixels or metres; negative outside.
     pub(super) fn margin(&self, point: &Vector3<f64>) -> f64 {
         let ([u, v], depth) = self.project(point);
         let [width, height] = self.size;
-        // the image reaches from -0.5 to its size less 0.5
+        // the image extends from -0.5 to its size minus 0.5
         let margins = [u + 0.5, width - 0.5 - u, v + 0.5, height - 0.5 - v, depth - self.near];
         margins.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The same camera elsewhere.
+    /// The same camera at another pose.
     pub(super) fn placed(&self, camera_from_world: &Isometry3<f64>) -> Self {
         let r = camera_from_world.rotation.to_rotation_matrix().into_inner();
         Self { r, t: camera_from_world.translation.vector, ..self.clone() }
@@ -101,19 +101,20 @@ impl ListedCamera {
 }
 
 fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
-    let flat: Vec<f64> = match value.as_array()?.iter().all(Value::is_array) {
-        true => value
+    let flat: Vec<f64> = if value.as_array()?.iter().all(Value::is_array) {
+        value
             .as_array()?
             .iter()
             .flat_map(|row| row.as_array().into_iter().flatten())
             .filter_map(Value::as_f64)
-            .collect(),
-        false => value.as_array()?.iter().filter_map(Value::as_f64).collect(),
+            .collect()
+    } else {
+        value.as_array()?.iter().filter_map(Value::as_f64).collect()
     };
     flat.try_into().ok()
 }
 
-/// The cameras of a file of cameras, read without this program's own reader.
+/// The cameras of a file, read without this program's own reader.
 pub(super) fn plain(files: &SetFiles, path: &str) -> Result<Vec<ListedCamera>, String> {
     let (_, cameras) = read(files, path)?;
     cameras.into_iter().collect::<Option<_>>().ok_or_else(|| format!("not checked: {path} cannot be read"))
@@ -127,7 +128,7 @@ fn read(files: &SetFiles, path: &str) -> Result<(Value, Vec<Option<ListedCamera>
     Ok((value, cameras))
 }
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (value, cameras) = read(files, cameras_file::PATH)?;
     let mut faults = Vec::new();
     for (key, expected) in [("axes", AXES), ("pixel_centres", PIXEL_CENTRES)] {

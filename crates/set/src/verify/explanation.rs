@@ -1,12 +1,14 @@
-//! Which common mistake explains points that are not where they should be.
+//! Finds the common mistake that explains wrong points.
 
 use nalgebra::{Point3, Vector3};
 
-/// How far points may be from where an explanation puts them, in shares of their greatest coordinate.
+use crate::leaks::mirrored_indices;
+
+/// Tolerance of an explanation, relative to the greatest coordinate.
 const TOLERANCE: f64 = 1e-6;
 
-/// One frame: points with names, where they should be.
-pub(super) type Frame = Vec<Option<Point3<f64>>>;
+/// The points of one frame; `None` for missing ones.
+pub(super) type FramePoints = Vec<Option<Point3<f64>>>;
 
 type CoordinateMistake = (&'static str, fn(&Vector3<f64>) -> Vector3<f64>);
 
@@ -22,41 +24,32 @@ const OF_COORDINATES: [CoordinateMistake; 9] = [
     ("x and y are exchanged", |p| Vector3::new(p.y, p.x, p.z)),
 ];
 
-/// Explains `found` by what is `expected`; both have one entry a frame, and `names` one a point.
-pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> Option<String> {
-    let all = |of: &dyn Fn(usize) -> Option<Frame>| {
+/// Explains how `found` arose from `expected`; both have one entry per frame, and `names` one per point.
+pub(super) fn explain(expected: &[FramePoints], found: &[FramePoints], names: &[String]) -> Option<String> {
+    let all = |of: &dyn Fn(usize) -> Option<FramePoints>| {
         (0..found.len()).all(|frame| of(frame).is_none_or(|e| same(&e, &found[frame])))
     };
-    for (words, mistake) in OF_COORDINATES {
+    for (explanation, mistake) in OF_COORDINATES {
         if all(&|frame| Some(expected[frame].iter().map(|p| p.map(|p| mistake(&p.coords).into())).collect())) {
-            return Some(words.to_owned());
+            return Some(explanation.to_owned());
         }
     }
-    let other = other_side(names);
+    let other = mirrored_indices(names);
     if all(&|frame| Some(other.iter().map(|index| expected[frame][*index]).collect())) {
         return Some("left and right are exchanged".to_owned());
     }
     if found.len() > 1 {
         if all(&|frame| frame.checked_sub(1).map(|before| expected[before].clone())) {
-            return Some("they are one frame late: each frame has what belongs to the frame before".to_owned());
+            return Some("they are one frame late: each frame has the points of the frame before".to_owned());
         }
         if all(&|frame| expected.get(frame + 1).cloned()) {
-            return Some("they are one frame early: each frame has what belongs to the next".to_owned());
+            return Some("they are one frame early: each frame has the points of the next".to_owned());
         }
     }
     None
 }
 
-/// For each name the place of its counterpart on the other side of the body.
-fn other_side(names: &[String]) -> Vec<usize> {
-    let other = |name: &str| match name.contains("left") {
-        true => name.replace("left", "right"),
-        false => name.replace("right", "left"),
-    };
-    (0..names.len()).map(|i| names.iter().position(|name| *name == other(&names[i])).unwrap_or(i)).collect()
-}
-
-fn same(expected: &Frame, found: &Frame) -> bool {
+fn same(expected: &FramePoints, found: &FramePoints) -> bool {
     let scale = expected.iter().flatten().map(|p| p.coords.amax()).fold(1.0, f64::max);
     let pairs = expected.iter().zip(found);
     expected.len() == found.len()
@@ -72,12 +65,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_mistake_is_named_and_what_is_no_mistake_is_not() {
+    fn each_mistake_is_named_and_other_differences_are_not() {
         let point = |f: usize, i: f64| Some(Point3::new(0.3 + i, 0.7 * i + 0.1 * f as f64, 1.1 - 0.2 * i));
-        let frames: Vec<Frame> = (0..4).map(|f| vec![point(f, 0.1), point(f, 0.5), None]).collect();
+        let frames: Vec<FramePoints> = (0..4).map(|f| vec![point(f, 0.1), point(f, 0.5), None]).collect();
         let names = ["left_hip", "right_hip", "head"].map(str::to_owned);
-        let with = |change: &dyn Fn(usize) -> Frame| {
-            let found: Vec<Frame> = (0..4).map(change).collect();
+        let with = |change: &dyn Fn(usize) -> FramePoints| {
+            let found: Vec<FramePoints> = (0..4).map(change).collect();
             explain(&frames, &found, &names)
         };
         for (words, mistake) in OF_COORDINATES {

@@ -1,5 +1,5 @@
-//! `cameras.npz` against `truth/filming.json`: where the cameras are in every frame, with the errors that trackers are
-//! told, and when they took their images.
+//! Compares `cameras.npz` with `truth/filming.json`: the cameras of every frame, with the errors for trackers, and
+//! their exposure times.
 
 use nalgebra::Isometry3;
 
@@ -9,19 +9,19 @@ use crate::camera::{RigMoment, TimedRig};
 use crate::input::excerpt;
 use crate::{RigMoments, moments_file};
 
-/// How far a time may be off, seconds.
+/// Tolerance of times, seconds.
 const TOLERANCE_S: f64 = 1e-9;
-/// How far a camera may be off, metres and radians.
+/// Tolerance of camera poses, metres and radians.
 const TOLERANCE_M: f64 = 1e-9;
 
-/// What is wrong with what a tracker is told of cameras that film.
+/// Faults of the moving or timed cameras for trackers.
 pub(super) fn faults(parts: &ReadParts) -> Vec<Fault> {
     let Some(moments) = &parts.moments else { return Vec::new() };
     let mut faults = unsteady_times(moments);
-    // where the key cannot be read, the check of the start says so
+    // if the key cannot be read, the check of the start reports it
     if let (Ok(filming), Some(truth), (facts, Some(seed))) = (parts.filming(), &parts.truth, parts.observed()) {
-        let told = RigMoments::told(&filming, truth, Some(&facts), seed);
-        if let Some(expected) = told.map(|told| told.frames).filter(|told| told.len() == moments.frames.len()) {
+        let given = RigMoments::for_tracker(&filming, truth, Some(&facts), seed);
+        if let Some(expected) = given.map(|given| given.frames).filter(|frames| frames.len() == moments.frames.len()) {
             for camera in 0..filming.cameras() {
                 faults.extend(wrong_times(&filming, moments, &expected, camera));
                 faults.extend(wrong_delay(&filming, moments, camera));
@@ -32,14 +32,16 @@ pub(super) fn faults(parts: &ReadParts) -> Vec<Fault> {
     faults.into_iter().map(|detail| Fault::new(moments_file::PATH, detail)).collect()
 }
 
-/// Times of a camera's images that do not rise.
+/// Times of a camera's images that do not increase.
 fn unsteady_times(moments: &RigMoments) -> Vec<String> {
     let of_camera = |camera: usize| {
         let times = moments.frames.iter().enumerate().filter_map(|(f, m)| Some((f, m.exposed_s[camera]?)));
         let times: Vec<(usize, f64)> = times.collect();
         let pair = times.windows(2).find(|pair| pair[1].1 <= pair[0].1)?;
         let [(_, before), (frame, after)] = [pair[0], pair[1]];
-        Some(format!("time_s: the times of camera {camera} do not rise: {after} s in frame {frame}, after {before} s"))
+        Some(format!(
+            "time_s: the times of camera {camera} do not increase: {after} s in frame {frame}, after {before} s"
+        ))
     };
     (0..moments.line_delay_s.len()).filter_map(of_camera).collect()
 }
@@ -53,15 +55,16 @@ fn wrong_times(filming: &TimedRig, found: &RigMoments, expected: &[RigMoment], c
         };
     let wrong: Vec<usize> = (0..expected.len()).filter(|f| differs(&(&found.frames[*f], &expected[*f]))).collect();
     let first = *wrong.first()?;
-    let words = |moment: &RigMoment| moment.exposed_s[camera].map_or("no image".to_owned(), |time| format!("{time} s"));
+    let describe =
+        |moment: &RigMoment| moment.exposed_s[camera].map_or("no image".to_owned(), |time| format!("{time} s"));
     let name = excerpt(&filming.rig().cameras[camera].name);
     Some(format!(
-        "time_s: {} of {} times of camera {name:?} are not those of truth/filming.json, first in frame {first}: it says \
+        "time_s: {} of {} times of camera {name:?} are not those of truth/filming.json, first in frame {first}: \
         {}, expected {}",
         wrong.len(),
         expected.len(),
-        words(&found.frames[first]),
-        words(&expected[first])
+        describe(&found.frames[first]),
+        describe(&expected[first])
     ))
 }
 
@@ -97,7 +100,7 @@ fn wrong_places(filming: &TimedRig, found: &RigMoments, expected: &[RigMoment], 
     let degrees = place(first).rotation.angle_to(&known(first).rotation).to_degrees();
     let name = excerpt(&filming.rig().cameras[camera].name);
     Some(format!(
-        "camera_from_world: {} of {} places of camera {name:?} are not those of truth/filming.json, first in frame {first}: \
+        "camera_from_world: {} of {} poses of camera {name:?} are not those of truth/filming.json, first in frame {first}: \
         off by {off:.2e} m and {degrees:.2e} degrees{why}",
         wrong.len(),
         expected.len()

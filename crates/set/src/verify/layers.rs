@@ -1,9 +1,9 @@
-//! Truth images against new ones, and against joints and silhouettes.
+//! Compares truth images with newly rendered ones, and with the joints.
 
 use std::collections::BTreeSet;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, VerifyOptions, but_for, surface};
+use super::{CheckOutcome, Fault, VerifyOptions, surface, with_skipped};
 use crate::body::{DepthImage, Humanoid};
 use crate::camera::Camera;
 use crate::depth_png;
@@ -13,19 +13,19 @@ use crate::observing::{LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
-/// How far a depth may be off, metres.
+/// Tolerance of depths, metres.
 const TOLERANCE_M: f32 = 1e-5;
 
-/// Where within a millimetre rounding may decide, as a share of it.
+/// Distance from a half millimetre at which either rounding is accepted, millimetres.
 const ROUNDING: f64 = 0.01;
 
-/// Pixels in which part or depth may differ, as in silhouettes.
+/// Number of pixels in which part or depth may differ, as in silhouettes.
 const TOLERANCE_PX: usize = 2;
 
-/// Joints lie inside the body: its surface is before them, and not farther than the thickest body is thick, metres.
+/// Joints are inside the body, so the visible surface is at most this far behind them: the thickness of a body, metres.
 const THICKEST_M: f64 = 0.6;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
     if !files.paths().any(exr_layers::is_layer) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }
@@ -47,12 +47,12 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
             let image = files.read(&path).and_then(|bytes| exr_layers::decode(&path, &bytes));
             match image {
                 Ok(image) => {
-                    let seen = Seen { truth, frame: number, camera, image: &image };
-                    let own = seen.faults(&expected.depth);
+                    let checked = CheckedImage { truth, frame: number, camera, image: &image };
+                    let own = checked.faults(&expected.depth);
                     let wrong = if own.is_empty() { surface::faults(&image, &expected, camera) } else { Vec::new() };
                     faults.extend(own.into_iter().chain(wrong).map(|detail| Fault::new(&path, detail)));
                 }
-                Err(error) if error.is_of_hashes() => skipped += 1,
+                Err(error) if error.is_hash_fault() => skipped += 1,
                 Err(error) => faults.push(error.into()),
             }
             match depth_png_fault(files, index, number, &expected.depth) {
@@ -66,13 +66,13 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
             skipped += unread;
         }
     }
-    but_for(skipped, "images", format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults)
+    with_skipped(skipped, "images", format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults)
 }
 
-/// What has to be drawn to check the images of a camera: the layers that any of them has.
+/// The layers to render for checking the images of a camera.
 fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize]) -> WantedLayers {
     let mut wanted = WantedLayers { depth: true, ..WantedLayers::default() };
-    // all images of a set have the same layers; another one is found because its channels are not those of the first
+    // all images of a set have the same layers; an image with others is found by its channels
     let first = numbers.iter().map(|number| exr_layers::path(camera, *number));
     let image = first.filter_map(|path| exr_layers::decode(&path, &files.read(&path).ok()?).ok()).next();
     let Some(image) = image else { return wanted };
@@ -84,10 +84,10 @@ fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize])
     wanted
 }
 
-/// An image that is missing or was changed, as the check of the hashes says.
+/// An image that is missing or changed, which the check of the hashes reports.
 struct UnreadImage;
 
-/// The depth in millimetres, where the set has it.
+/// Checks the depth in millimetres, if the set has it.
 fn depth_png_fault(
     files: &SetFiles,
     camera: usize,
@@ -101,7 +101,7 @@ fn depth_png_fault(
     let found = files.read(&path).and_then(|b| depth_png::decode(&path, &b, [expected.width, expected.height]));
     let found = match found {
         Ok(found) => found,
-        Err(error) if error.is_of_hashes() => return Err(UnreadImage),
+        Err(error) if error.is_hash_fault() => return Err(UnreadImage),
         Err(error) => return Ok(Some(error.into())),
     };
     let is_halfway = |depth: f32| ((f64::from(depth) * 1000.0).fract() - 0.5).abs() < ROUNDING;
@@ -118,33 +118,36 @@ fn depth_png_fault(
         pairs().filter(|(_, expected)| *expected > 0).all(|pair| is_moved(&pair))
     };
     let why = match wrong > TOLERANCE_PX {
-        true if swapped() => "; their bytes are exchanged",
+        true if swapped() => "; their bytes are swapped",
         true if moved(1) => "; all are 1 mm too far",
         true if moved(-1) => "; all are 1 mm too near",
         _ => "",
     };
     let pixels = found.len();
     Ok((wrong > TOLERANCE_PX).then(|| {
-        let detail = format!("{wrong} of {pixels} pixels have other millimetres than the body's depth is there{why}");
+        let detail = format!("{wrong} of {pixels} pixels differ from the depth of the body{why}");
         Fault::new(&path, detail)
     }))
 }
 
-/// The truth images of a camera in a frame.
-struct Seen<'a> {
+/// The truth images of a camera in a frame, to be checked.
+struct CheckedImage<'a> {
     truth: &'a GroundTruth,
     frame: usize,
     camera: &'a Camera,
     image: &'a LayerImage,
 }
 
-impl Seen<'_> {
+impl CheckedImage<'_> {
     fn faults(&self, expected: &DepthImage) -> Vec<String> {
         let mut faults = Vec::new();
         let pixels = expected.part.len();
         if (self.image.width, self.image.height) != (expected.width, expected.height) {
             let (w, h) = (self.image.width, self.image.height);
-            return vec![format!("{w} x {h} pixels, its camera has {} x {}", expected.width, expected.height)];
+            return vec![format!(
+                "the image has {w} x {h} pixels, its camera {} x {}",
+                expected.width, expected.height
+            )];
         }
         if let Some(part) = &self.image.part {
             faults.extend(unknown_parts(part, &self.truth.actor));
@@ -157,9 +160,7 @@ impl Seen<'_> {
                 };
                 let why = [(-1, "; all are one too low"), (1, "; all are one too high")];
                 let why = why.into_iter().find(|(by, _)| shift(*by)).map_or("", |(_, why)| why);
-                faults.push(format!(
-                    "id.part: {wrong} of {pixels} pixels have another part than the body has there{why}"
-                ));
+                faults.push(format!("id.part: {wrong} of {pixels} pixels differ from the parts of the body{why}"));
             }
         }
         if let Some(depth) = &self.image.depth {
@@ -168,9 +169,7 @@ impl Seen<'_> {
             let wrong = (0..pixels).filter(off).count();
             if wrong > TOLERANCE_PX {
                 let why = self.wrong_depth(depth, expected);
-                faults.push(format!(
-                    "depth.Z: {wrong} of {pixels} pixels have another depth than the body has there{why}"
-                ));
+                faults.push(format!("depth.Z: {wrong} of {pixels} pixels differ from the depth of the body{why}"));
             }
             faults.extend(self.joints_before_surface(depth));
         }
@@ -181,7 +180,7 @@ impl Seen<'_> {
         &self.truth.frames[self.frame]
     }
 
-    /// Another unit, or a distance from the camera's centre in place of its z.
+    /// Explains wrong depths by another unit, or by distances from the camera's centre instead of along z.
     fn wrong_depth(&self, depth: &[f32], expected: &DepthImage) -> &'static str {
         let width = expected.width.max(1) as usize;
         let along_ray = |i: usize| {
@@ -207,18 +206,18 @@ impl Seen<'_> {
         }
     }
 
-    /// A joint is inside the body, so the surface that is seen at its pixel cannot lie behind it.
+    /// Joints are inside the body, so the visible surface at their pixels cannot be behind them.
     fn joints_before_surface(&self, depth: &[f32]) -> Option<String> {
         let width = self.camera.pinhole.width as usize;
         let joints = self.frame().joint_positions.iter().zip(&self.truth.actor.joints).enumerate();
-        let moved = joints.filter(|(joint, _)| has_flesh(&self.truth.actor, joint + 1));
+        let moved = joints.filter(|(joint, _)| has_solids(&self.truth.actor, joint + 1));
         let mut wrong = moved.filter_map(|(_, (place, joint))| {
             let pixel = self.camera.project(place).filter(|pixel| self.camera.pinhole.contains(pixel))?;
             let at = pixel.y as usize * width + pixel.x as usize;
             let (surface, own) = (f64::from(*depth.get(at)?), (self.camera.camera_from_world * place).z);
             (surface.is_finite() && surface > own + THICKEST_M).then(|| {
                 format!(
-                    "depth.Z: at the pixel of joint {:?} it is {surface:.3} m, the joint is at {own:.3} m",
+                    "depth.Z: at the pixel of joint {:?} it is {surface:.3} m, but the joint is at {own:.3} m",
                     joint.name
                 )
             })
@@ -227,16 +226,15 @@ impl Seen<'_> {
     }
 }
 
-/// Numbers of parts that the robot does not have, or that have no geometry to be seen.
+/// Numbers of parts that the robot does not have, or that have no geometry.
 fn unknown_parts(part: &[u32], actor: &Humanoid) -> Option<String> {
     let numbers: BTreeSet<u32> = part.iter().copied().filter(|part| *part > 0).collect();
-    let unknown: Vec<u32> = numbers.into_iter().filter(|part| !has_flesh(actor, *part as usize - 1)).collect();
+    let unknown: Vec<u32> = numbers.into_iter().filter(|part| !has_solids(actor, *part as usize - 1)).collect();
     let links = actor.links.len();
-    (!unknown.is_empty())
-        .then(|| format!("id.part: {unknown:?} are no parts that can be seen of the actor's {links} links"))
+    (!unknown.is_empty()).then(|| format!("id.part: {unknown:?} are not visible parts of the actor's {links} links"))
 }
 
-/// Whether a link can be seen.
-fn has_flesh(actor: &Humanoid, link: usize) -> bool {
+/// Whether a link has geometry.
+fn has_solids(actor: &Humanoid, link: usize) -> bool {
     actor.links.get(link).is_some_and(|link| !link.solids.is_empty())
 }

@@ -1,8 +1,8 @@
-//! Every silhouette against a new one.
+//! Compares every silhouette with a newly rendered one.
 
 use super::parts::ReadParts;
 use super::rounding::{MOST_ROUNDED_PX, Rounding};
-use super::{Fault, Outcome, VerifyOptions, but_for};
+use super::{CheckOutcome, Fault, VerifyOptions, with_skipped};
 use crate::KEY_FILE;
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
@@ -13,11 +13,11 @@ use crate::parallel;
 use crate::raster::{Mask, overlap};
 use crate::silhouette_png;
 
-/// Pixels, and besides a share of the silhouette, in which a faulty silhouette may differ from what explains it.
+/// Number of pixels, plus a share of the silhouette, in which a faulty silhouette may differ from its explanation.
 const EXPLAINED_PX: u64 = 2;
 const EXPLAINED_SHARE: f64 = 0.005;
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
     let seed = seed.ok_or_else(|| format!("not checked: {KEY_FILE} cannot be read"))?;
@@ -32,7 +32,8 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
             return (Vec::new(), 0);
         }
         let frames = truth.frames.len();
-        let frame = Redrawn { files, rig, observing: &observing, rounding: &rounding, number: numbers[index], frames };
+        let frame =
+            RenderedFrame { files, rig, observing: &observing, rounding: &rounding, number: numbers[index], frames };
         let faults = frame.faults();
         (how.tick)();
         faults
@@ -41,23 +42,23 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
     let (faults, skipped) = (faults.concat(), skipped.iter().sum::<usize>());
     let taken = |frame: &usize| (0..rig.cameras.len()).filter(|camera| filming.has_image(*camera, *frame)).count();
     let redrawn: usize = numbers.iter().map(taken).sum();
-    let how_made = if exact { String::new() } else { format!(", {}", facts.in_words()) };
-    but_for(skipped, "silhouettes", format!("{redrawn} silhouettes redrawn{how_made}"), faults)
+    let how_made = if exact { String::new() } else { format!(", {}", facts.describe()) };
+    with_skipped(skipped, "silhouettes", format!("{redrawn} silhouettes redrawn{how_made}"), faults)
 }
 
-/// A frame to be redrawn.
-struct Redrawn<'a> {
+/// A frame to render again.
+struct RenderedFrame<'a> {
     files: &'a SetFiles,
     rig: &'a CameraRig,
     observing: &'a SilhouetteObserver<'a>,
     number: usize,
-    /// Which pixels rounding may decide.
+    /// Decides which pixels may differ by rounding.
     rounding: &'a Rounding<'a>,
     frames: usize,
 }
 
-impl Redrawn<'_> {
-    /// What is wrong, and how many images could not be read.
+impl RenderedFrame<'_> {
+    /// The faults, and the number of images that could not be read.
     fn faults(&self) -> (Vec<Fault>, usize) {
         let expected = self.observing.observe(self.number);
         let (mut faults, mut skipped) = (Vec::new(), 0);
@@ -71,31 +72,31 @@ impl Redrawn<'_> {
             match found {
                 Ok(found) if self.is_sound(&expected.silhouettes[index], &found, index) => {}
                 Ok(found) => faults.push(Fault::new(&path, self.explain(&expected, index, &found))),
-                // what is missing or was changed is named by other checks
-                Err(error) if error.is_of_hashes() => skipped += 1,
+                // other checks report missing and changed files
+                Err(error) if error.is_hash_fault() => skipped += 1,
                 Err(error) => faults.push(error.into()),
             }
         }
         (faults, skipped)
     }
 
-    /// Whether a mask is the expected one, but for pixels that rounding may decide.
+    /// Whether a mask is the expected one, except for pixels that may differ by rounding.
     fn is_sound(&self, expected: &Mask, found: &Mask, camera: usize) -> bool {
         match differing(expected, found) {
             0 => true,
-            // more is more than rounding does, and drawing anew takes its time
+            // rounding changes fewer pixels than that, and rendering again takes time
             1..=MOST_ROUNDED_PX => self.rounding.explains(expected, found, camera, self.number),
             _ => false,
         }
     }
 
-    /// Whether a mask is about another.
+    /// Whether a mask is approximately the expected one.
     fn is_near(expected: &Mask, found: &Mask) -> bool {
         let more = (EXPLAINED_SHARE * expected.count() as f64) as u64;
         differing(expected, found) <= EXPLAINED_PX + more
     }
 
-    /// What is wrong with a silhouette: what it is instead, if that is known.
+    /// Describes a wrong silhouette, with the mistake that explains it if known.
     fn explain(&self, expected: &Observation, camera: usize, found: &Mask) -> String {
         let own = &expected.silhouettes[camera];
         let (width, height) = (own.width(), own.height());
@@ -113,9 +114,9 @@ impl Redrawn<'_> {
         };
         let iou = overlap(own, found).iou();
         let why = if found.is_empty() {
-            format!("it is empty, {} pixels should be set", own.count())
+            format!("it is empty; expected {} pixels", own.count())
         } else if is(&mirrored) {
-            "it is mirrored, left and right".to_owned()
+            "it is mirrored left to right".to_owned()
         } else if is(&upside_down) {
             "it is upside down".to_owned()
         } else if is(&inverted) {
@@ -127,11 +128,11 @@ impl Redrawn<'_> {
         } else {
             format!("{} of its {} pixels differ", differing(own, found), found.count())
         };
-        format!("is not what camera {camera} sees of the body in frame {}: {why} (IoU {iou:.4})", self.number)
+        format!("is not the silhouette of camera {camera} in frame {}: {why} (IoU {iou:.4})", self.number)
     }
 }
 
-/// Number of pixels in which two masks of one size differ.
+/// Number of pixels in which two masks of equal size differ.
 fn differing(a: &Mask, b: &Mask) -> u64 {
     let common = a.count_common(b);
     a.count() + b.count() - 2 * common

@@ -1,13 +1,13 @@
-//! Verifies a set: every file is as it was written, and all files agree with each other.
+//! Verifies a set: every file is unchanged, and all files agree with each other.
 //!
-//! Hashes say that nothing was changed since the set was written. They cannot say that what was written is right, and a
-//! set that was edited and listed again has good hashes. So everything that can be computed in two ways is computed
-//! again: body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by
-//! OpenCV's formula without this program's reader, silhouettes and truth images from the body. What differs is a fault,
-//! and where a common mistake explains it (another unit, a flipped axis, mirrored images, the frame before), the fault
-//! says so.
+//! Hashes show that nothing was changed since the set was written. They cannot show that the content is right, and a
+//! set that was edited and listed again has valid hashes. Therefore everything that can be computed in two ways is
+//! computed again: body and joints from the poses, contact from the body, projections from the numbers of
+//! `cameras.json` by OpenCV's formula without this program's reader, silhouettes and truth images from the body.
+//! Differences are faults, with an explanation if they come from a common mistake (another unit, a flipped axis,
+//! mirrored images, the previous frame).
 //!
-//! [`CHECKS`] lists the checks. A check that lacks a file which another check found at fault says that it did not look.
+//! [`CHECKS`] lists the checks. A check that lacks a file which another check reports is marked as not made.
 
 mod arrays;
 mod blindfold;
@@ -37,14 +37,14 @@ use self::parts::ReadParts;
 use super::files::SetFiles;
 use super::{SetError, SetPlace, manifest};
 
-/// The checks in the order in which they are made, each with what it proves.
+/// The checks in their order, each with what it proves.
 pub const CHECKS: [(&str, &str); 14] = [
-    ("hashes", "every listed file is there and unchanged, and no other file is"),
+    ("hashes", "every listed file is present, unchanged and inside the set, and there is no other file"),
     ("formats", "every file can be read, and counts, names and frame rates agree"),
     (
         "cameras",
         "cameras.json describes real cameras: right-handed rotations, positive focal lengths, the stated axes; cameras.npz \
-        has the places and times of cameras that move or keep times of their own",
+        has the poses and times of moving or timed cameras",
     ),
     (
         "body",
@@ -57,30 +57,30 @@ pub const CHECKS: [(&str, &str); 14] = [
     ),
     (
         "start",
-        "trackers are told the true start and cameras with the errors that set.toml says, a body as facts.toml says, \
+        "trackers are given the true start and cameras with the errors stated in set.toml, the body stated in facts.toml, \
         and the spread of the set's own changes",
     ),
-    ("recording", "the fingerprints, by which training on the test is noticed, are of this motion"),
-    ("projection", "markers projected by OpenCV's formula are where in_view says, and lie in the silhouettes"),
-    ("visibility", "in_view, visible and the sights of views.npz are what body, props and cameras give"),
+    ("recording", "the fingerprints, which detect training on the test, are of this motion"),
+    ("projection", "markers projected by OpenCV's formula agree with in_view and lie in the silhouettes"),
+    ("visibility", "in_view, visible and the sights of views.npz follow from body, props and cameras"),
     (
         "silhouettes",
-        "every silhouette is what its camera sees of the body in its frame, or what segmentation or corruption makes of it",
+        "every silhouette is that of the body in its camera and frame, segmented or corrupted if set.toml states it",
     ),
     ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
-    ("contact", "contact.npz is what the poses give"),
+    ("contact", "contact.npz follows from the poses"),
     ("shards", "tar shards hold the listed images and the truth of their samples, in order, and nothing else"),
-    ("blindfold", "no file outside truth/ tells a pose of the test"),
+    ("blindfold", "no file outside truth/ contains a pose of the test"),
 ];
 
-/// What was found.
+/// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The set's name; empty where `set.toml` cannot be read.
+    /// The set's name; empty if `set.toml` cannot be read.
     pub name: String,
     /// SHA-256 of what is tested, without layers and shards.
     pub set_hash: String,
-    /// SHA-256 of `files.sha256`: of every file, truth images and shards included.
+    /// SHA-256 of `files.sha256`, which covers every file, truth images and shards included.
     pub full_hash: String,
     /// All checks, in the order of [`CHECKS`].
     pub checks: Vec<Checked>,
@@ -93,15 +93,15 @@ pub struct Checked {
     pub name: &'static str,
     /// What it proves.
     pub proves: &'static str,
-    /// What was looked at, in words and numbers; or why nothing was.
+    /// Description of what was checked, or why nothing was.
     pub looked_at: String,
     /// Whether it was made.
     pub made: bool,
-    /// Everything that is wrong.
+    /// All faults found.
     pub faults: Vec<Fault>,
 }
 
-/// One thing that is wrong.
+/// A fault of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
     /// Path inside the set.
@@ -110,14 +110,14 @@ pub struct Fault {
     pub detail: String,
 }
 
-/// How thorough a verification is, and who follows its progress.
+/// Thoroughness and callbacks of a verification.
 #[derive(Clone, Copy)]
 pub struct VerifyOptions<'a> {
-    /// Silhouettes and truth images of every so many frames are redrawn; at least 1.
+    /// Silhouettes and truth images of every n-th frame are rendered again; at least 1.
     pub every: usize,
-    /// Called for every frame that was redrawn.
+    /// Called for every frame rendered again.
     pub tick: &'a (dyn Fn() + Sync),
-    /// Whether to stop.
+    /// Returns whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -128,7 +128,7 @@ impl Default for VerifyOptions<'_> {
 }
 
 impl Verification {
-    /// Whether every check was made and found nothing.
+    /// Whether every check was made and found no fault.
     pub fn is_sound(&self) -> bool {
         self.checks.iter().all(|check| check.made && check.faults.is_empty())
     }
@@ -139,40 +139,41 @@ impl Verification {
     }
 }
 
-/// What a check brings home: what it looked at, and the faults; or why it could not look.
-type Outcome = Result<(String, Vec<Fault>), String>;
+/// The result of a check: what was checked, and the faults; or why the check was not made.
+type CheckOutcome = Result<(String, Vec<Fault>), String>;
 
-/// What a check of images brings home of which some were `skipped`, because they are missing or were changed, as
-/// another check says: it has looked at the rest alone, and what it has not looked at is not proved.
-fn but_for(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> Outcome {
+/// The result of a check of images that `skipped` some, because they are missing or changed, which another check
+/// reports. Without faults in the others, the check counts as not made.
+fn with_skipped(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> CheckOutcome {
     match skipped {
         0 => Ok((looked_at, faults)),
-        _ if !faults.is_empty() => Ok((format!("{looked_at}, but for {skipped} that cannot be read"), faults)),
-        _ => Err(format!("not checked: {skipped} of the {images} cannot be read; {looked_at}, but for these")),
+        _ if !faults.is_empty() => Ok((format!("{looked_at}, except {skipped} that cannot be read"), faults)),
+        _ => Err(format!("not checked: {skipped} of the {images} cannot be read; {looked_at}, except these")),
     }
 }
 
 /// Makes all checks of the set in `directory`.
 ///
 /// # Errors
-/// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read, [`SetError::Malformed`]
-/// for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is no error but a fault.
+/// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is not a set or cannot be read,
+/// [`SetError::Malformed`] for a set of another version of the format, [`SetError::Stopped`]. Faults of a set are not
+/// errors.
 pub fn verify(directory: &Path, how: VerifyOptions<'_>) -> Result<Verification, SetError> {
     verify_place(directory.into(), how)
 }
 
-/// As [`verify`], of a set whose truth may lie elsewhere.
+/// As [`verify`], for a set whose truth may be in another directory.
 ///
 /// # Errors
-/// As [`verify`]; [`SetError::NoTruth`] where the truth is needed and not given, [`SetError::OthersTruth`] where it is
-/// that of another set.
+/// As [`verify`]; [`SetError::NoTruth`] if the truth is needed and not given, [`SetError::OthersTruth`] if it belongs
+/// to another set.
 pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verification, SetError> {
     let directory = set.folder;
     let own = SetFiles::open(directory)?;
     manifest::refuse_other_formats(directory)?;
     let complete = set.complete(&own)?;
     let mut checks = Vec::with_capacity(CHECKS.len());
-    let mut add = |outcome: Outcome| -> Result<(), SetError> {
+    let mut add = |outcome: CheckOutcome| -> Result<(), SetError> {
         let (name, proves) = CHECKS[checks.len()];
         let (made, looked_at, faults) = match outcome {
             Ok((looked_at, faults)) => (true, looked_at, faults),
@@ -182,15 +183,15 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
         if (how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
     };
     add(Ok((format!("{} files", own.count()), hash_faults(&own, directory, set.truth.zip(complete.as_ref()))?)))?;
-    // what both sides have is the same in both, or was found to differ
+    // files of both directories are equal, or reported as different
     let files = complete.as_ref().unwrap_or(&own);
     let (parts, faults) = ReadParts::read(files);
     add(match parts.unread() {
-        // a file that was changed is a fault of its hash, and tells nothing of its format
+        // a changed file is reported by its hash; its format is unknown
         unread if faults.is_empty() && !unread.is_empty() => {
             Err(format!("not checked: cannot read {}", unread.join(", ")))
         }
-        _ => Ok((parts.in_words(), faults)),
+        _ => Ok((parts.describe(), faults)),
     })?;
     add(cameras::check(files, &parts))?;
     add(body::check(&parts))?;
@@ -208,8 +209,8 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     Ok(Verification { name, set_hash: own.set_hash(), full_hash: own.full_hash().to_owned(), checks })
 }
 
-/// Faults of the files of a set, and of the truth of the complete one that is elsewhere. A file that no list names is
-/// one wherever it lies: one below truth/ may well be the truth itself.
+/// Faults of the files of a set, and of the truth in another directory. Unlisted files are faults in any folder: one
+/// below truth/ may be the truth itself.
 fn hash_faults(own: &SetFiles, folder: &Path, truth: Option<(&Path, &SetFiles)>) -> Result<Vec<Fault>, SetError> {
     let errors = own.faults()?.into_iter();
     let found = errors.map(|error| (matches!(error, SetError::Unlisted { .. }), Fault::from_file(folder, error)));
@@ -228,7 +229,7 @@ impl Fault {
         Self { file: file.to_owned(), detail: detail.into() }
     }
 
-    /// A file that cannot be read is named by its path inside the set.
+    /// A fault with the path inside the set, also for files that cannot be read.
     fn from_file(directory: &Path, error: SetError) -> Self {
         match error {
             SetError::Io { path, action, source } => {
@@ -251,11 +252,13 @@ impl From<SetError> for Fault {
             SetError::Unlisted { file } => {
                 Self { file, detail: "is not one of the set's files: files.sha256 does not list it".to_owned() }
             }
+            SetError::LinkedOutside { file } => Self {
+                file,
+                detail: "is a symbolic link that leads out of the set; expected the file itself".to_owned(),
+            },
             SetError::MissingShard { file, shards } => Self {
                 file,
-                detail: format!(
-                    "is missing, of {shards} shards that the set lists; get it again, or render the set again"
-                ),
+                detail: format!("is missing; the set lists {shards} shards; get it again, or render the set again"),
             },
             SetError::BrokenShard { file, detail } => Self { file, detail: format!("this shard is damaged: {detail}") },
             other => Self { file: String::new(), detail: other.to_string() },

@@ -1,4 +1,4 @@
-//! The parts of a set, as far as they can be read.
+//! The readable parts of a set.
 
 use super::Fault;
 use super::arrays::{wrong_names, wrong_numbers};
@@ -18,29 +18,29 @@ use crate::{
     key_file, moments_file, recording_file, spread_file, training_file, truth_file,
 };
 
-/// What a set consists of; `None` for a part that cannot be read.
+/// The parts of a set; `None` for a part that cannot be read.
 pub(super) struct ReadParts {
     pub(super) manifest: Option<BlindManifest>,
-    /// The cameras that a tracker is given.
+    /// The cameras for trackers.
     pub(super) rig: Option<CameraRig>,
-    /// The cameras that saw the actor, where trackers are given others.
+    /// The cameras that saw the actor, if trackers are given others.
     pub(super) true_rig: Option<CameraRig>,
-    /// How the cameras that saw the actor move and take their images, where they do not stand still.
+    /// Motion and timing of the true cameras, unless they are static.
     filming: Option<TimedRig>,
-    /// What a tracker is told of that.
+    /// Motion and timing of the cameras for trackers.
     pub(super) moments: Option<RigMoments>,
     pub(super) start: Option<Start>,
     pub(super) truth: Option<GroundTruth>,
     pub(super) refitted: Option<Motion>,
-    /// What is known beyond the numbers.
+    /// Facts beyond the arrays.
     pub(super) facts: Option<TruthFacts>,
-    /// The secret that everything drawn for the observations depends on.
+    /// The key of all random numbers of the observations.
     key: Option<ObservationKey>,
 }
 
 impl ReadParts {
-    /// Reads everything and names what cannot be read and what does not agree. What was changed is left to the check of
-    /// the hashes, and is not read.
+    /// Reads all parts, and reports malformed files and contradictions. Changed files are not read; the check of the
+    /// hashes reports them.
     pub(super) fn read(files: &SetFiles) -> (Self, Vec<Fault>) {
         let mut faults = Vec::new();
         let mut keep = |error: SetError| match error {
@@ -68,8 +68,9 @@ impl ReadParts {
         });
         let true_rig = true_rig.and_then(|rig| rig.map_err(&mut keep).ok());
         let is_filmed = manifest.as_ref().is_some_and(BlindManifest::is_filmed);
-        let told = manifest.as_ref().zip(rig.as_ref());
-        let moments = told.and_then(|(manifest, rig)| moments_file::read(files, manifest, rig).map_err(&mut keep).ok());
+        let given = manifest.as_ref().zip(rig.as_ref());
+        let moments =
+            given.and_then(|(manifest, rig)| moments_file::read(files, manifest, rig).map_err(&mut keep).ok());
         let moments = moments.flatten();
         let filming = true_rig.as_ref().or(rig.as_ref()).filter(|_| is_filmed).and_then(|rig| {
             let filming = files.read(filming_file::PATH).and_then(|bytes| filming_file::from_json(&bytes, rig));
@@ -77,6 +78,8 @@ impl ReadParts {
         });
         let refitted = refitted.flatten();
         let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts, key };
+        let unknown = manifest::unknown_keys(files).into_iter();
+        faults.extend(unknown.map(|(path, key)| Fault::new(path, format!("{key:?} is not a key of this file"))));
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
@@ -84,7 +87,7 @@ impl ReadParts {
         (parts, faults)
     }
 
-    /// Files without which the others cannot be checked, and that could not be read.
+    /// Unreadable files that the other checks need.
     pub(super) fn unread(&self) -> Vec<&'static str> {
         let parts = [
             (self.manifest.is_some(), manifest::PATH),
@@ -97,14 +100,14 @@ impl ReadParts {
         parts.into_iter().filter(|(is_read, _)| !is_read).map(|(_, path)| path).collect()
     }
 
-    /// Counts, in words.
-    pub(super) fn in_words(&self) -> String {
+    /// Describes the numbers of frames and cameras.
+    pub(super) fn describe(&self) -> String {
         let count = |n: Option<usize>, what: &str| n.map_or(format!("no readable {what}"), |n| format!("{n} {what}"));
         let frames = self.truth.as_ref().map(|truth| truth.frames.len());
         format!("{}, {}", count(frames, "frames"), count(self.rig.as_ref().map(|rig| rig.cameras.len()), "cameras"))
     }
 
-    /// Truth and cameras, or why they are not there.
+    /// Truth and cameras, or why they are unavailable.
     pub(super) fn scene(&self) -> Result<(&GroundTruth, &CameraRig), String> {
         let truth = self.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
         let rig = self.rig.as_ref().ok_or("not checked: cameras.json cannot be read")?;
@@ -115,12 +118,12 @@ impl ReadParts {
         }
     }
 
-    /// Whether cameras move or take images at times of their own.
+    /// Whether cameras move or have their own exposure times.
     pub(super) fn is_filmed(&self) -> bool {
         self.manifest.as_ref().is_some_and(BlindManifest::is_filmed)
     }
 
-    /// How the true cameras film.
+    /// The true cameras with motion and timing.
     pub(super) fn filming(&self) -> Result<TimedRig, String> {
         let (_, rig) = self.scene()?;
         match (self.is_filmed(), &self.filming) {
@@ -130,13 +133,13 @@ impl ReadParts {
         }
     }
 
-    /// Whether a camera took an image for a frame, as far as that is known.
+    /// Whether a camera took an image of a frame; `true` if unknown.
     pub(super) fn has_image(&self, camera: usize, frame: usize) -> bool {
         let moment = self.moments.as_ref().and_then(|moments| moments.frames.get(frame));
         moment.and_then(|moment| moment.exposed_s.get(camera)).is_none_or(Option::is_some)
     }
 
-    /// How the set says that its observations were made, and the seed of what was drawn for them; `None` where the key
+    /// How the observations were made according to the set, and the seed of their random numbers; `None` if the key
     /// cannot be read.
     pub(super) fn observed(&self) -> (ObservationFacts, Option<KeyedSeed>) {
         let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.clone());
@@ -144,39 +147,39 @@ impl ReadParts {
         (facts.unwrap_or_default(), seed)
     }
 
-    /// How images of the scene look, and the seed of what is random in them; `None` where the key cannot be read.
+    /// Appearance of images of the scene, and the seed of their random numbers; `None` if the key cannot be read.
     pub(super) fn images(&self) -> Option<(ImageSettings, KeyedSeed)> {
         let observation = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
         Some(self.facts.clone().unwrap_or_default().scene(observation, self.key?))
     }
 
-    /// Why silhouettes need not fit the truth, where the set says so.
+    /// Describes how silhouettes differ from the truth, if set.toml states it.
     pub(super) fn inexact_silhouettes(&self) -> Option<String> {
         let facts = self.manifest.as_ref()?.observation.as_ref()?;
-        (facts.silhouette != SilhouetteSource::Exact).then(|| facts.in_words())
+        (facts.silhouette != SilhouetteSource::Exact).then(|| facts.describe())
     }
 
-    /// The file of the cameras that took the images: trackers may have been told others.
+    /// The file of the true cameras; trackers may have been given others.
     pub(super) fn true_cameras(&self) -> &'static str {
         if self.true_rig.is_some() { cameras_file::TRUTH_PATH } else { cameras_file::PATH }
     }
 
-    /// Counts, rates and directions of `set.toml` that the other parts contradict.
+    /// Counts, rates and directions of `set.toml` that contradict other parts.
     fn disagreements(&self) -> Vec<Fault> {
         let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
         let mut faults = Vec::new();
-        let mut say = |detail: String| faults.push(Fault::new(manifest::PATH, detail));
+        let mut add = |detail: String| faults.push(Fault::new(manifest::PATH, detail));
         if let Some(rig) = self.rig.as_ref().filter(|rig| rig.cameras.len() != sequence.cameras) {
-            say(format!("sequence.cameras is {}, cameras.json has {}", sequence.cameras, rig.cameras.len()));
+            add(format!("sequence.cameras is {}, cameras.json has {}", sequence.cameras, rig.cameras.len()));
         }
         if let Some(truth) = &self.truth {
             if truth.frames.len() != sequence.frames {
-                say(format!("sequence.frames is {}, truth.npz has {}", sequence.frames, truth.frames.len()));
+                add(format!("sequence.frames is {}, truth.npz has {}", sequence.frames, truth.frames.len()));
             }
-            let (said, known) = (sequence.frames_per_second, truth.frames_per_second);
-            if said != known {
-                say(format!(
-                    "sequence.frames_per_second is {said}, truth.npz has fps {known}: the times of all frames differ"
+            let (stated, known) = (sequence.frames_per_second, truth.frames_per_second);
+            if stated != known {
+                add(format!(
+                    "sequence.frames_per_second is {stated}, truth.npz has fps {known}: the times of all frames differ"
                 ));
             }
         }
@@ -192,14 +195,14 @@ impl ReadParts {
 
     /// `sequence.forward` against the start pose.
     fn forward_fault(&self) -> Option<Fault> {
-        let said = self.manifest.as_ref()?.sequence.forward?;
+        let stated = self.manifest.as_ref()?.sequence.forward?;
         let known = self.start.as_ref()?.pose.forward()?;
-        let off = said.iter().zip(known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let detail = format!("sequence.forward is {said:?}, the start pose faces {known:?}");
+        let off = stated.iter().zip(known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let detail = format!("sequence.forward is {stated:?}, but the start pose faces {known:?}");
         (off > 1e-6).then(|| Fault::new(manifest::PATH, detail))
     }
 
-    /// Names of cameras: unique, and the same in `cameras.json` and `truth.npz`.
+    /// Names of cameras that are not unique, or differ between `cameras.json` and `truth.npz`; other wrong names.
     fn names(&self, files: &SetFiles) -> Vec<Fault> {
         let Some(rig) = &self.rig else { return Vec::new() };
         let mut faults = Vec::new();
@@ -214,17 +217,14 @@ impl ReadParts {
             let detail = format!("camera_names are {truth:?}, cameras.json has {names:?}");
             faults.push(Fault::new(truth_file::PATH, detail));
         }
-        let actor = npz.as_ref().zip(self.truth.as_ref());
-        faults.extend(
-            actor
-                .and_then(|(npz, truth)| truth_file::wrong_names(npz, &truth.actor))
-                .map(|detail| Fault::new(truth_file::PATH, detail)),
-        );
-        faults.extend(npz.iter().flat_map(|npz| self.other_names(npz)).map(|d| Fault::new(truth_file::PATH, d)));
+        let of_actor = npz.as_ref().zip(self.truth.as_ref()).into_iter();
+        let of_actor = of_actor.flat_map(|(npz, truth)| wrong_names(npz, &truth_file::name_arrays(&truth.actor)));
+        let others = npz.iter().flat_map(|npz| self.other_names(npz));
+        faults.extend(of_actor.chain(others).map(|detail| Fault::new(truth_file::PATH, detail)));
         faults
     }
 
-    /// Arrays of `truth.npz` that follow from the bodies and are not read.
+    /// Arrays of `truth.npz` that follow from the bodies and are not used by the reader.
     fn other_names(&self, npz: &Npz) -> Vec<String> {
         let parents = self.truth.as_ref().and_then(|truth| {
             let actor = &truth.actor;
@@ -238,7 +238,7 @@ impl ReadParts {
         parents.into_iter().chain(refitted.into_iter().flatten()).collect()
     }
 
-    /// Silhouettes and images that the counts ask for and the list of files does not have, and those beyond them.
+    /// Images that are missing for the numbers of cameras and frames, and images beyond them.
     fn missing(&self, files: &SetFiles) -> Vec<Fault> {
         let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
         let every = |path: fn(usize, usize) -> String| {
@@ -248,7 +248,7 @@ impl ReadParts {
             (0..sequence.cameras).flat_map(of_camera).map(move |(camera, frame)| path(camera, frame))
         };
         let lacks = |path: &String| !files.has(path);
-        let detail = "is missing: the set needs one of every camera and frame";
+        let detail = "is missing: the set needs one for every camera and frame";
         let mut faults: Vec<Fault> =
             every(silhouette_path).filter(lacks).map(|path| Fault::new(&path, detail)).collect();
         if files.paths().any(exr_layers::is_layer) {
@@ -258,23 +258,25 @@ impl ReadParts {
             faults.extend(every(depth_png::path).filter(lacks).map(|path| Fault::new(&path, detail)));
         }
         let beyond = files.paths().filter(|path| {
-            let pictures = (path.starts_with("observations/") && path.contains("/silhouette/"))
+            let is_image = (path.starts_with("observations/") && path.contains("/silhouette/"))
                 || exr_layers::is_layer(path)
                 || depth_png::is_depth(path);
-            pictures
-                && !place_of(path)
+            is_image
+                && !index_of(path)
                     .is_some_and(|(c, f)| c < sequence.cameras && f < sequence.frames && self.has_image(c, f))
         });
         let (cameras, frames) = (sequence.cameras, sequence.frames);
-        let detail = |path: &str| match place_of(path).filter(|(c, f)| *c < cameras && *f < frames) {
-            Some((camera, frame)) => format!("cameras.npz says that camera {camera} took no image for frame {frame}"),
+        let detail = |path: &str| match index_of(path).filter(|(c, f)| *c < cameras && *f < frames) {
+            Some((camera, frame)) => {
+                format!("according to cameras.npz, camera {camera} took no image of frame {frame}")
+            }
             None => format!("belongs to none of the {cameras} cameras and {frames} frames"),
         };
         faults.extend(beyond.map(|path| Fault::new(path, detail(path))));
         faults
     }
 
-    /// Frame rates of the other arrays.
+    /// Frame rates of other files that differ from the truth.
     fn rates(&self, files: &SetFiles) -> Vec<Fault> {
         let Some(truth) = &self.truth else { return Vec::new() };
         let rate = |path: &'static str| {
@@ -291,8 +293,8 @@ impl ReadParts {
     }
 }
 
-/// Camera and frame in the name of a picture.
-fn place_of(path: &str) -> Option<(usize, usize)> {
+/// Camera and frame from the path of an image.
+fn index_of(path: &str) -> Option<(usize, usize)> {
     let camera = path.split('/').find_map(|part| part.strip_prefix("cam")).and_then(|digits| digits.parse().ok());
     let name = path.rsplit('/').next();
     let frame = name.and_then(|name| name.split(['.', '-']).next()).and_then(|digits| digits.parse().ok());

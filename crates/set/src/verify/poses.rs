@@ -1,11 +1,11 @@
-//! What follows from the poses: link frames, joints, markers, and what cameras see of the markers.
+//! Checks link frames, joints, markers, and the visibility of the markers against the poses.
 
 use nalgebra::Point3;
 
 use super::arrays::wrong_names;
-use super::explanation::{Frame, explain};
+use super::explanation::{FramePoints, explain};
 use super::parts::ReadParts;
-use super::{Fault, Outcome, start};
+use super::{CheckOutcome, Fault, start};
 use crate::body::{LANDMARKS, LinkFrames, Markers};
 use crate::camera::{CameraRig, TimedRig};
 use crate::files::SetFiles;
@@ -15,16 +15,16 @@ use crate::scene::{GroundTruth, TruthFrame};
 use crate::truth_file::PATH;
 use crate::views_file;
 
-/// How far a coordinate may be from what the poses give, metres.
+/// Tolerance of coordinates, metres.
 const TOLERANCE_M: f64 = 1e-9;
 
-/// Faster than any part of a human moves, m/s: twice the hand of a javelin thrower.
+/// Greatest speed of a body part, m/s: twice that of the hand of a javelin thrower.
 const FASTEST_M_PER_S: f64 = 60.0;
 
-/// Distance from the image's border at which rounding may decide whether a marker is in view, pixels.
+/// Distance from the image border within which rounding may decide whether a marker is in view, pixels.
 const BORDER_PX: f64 = 1e-6;
 
-pub(super) fn check(parts: &ReadParts) -> Outcome {
+pub(super) fn check(parts: &ReadParts) -> CheckOutcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let actor = &truth.actor;
     let known: Vec<(LinkFrames, Markers)> = parallel::map(truth.frames.len(), |frame| {
@@ -32,21 +32,22 @@ pub(super) fn check(parts: &ReadParts) -> Outcome {
         let markers = actor.markers(&frames);
         (frames, markers)
     });
-    let origins = |frames: &LinkFrames| -> Frame {
+    let origins = |frames: &LinkFrames| -> FramePoints {
         frames.0.iter().map(|frame| Some(Point3::from(frame.translation.vector))).collect()
     };
     let links: Vec<String> = actor.links.iter().map(|link| link.name.clone()).collect();
     let joints: Vec<String> = actor.joints.iter().map(|joint| joint.name.clone()).collect();
     let landmarks = LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
-    let of = |array, names: &[String], expected: &dyn Fn(usize) -> Frame, found: &dyn Fn(usize) -> Frame| {
-        Points {
-            array,
-            names,
-            expected: (0..known.len()).map(expected).collect(),
-            found: (0..known.len()).map(found).collect(),
-        }
-        .fault()
-    };
+    let of =
+        |array, names: &[String], expected: &dyn Fn(usize) -> FramePoints, found: &dyn Fn(usize) -> FramePoints| {
+            Points {
+                array,
+                names,
+                expected: (0..known.len()).map(expected).collect(),
+                found: (0..known.len()).map(found).collect(),
+            }
+            .fault()
+        };
     let mut faults = Vec::new();
     faults.extend(of("link_frames", &links, &|f| origins(&known[f].0), &|f| origins(&truth.frames[f].link_frames)));
     faults.extend(turned_links(truth, &known, &links));
@@ -62,12 +63,12 @@ pub(super) fn check(parts: &ReadParts) -> Outcome {
     Ok((looked_at, faults))
 }
 
-/// An array of points, as it is and as it should be.
+/// The expected and found points of an array.
 struct Points<'a> {
     array: &'a str,
     names: &'a [String],
-    expected: Vec<Frame>,
-    found: Vec<Frame>,
+    expected: Vec<FramePoints>,
+    found: Vec<FramePoints>,
 }
 
 impl Points<'_> {
@@ -90,7 +91,7 @@ impl Points<'_> {
         let why = explain(&self.expected, &self.found, self.names).map(|why| format!(": {why}")).unwrap_or_default();
         let name = self.names.get(index).map_or("", String::as_str);
         Some(format!(
-            "{} are not where root and angles put them in {frames} of {} frames, worst {name} in frame {frame}, {off:.3e} \
+            "{} do not follow from root and angles in {frames} of {} frames, worst {name} in frame {frame}, {off:.3e} \
             m off{why}",
             self.array,
             self.expected.len()
@@ -98,19 +99,19 @@ impl Points<'_> {
     }
 }
 
-/// Links that are where they should be but turned otherwise.
+/// Links at the right position with a wrong rotation.
 fn turned_links(truth: &GroundTruth, known: &[(LinkFrames, Markers)], names: &[String]) -> Option<String> {
     truth.frames.iter().zip(known).enumerate().find_map(|(number, (frame, (links, _)))| {
         let off = frame.link_frames.0.iter().zip(&links.0).map(|(a, b)| a.rotation.angle_to(&b.rotation));
         let (index, off) = off.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         (off > 1e-6).then(|| {
             let degrees = off.to_degrees();
-            format!("link_frames: {} is turned by {degrees:.3} degrees in frame {number}", names[index])
+            format!("link_frames: the rotation of {} is {degrees:.3} degrees off in frame {number}", names[index])
         })
     })
 }
 
-/// A marker or link that moves faster than bodies do.
+/// A link that moves faster than a body can.
 fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> {
     known.windows(2).enumerate().find_map(|(frame, pair)| {
         let steps = pair[0].0.0.iter().zip(&pair[1].0.0).zip(&truth.actor.links);
@@ -120,15 +121,15 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
         (speed > FASTEST_M_PER_S).then(|| {
             format!(
                 "root, angles: from frame {frame} to {} link {link:?} moves {step:.2} m, {speed:.0} m/s; a frame is \
-                missing or out of its place, or lengths are not in metres",
+                missing or out of order, or lengths are not in metres",
                 frame + 1
             )
         })
     })
 }
 
-/// `in_view`, `visible` and the sights of `views.npz` against what body, props and cameras give.
-pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
+/// Compares `in_view`, `visible` and the sights of `views.npz` with those of body, props and cameras.
+pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (truth, rig) = parts.scene()?;
     let (props, others) = (truth.props.clone(), truth.distractors.clone());
     let filming = parts.filming()?;
@@ -146,68 +147,88 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
                 let name = LANDMARKS[*marker].name();
                 let (count, camera) = (wrong.len(), &camera.name);
                 Fault::new(PATH, format!(
-                    "{array}: {count} of {} flags of camera {camera:?} are wrong, first {name} in frame {frame}: it says {flag}",
+                    "{array}: {count} of {} flags of camera {camera:?} are wrong, first {name} in frame {frame}: {flag}",
                     truth.frames.len() * LANDMARKS.len()
                 ))
             }));
         }
     }
-    faults.extend(seen_but_not_in_view(truth, rig));
+    faults.extend(visible_but_not_in_view(truth, rig));
     faults.extend(wrong_sights(files, &known, &filming));
     let flags = 2 * truth.frames.len() * rig.cameras.len() * LANDMARKS.len();
     Ok((format!("{flags} flags"), faults))
 }
 
-/// Sights of joints and markers, those on the very border of the image left out.
+/// Wrong sights of joints and markers, except those on the border of the image.
 fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &TimedRig) -> Vec<Fault> {
-    let rig = filming.rig();
     if !files.has(views_file::PATH) {
         return Vec::new();
     }
     let read = files.read(views_file::PATH).ok().and_then(|bytes| Npz::from_bytes(views_file::PATH, &bytes).ok());
-    // what cannot be read is named by the check of projections
+    // the check of projections reports unreadable files
     let Some(found) = read else { return Vec::new() };
     let expected = views_file::to_npz(known, filming);
     let names = wrong_names(&found, &expected);
-    let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
-        let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
-        if found.len() != expected.len() {
-            return Some(format!("{array}: has {} sights in place of {}", found.len(), expected.len()));
-        }
-        let place = |index: usize| {
-            let (point, view) = (index % names.len(), index / names.len());
-            (view / rig.cameras.len(), view % rig.cameras.len(), point)
-        };
-        let differs = |index: &usize| {
-            let (frame, camera, point) = place(*index);
-            let on_border = || {
-                points(&known.frames[frame], point)
-                    .is_some_and(|p| is_on_border(filming, camera, &known.frames[frame], &p))
-            };
-            found[*index] != expected[*index] && !on_border()
-        };
-        let all: Vec<usize> = (0..found.len()).filter(differs).collect();
-        let (frame, camera, point) = place(*all.first()?);
-        let word =
-            |sight: i64| usize::try_from(sight).ok().and_then(|s| views_file::NAMES.get(s)).unwrap_or(&"unknown");
-        Some(format!(
-            "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: it says {}, the ray says {}",
-            all.len(),
-            found.len(),
-            names[point],
-            rig.cameras[camera].name,
-            word(found[all[0]]),
-            word(expected[all[0]])
-        ))
-    };
+    let check = SightCheck { found: &found, expected: &expected, known, filming };
     let joints: Vec<String> = known.actor.joints.iter().map(|joint| joint.name.clone()).collect();
     let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
-    let of_joints = wrong("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
-    let of_markers = wrong("marker_sight", &|frame, marker| frame.markers[marker], &markers);
+    let of_joints = check.fault("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
+    let of_markers = check.fault("marker_sight", &|frame, marker| frame.markers[marker], &markers);
     names.into_iter().chain(of_joints).chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
 }
 
-/// The sights of an array; none where it is missing or holds anything else.
+/// The sights in a file and those computed from the truth.
+struct SightCheck<'a> {
+    found: &'a Npz,
+    expected: &'a Npz,
+    known: &'a GroundTruth,
+    filming: &'a TimedRig,
+}
+
+impl SightCheck<'_> {
+    /// Describes the wrong sights of an array; `points` returns the position of a point in a frame.
+    fn fault(
+        &self,
+        array: &str,
+        points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>,
+        names: &[String],
+    ) -> Option<String> {
+        let (found, expected) = (sights_of(self.found, array)?, sights_of(self.expected, array)?);
+        if found.len() != expected.len() {
+            return Some(format!("{array}: has {} sights, expected {}", found.len(), expected.len()));
+        }
+        let cameras = &self.filming.rig().cameras;
+        let place = |index: usize| {
+            let (point, view) = (index % names.len(), index / names.len());
+            (view / cameras.len(), view % cameras.len(), point)
+        };
+        let is_wrong = |index: &usize| {
+            let (frame, camera, point) = place(*index);
+            let frame = &self.known.frames[frame];
+            let on_border =
+                || points(frame, point).is_some_and(|point| is_on_border(self.filming, camera, frame, &point));
+            found[*index] != expected[*index] && !on_border()
+        };
+        let wrong: Vec<usize> = (0..found.len()).filter(is_wrong).collect();
+        let first = *wrong.first()?;
+        let (frame, camera, point) = place(first);
+        Some(format!(
+            "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: {}, expected {}",
+            wrong.len(),
+            found.len(),
+            names[point],
+            cameras[camera].name,
+            sight_name(found[first]),
+            sight_name(expected[first])
+        ))
+    }
+}
+
+fn sight_name(sight: i64) -> &'static str {
+    usize::try_from(sight).ok().and_then(|sight| views_file::NAMES.get(sight)).unwrap_or(&"unknown")
+}
+
+/// The sights of an array; `None` if it is missing or has another type.
 fn sights_of(npz: &Npz, array: &str) -> Option<Vec<i64>> {
     match npz.get(array).map(|array| &array.values) {
         Some(Values::I64(sights)) => Some(sights.clone()),
@@ -225,7 +246,7 @@ fn sights(frame: &TruthFrame) -> &Vec<[bool; LANDMARKS.len()]> {
     &frame.visible
 }
 
-/// Frames and markers whose flag is wrong, markers on the very border of the image left out.
+/// Frames and markers with a wrong flag, except markers on the border of the image.
 fn wrong_flags(
     truth: &GroundTruth,
     known: &GroundTruth,
@@ -245,7 +266,7 @@ fn wrong_flags(
     wrong
 }
 
-/// Whether a camera of a frame has a point on the border of its image.
+/// Whether a point is on the border of the image of a camera in a frame.
 fn is_on_border(filming: &TimedRig, camera: usize, frame: &TruthFrame, point: &Point3<f64>) -> bool {
     let camera = filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0));
     let Some(pixel) = camera.project(point) else { return false };
@@ -253,11 +274,11 @@ fn is_on_border(filming: &TimedRig, camera: usize, frame: &TruthFrame, point: &P
     [pixel.x, pixel.y, width - pixel.x, height - pixel.y].iter().any(|distance| distance.abs() < BORDER_PX)
 }
 
-fn seen_but_not_in_view(truth: &GroundTruth, rig: &CameraRig) -> Option<Fault> {
+fn visible_but_not_in_view(truth: &GroundTruth, rig: &CameraRig) -> Option<Fault> {
     let both = |frame: &TruthFrame| {
         (0..rig.cameras.len())
             .any(|c| frame.visible[c].iter().zip(&frame.in_view[c]).any(|(seen, inside)| *seen && !*inside))
     };
     let frame = truth.frames.iter().position(both)?;
-    Some(Fault::new(PATH, format!("visible: a marker that is not in view is said to be visible in frame {frame}")))
+    Some(Fault::new(PATH, format!("visible: a marker is visible but not in view in frame {frame}")))
 }

@@ -1,12 +1,12 @@
-//! The truth through the exported camera files, as anybody with OpenCV's formula sees it: every point where it was when
-//! its row was exposed, through the cameras of `cameras.json`, and where these move, where `cameras.npz` has them.
-//! Where trackers were told other cameras, through those of `truth/cameras.json`.
+//! Projects the truth with OpenCV's formula through the camera files: every point at the time its row was exposed,
+//! through the cameras of `cameras.json`, at the poses of `cameras.npz` if they move. If trackers were given other
+//! cameras, those of `truth/cameras.json` are used.
 
 use std::borrow::Cow;
 
 use super::cameras::{ListedCamera, plain};
 use super::parts::ReadParts;
-use super::{Fault, Outcome};
+use super::{CheckOutcome, Fault};
 use crate::blind::silhouette_path;
 use crate::body::LANDMARKS;
 use crate::camera::TimedRig;
@@ -18,31 +18,32 @@ use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint};
 use crate::views_file::PATH as VIEWS;
 use crate::{RigMoments, cameras_file, moments_file, silhouette_png, truth_file};
 
-/// How far the formula may be from this program's own projection, pixels.
+/// Tolerance between the formula and this program's own projection, pixels.
 const TOLERANCE_PX: f64 = 1e-6;
 
-/// Markers lie inside the body or on it: this share of those that a camera sees must lie in its silhouettes, give or
-/// take [`REACH_PX`].
+/// Markers are inside the body or on its surface: this share of the visible ones must be in the silhouettes, within
+/// [`REACH_PX`].
 const LEAST_SHARE: f64 = 0.85;
 const REACH_PX: i64 = 2;
 
-/// Fewer markers than this prove nothing.
+/// Fewest visible markers for this check.
 const LEAST_MARKERS: usize = 10;
 
-/// How many frames' silhouettes are looked into.
+/// Greatest number of frames whose silhouettes are read.
 const SAMPLED_FRAMES: usize = 200;
 
-/// What one image shows to be wrong.
+/// Faults of one image.
 #[derive(Default)]
 struct ImageFaults {
     /// Greatest distance between the formula and this program's projection, pixels.
     worst: f64,
-    /// Points of `joints_2d` and of `markers_2d` that are elsewhere.
+    /// Numbers of wrong points in `joints_2d` and in `markers_2d`.
     wrong_pixels: [usize; 2],
-    /// Markers whose `in_view` the formula contradicts.
+    /// Markers whose `in_view` differs from the formula.
     wrong_views: Vec<usize>,
-    /// Markers that are visible, and those of them that lie in the silhouette.
+    /// Number of visible markers.
     visible: usize,
+    /// Number of visible markers in the silhouette.
     inside: usize,
 }
 
@@ -53,22 +54,22 @@ struct ProjectedScene<'a> {
     /// The file of its cameras.
     path: &'static str,
     is_filmed: bool,
-    /// Of a rig that does not stand still, unless trackers were told another one.
+    /// For a rig that is not static, unless trackers were given another one.
     moments: Option<&'a RigMoments>,
     has_exact_silhouettes: bool,
     clock: &'a SceneClock<'a>,
     views: Option<&'a Npz>,
 }
 
-pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> CheckOutcome {
     let (truth, _) = parts.scene()?;
     let (path, is_filmed) = (parts.true_cameras(), parts.is_filmed());
     let (cameras, rig) = (plain(files, path)?, parts.filming()?);
-    let is_told = path == cameras_file::PATH;
-    if is_filmed && is_told && parts.moments.is_none() {
+    let is_given = path == cameras_file::PATH;
+    if is_filmed && is_given && parts.moments.is_none() {
         return Err("not checked: cameras.npz cannot be read".to_owned());
     }
-    let moments = parts.moments.as_ref().filter(|_| is_filmed && is_told);
+    let moments = parts.moments.as_ref().filter(|_| is_filmed && is_given);
     let clock = SceneClock::new(truth, &rig);
     let views = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
     let (inexact, views) = (parts.inexact_silhouettes(), views.as_ref());
@@ -82,25 +83,25 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         let sum = |of: fn(&ImageFaults) -> usize| found.iter().map(of).sum::<usize>();
         let (worst, visible) = (found.iter().fold(0.0, |w, f| greater(w, f.worst)), sum(|found| found.visible));
         faults.extend(scene.disagreement(&plain.name, worst));
-        faults.extend(scene.strangers(&plain.name, visible, sum(|found| found.inside)));
+        faults.extend(scene.markers_outside(&plain.name, visible, sum(|found| found.inside)));
         faults.extend(wrong_views(&plain.name, &found));
         markers += visible;
         wrong_pixels[0] += sum(|found| found.wrong_pixels[0]);
         wrong_pixels[1] += sum(|found| found.wrong_pixels[1]);
     }
     for (array, wrong) in ["joints_2d", "markers_2d"].into_iter().zip(wrong_pixels).filter(|(_, wrong)| *wrong > 0) {
-        let detail = format!("{array}: {wrong} pixels are not what OpenCV's formula gives at the moment of exposure");
+        let detail = format!("{array}: {wrong} pixels differ from OpenCV's formula at the time of exposure");
         faults.push(Fault::new(VIEWS, detail));
     }
     let compared = match inexact {
         None => format!("{markers} visible markers"),
-        Some(words) => format!("without a look at the silhouettes, which are {words}"),
+        Some(silhouettes) => format!("without a comparison with the silhouettes, which are {silhouettes}"),
     };
     Ok((format!("{} cameras, {compared}", cameras.len()), faults))
 }
 
 impl ProjectedScene<'_> {
-    /// What the image of a camera and frame shows.
+    /// Checks the image of a camera and frame.
     fn look(&self, plain: &ListedCamera, camera: usize, frame: usize) -> ImageFaults {
         let (mut found, known) = (ImageFaults::default(), &self.truth.frames[frame]);
         let mut shot = Shot::new(self.clock, self.rig, frame);
@@ -132,7 +133,7 @@ impl ProjectedScene<'_> {
         found
     }
 
-    /// The camera where the files say that it was when a point was exposed.
+    /// The camera at its pose in the files when a point was exposed.
     fn placed<'c>(
         &self,
         plain: &'c ListedCamera,
@@ -143,15 +144,15 @@ impl ProjectedScene<'_> {
         if !self.is_filmed {
             return Cow::Borrowed(plain);
         }
-        // between the first rows of two images only the truth knows where a camera is
+        // between the first rows of two images only the truth has the pose of a camera
         Cow::Owned(plain.placed(match self.moments.filter(|_| !self.rig.is_rolling(camera)) {
             Some(moments) => &moments.frames[frame].camera_from_world[camera],
             None => &seen.camera.camera_from_world,
         }))
     }
 
-    /// Compares the formula with this program's projection of a point, and with what the set lists: whether that is
-    /// wrong.
+    /// Compares the formula with this program's projection of a point, and returns whether the pixel listed in the set
+    /// is wrong.
     fn compare(&self, plain: &ListedCamera, seen: &ShotPoint, listed: Option<[f64; 2]>, worst: &mut f64) -> bool {
         let (pixel, _) = plain.project(&seen.place.coords);
         let off = |at: [f64; 2]| (at[0] - pixel[0]).abs().max((at[1] - pixel[1]).abs());
@@ -165,7 +166,7 @@ impl ProjectedScene<'_> {
         })
     }
 
-    /// The pixel of `views.npz`, where it has one for every point.
+    /// The pixel in `views.npz`, if it has the expected shape.
     fn listed(&self, array: &str, points: usize, [frame, camera, point]: [usize; 3]) -> Option<[f64; 2]> {
         let pixels = self.views?.f64s(VIEWS, array, &self.shape(points)).ok()?.as_chunks::<2>().0;
         pixels.get((frame * self.rig.cameras() + camera) * points + point).copied()
@@ -175,7 +176,7 @@ impl ProjectedScene<'_> {
         [Some(self.truth.frames.len()), Some(self.rig.cameras()), Some(points), Some(2)]
     }
 
-    /// Pixels that are not those of every point.
+    /// Arrays of pixels with a wrong shape.
     fn wrong_shapes(&self) -> Vec<Fault> {
         let Some(views) = self.views else { return Vec::new() };
         let arrays = [("joints_2d", self.truth.actor.joints.len()), ("markers_2d", LANDMARKS.len())];
@@ -193,18 +194,16 @@ impl ProjectedScene<'_> {
     fn disagreement(&self, name: &str, worst: f64) -> Option<Fault> {
         let (path, what) = match self.moments {
             None => (self.path, "OpenCV's formula and camera_from_world"),
-            Some(_) => (
-                moments_file::PATH,
-                "the truth seen by OpenCV's formula from where cameras.npz has the camera, and by the camera that took \
-                 the images,",
-            ),
+            Some(_) => {
+                (moments_file::PATH, "OpenCV's formula at the poses of cameras.npz and the camera that took the images")
+            }
         };
         (worst > TOLERANCE_PX || worst.is_nan())
             .then(|| Fault::new(path, format!("camera {name:?}: {what} differ by {worst:.2e} pixels")))
     }
 
     /// Markers outside the silhouettes of a camera.
-    fn strangers(&self, name: &str, visible: usize, inside: usize) -> Option<Fault> {
+    fn markers_outside(&self, name: &str, visible: usize, inside: usize) -> Option<Fault> {
         let (path, by, what) = match self.moments {
             None => (
                 self.path,
@@ -213,15 +212,15 @@ impl ProjectedScene<'_> {
             ),
             Some(_) => (
                 moments_file::PATH,
-                "from where cameras.npz has it",
-                "places, times, markers or silhouettes belong to another camera or frame",
+                "at the poses of cameras.npz",
+                "poses, times, markers or silhouettes belong to another camera or frame",
             ),
         };
         (visible >= LEAST_MARKERS && (inside as f64) < LEAST_SHARE * visible as f64).then(|| {
             Fault::new(
                 path,
                 format!(
-                    "camera {name:?}: only {inside} of {visible} visible markers lie in its silhouettes when they are \
+                    "camera {name:?}: only {inside} of {visible} visible markers are in its silhouettes when \
                 projected {by}: {what}"
                 ),
             )
@@ -229,23 +228,23 @@ impl ProjectedScene<'_> {
     }
 }
 
-/// `in_view` against the formula.
+/// Compares `in_view` with the formula.
 fn wrong_views(name: &str, found: &[ImageFaults]) -> Option<Fault> {
     let count: usize = found.iter().map(|found| found.wrong_views.len()).sum();
     let (frame, marker) = found.iter().enumerate().find_map(|(frame, f)| Some((frame, *f.wrong_views.first()?)))?;
     let marker = LANDMARKS[marker].name();
     let detail = format!(
-        "in_view: {count} flags of camera {name:?} are not what OpenCV's formula gives, first {marker} in frame {frame}"
+        "in_view: {count} flags of camera {name:?} differ from OpenCV's formula, first {marker} in frame {frame}"
     );
     Some(Fault::new(truth_file::PATH, detail))
 }
 
-/// The greater of two numbers; NaN where one is.
+/// The greater of two numbers; NaN if one is NaN.
 fn greater(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Whether a pixel of the mask is set at most [`REACH_PX`] from a place, whose pixel centres are at integers.
+/// Whether a pixel of the mask is set within [`REACH_PX`] of a position, with pixel centres at integers.
 fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
     if !(u.is_finite() && v.is_finite()) {
         return false;

@@ -1,13 +1,13 @@
-//! The poses of the tracker's body that come nearest to the truth, found again.
+//! Recomputes the poses of the tracker's body nearest to the truth.
 
 use crate::body::{Humanoid, Markers, Motion};
 use crate::retarget::{FitOptions, fit_motion_to_markers};
 use crate::scene::GroundTruth;
 
-/// How far a pose may be off, metres and radians: the search for it ends there.
+/// Tolerance of poses, metres and radians: the termination tolerance of the fit.
 pub(super) const TOLERANCE: f64 = 1e-6;
 
-/// The motion of a body whose markers come nearest to the actor's, as it was found when the set was made.
+/// The motion of a body whose markers are nearest to the actor's, found by the same fit as when the set was made.
 pub(super) fn nearest_motion(body: &Humanoid, truth: &GroundTruth) -> Motion {
     let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
     let fits = fit_motion_to_markers(body, &markers, &body.zero_pose(), &FitOptions::default());

@@ -1,7 +1,7 @@
-//! Pixels that rounding may decide: those that another silhouette has when the camera is moved by next to nothing.
+//! Pixels that may differ by rounding: those that change when the image is shifted by a tiny amount.
 //!
-//! `cameras.json` counts pixels from another corner than this program, which rounds a camera's numbers once; rows of
-//! solids are drawn in single precision. Both can decide a pixel whose centre lies on an outline, and no other.
+//! `cameras.json` has another pixel origin than this program, so the numbers of a camera are rounded once, and rows of
+//! solids are rendered in single precision. Both can change only pixels whose centre is on an outline.
 
 use std::sync::OnceLock;
 
@@ -11,25 +11,25 @@ use crate::raster::Mask;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
-/// How far the image is moved, pixels: more than rounding does, and so little that next to no pixel changes.
+/// Shift of the image, pixels: more than rounding, and so small that almost no pixel changes.
 const SHIFT_PX: f64 = 1e-4;
 
-/// Greatest number of pixels of a silhouette that rounding is asked about.
+/// Greatest number of pixels of a silhouette that may be explained by rounding.
 pub(super) const MOST_ROUNDED_PX: u64 = 64;
 
-/// How far around a pixel that rounding decides segmentation may decide otherwise, pixels.
+/// Distance from a pixel changed by rounding within which segmentation may differ, pixels.
 const REACH_PX: u32 = 4;
 
 const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
 
-/// Looks at a scene through cameras that are moved by next to nothing. They are set up when the first silhouette
-/// differs: for most sets never.
+/// Renders a scene through cameras with slightly shifted images. They are set up when the first silhouette differs,
+/// which never happens for most sets.
 pub(super) struct Rounding<'a> {
     truth: &'a GroundTruth,
     filming: &'a TimedRig,
     facts: ObservationFacts,
     seed: KeyedSeed,
-    /// How far around a pixel more may differ.
+    /// Distance from a changed pixel within which others may differ, pixels.
     reach_px: u32,
     moved: OnceLock<Vec<SilhouetteObserver<'a>>>,
 }
@@ -41,7 +41,7 @@ impl<'a> Rounding<'a> {
         facts: &ObservationFacts,
         seed: KeyedSeed,
     ) -> Self {
-        // what images are cut out by takes memory and time: the clean silhouettes say where rounding decides
+        // segmentation takes memory and time; the clean silhouettes suffice to find pixels changed by rounding
         let is_segmented = facts.silhouette == SilhouetteSource::Segmented;
         let silhouette = if is_segmented { SilhouetteSource::Exact } else { facts.silhouette };
         let (facts, reach_px) =
@@ -49,7 +49,7 @@ impl<'a> Rounding<'a> {
         Self { truth, filming, facts, seed, reach_px, moved: OnceLock::new() }
     }
 
-    /// Whether all pixels in which two masks of a camera and frame differ may be decided by rounding.
+    /// Whether rounding explains all pixels in which two masks of a camera and frame differ.
     pub(super) fn explains(&self, expected: &Mask, found: &Mask, camera: usize, frame: usize) -> bool {
         let masks: Vec<Mask> =
             self.moved().iter().map(|observer| observer.observe(frame).silhouettes.swap_remove(camera)).collect();

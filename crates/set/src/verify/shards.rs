@@ -1,4 +1,4 @@
-//! Tar shards, file by file: what is in them, in which order, and that samples say what the set says.
+//! Checks the files in tar shards, their order, and the data of samples.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, VerifyOptions, but_for};
+use super::{CheckOutcome, Fault, VerifyOptions, with_skipped};
 use crate::blind::silhouette_path;
 use crate::camera::CameraRig;
 use crate::files::SetFiles;
@@ -18,24 +18,29 @@ use crate::scene::GroundTruth;
 use crate::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use crate::{depth_png, exr_layers};
 
-/// How far a number of a sample may be off, in shares of the greater of it and 1: cameras' numbers are rounded once.
+/// Tolerance of the numbers of a sample, relative to the number or 1: the numbers of cameras are rounded once.
 const TOLERANCE: f64 = 1e-9;
 
-/// Faults of one shard that are told; more of them tell nothing new.
+/// Greatest number of faults reported for one shard.
 const MOST_FAULTS: usize = 20;
 
-/// Size of a tar's blocks.
+/// Block size of tar files, bytes.
 const BLOCK: u64 = 512;
 
-/// What a file of a shard must hold.
+/// Expected content of a file in a shard.
 enum Content {
-    /// The bytes of the file of that path in a set without shards.
+    /// The bytes of the file with this path in a set without shards.
     FileOf(String),
-    /// What the truth says of a camera and a frame.
+    /// The true data of a camera and a frame.
     Facts { camera: usize, frame: usize },
 }
 
-pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadParts, how: VerifyOptions<'_>) -> Outcome {
+pub(super) fn check(
+    own: &SetFiles,
+    complete: Option<&SetFiles>,
+    parts: &ReadParts,
+    how: VerifyOptions<'_>,
+) -> CheckOutcome {
     let sides =
         [Some((own, &[OBSERVED, WITH_TRUTH][..])), complete.map(|complete| (complete, &[OBSERVED, WITH_TRUTH][..]))];
     let shards: Vec<(&SetFiles, &str, usize, usize)> = sides
@@ -59,17 +64,17 @@ pub(super) fn check(own: &SetFiles, complete: Option<&SetFiles>, parts: &ReadPar
         let plan = ShardPlan { shards: count, frames: truth.frames.len() };
         let path = tar_path(kind, shard);
         let Some(folder) = files.folder() else { return (Some(0), Vec::new()) };
-        let looking = Looking { files, truth, rig, path: &path, full: &folder.join(&path) };
-        looking.look(&expected_files(files, kind, rig.cameras.len(), plan.frames_of(shard)))
+        let shard_check = ShardCheck { files, truth, rig, path: &path, full: &folder.join(&path) };
+        shard_check.run(&expected_files(files, kind, rig.cameras.len(), plan.frames_of(shard)))
     };
     let found = parallel::map(shards.len(), of_shard);
     let files: usize = found.iter().filter_map(|(files, _)| *files).sum();
     let skipped = found.iter().filter(|(files, _)| files.is_none()).count();
     let faults = found.into_iter().flat_map(|(_, faults)| faults).collect();
-    but_for(skipped, "shards", format!("{files} files in {} shards", shards.len()), faults)
+    with_skipped(skipped, "shards", format!("{files} files in {} shards", shards.len()), faults)
 }
 
-/// Name and content of every file of a shard, in its order.
+/// Expected names and contents of the files of a shard, in order.
 fn expected_files(
     files: &SetFiles,
     kind: &str,
@@ -91,27 +96,28 @@ fn expected_files(
     frames.flat_map(|frame| (0..cameras).map(move |camera| (camera, frame))).flat_map(of_image).collect()
 }
 
-/// A shard that is looked through.
-struct Looking<'a> {
+/// The check of one shard.
+struct ShardCheck<'a> {
     files: &'a SetFiles,
     truth: &'a GroundTruth,
     rig: &'a CameraRig,
-    /// Inside the set, and on the disk.
+    /// Path inside the set.
     path: &'a str,
+    /// Path on disk.
     full: &'a Path,
 }
 
-impl Looking<'_> {
-    /// How many files were compared, `None` where the shard cannot be read, and what is wrong.
-    fn look(&self, expected: &[(String, Content)]) -> (Option<usize>, Vec<Fault>) {
+impl ShardCheck<'_> {
+    /// The number of compared files, `None` if the shard cannot be read, and the faults.
+    fn run(&self, expected: &[(String, Content)]) -> (Option<usize>, Vec<Fault>) {
         let opened = File::open(self.full).and_then(|mut shard| Ok((tar_places(&mut shard)?, shard)));
         let (places, mut shard) = match opened {
             Ok(opened) => opened,
-            // the check of the hashes names what is missing
+            // the check of the hashes reports missing shards
             Err(error) if error.kind() == io::ErrorKind::NotFound => return (None, Vec::new()),
-            // so does it one that was cut off
+            // and truncated ones
             Err(_) if self.files.check(self.path).is_err() => return (None, Vec::new()),
-            Err(error) => return (Some(0), vec![Fault::new(self.path, format!("cannot be looked through: {error}"))]),
+            Err(error) => return (Some(0), vec![Fault::new(self.path, format!("cannot be read: {error}"))]),
         };
         let mut details: Vec<String> = extra_files(&places, expected).collect();
         let mut at = 0;
@@ -121,7 +127,7 @@ impl Looking<'_> {
                 continue;
             };
             if first != at + BLOCK {
-                details.push(format!("{name} is out of its place: samples stand in the order of frames, then cameras"));
+                details.push(format!("{name} is out of order; expected samples in the order of frames, then cameras"));
             }
             at = (first + size).next_multiple_of(BLOCK);
             match self.read(&mut shard, first - BLOCK, size) {
@@ -130,8 +136,8 @@ impl Looking<'_> {
             }
         }
         details.extend(wrong_end(&mut shard, at));
-        let told = details.into_iter().take(MOST_FAULTS).map(|detail| Fault::new(self.path, detail)).collect();
-        (Some(expected.len()), told)
+        let reported = details.into_iter().take(MOST_FAULTS).map(|detail| Fault::new(self.path, detail)).collect();
+        (Some(expected.len()), reported)
     }
 
     /// Header, content and padding of a file.
@@ -149,19 +155,19 @@ impl Looking<'_> {
         let (header, rest) = blocks.split_at_checked(BLOCK as usize)?;
         let (bytes, padding) = rest.split_at_checked(size as usize)?;
         if tar_header(name, size).is_ok_and(|expected| expected != header) || padding.iter().any(|byte| *byte != 0) {
-            return Some(format!("{name} has other bytes around it than skiagraph writes"));
+            return Some(format!("the header or padding of {name} differs from that of skiagraph"));
         }
         match content {
             Content::FileOf(path) => {
                 let listed = self.files.packed_digest(path);
-                let detail = || format!("{name} is not the {path} that packed.sha256 lists");
+                let detail = || format!("{name} differs from {path} in packed.sha256");
                 (listed != Some(hex_sha256(bytes).as_str())).then(detail)
             }
             Content::Facts { camera, frame } => {
                 let camera_of_rig = self.rig.cameras.get(*camera)?;
                 let expected = samples::facts(camera_of_rig, &self.truth.frames[*frame], *camera, *frame);
                 let Ok(found) = serde_json::from_slice::<Value>(bytes) else {
-                    return Some(format!("{name} is no JSON"));
+                    return Some(format!("{name} is not valid JSON"));
                 };
                 difference("", &expected, &found).map(|detail| format!("{name}: {detail}"))
             }
@@ -175,17 +181,17 @@ fn extra_files<'a>(places: &'a TarPlaces, expected: &'a [(String, Content)]) -> 
     extra.map(|name| format!("it has {name:?}, which belongs to none of its frames and cameras"))
 }
 
-/// What stands behind the last file, which ends at `at`.
+/// Checks the bytes after the last file, which ends at `at`.
 fn wrong_end(shard: &mut File, at: u64) -> Option<String> {
     let mut end = Vec::new();
     let expected = tar_end();
     let read =
         shard.seek(SeekFrom::Start(at)).and_then(|_| shard.take(expected.len() as u64 + 1).read_to_end(&mut end));
     (read.is_err() || end != expected)
-        .then(|| "it has other bytes after its last file than skiagraph writes".to_owned())
+        .then(|| "the bytes after its last file differ from those of skiagraph".to_owned())
 }
 
-/// Where two JSON values differ, in words.
+/// Describes where two JSON values differ.
 fn difference(place: &str, expected: &Value, found: &Value) -> Option<String> {
     let differs = || Some(format!("{place} is {}, expected {expected}", crate::input::excerpt(&found.to_string())));
     match (expected, found) {

@@ -1,4 +1,4 @@
-//! Normals, flow, coverage and brightness of truth images, against new ones.
+//! Compares normals, flow, coverage and brightness of truth images with newly rendered ones.
 
 use nalgebra::Vector3;
 
@@ -13,19 +13,19 @@ pub(super) const COVERAGE: [&str; 1] = ["A"];
 pub(super) const COLOUR: [&str; 3] = ["R", "G", "B"];
 pub(super) const GREY: [&str; 1] = ["Y"];
 
-/// Pixels that may differ: numbers of cameras are rounded once in `cameras.json`, which can decide what a pixel on an
-/// outline shows.
+/// Number of pixels that may differ: the numbers of cameras are rounded once in `cameras.json`, which can change pixels
+/// on an outline.
 const TOLERANCE_PX: usize = 2;
 
-/// How far numbers may be off: a part of a unit vector; pixels, and besides a share of the flow, for single precision;
-/// half of one of a pixel's sixteen samples; a quarter of a grey value, for half precision.
+/// Tolerances: component of a unit vector; flow in pixels plus a share of it, for single precision; half of one of a
+/// pixel's 16 samples; a quarter of a grey value, for half precision.
 const NORMAL: f32 = 1e-4;
 const FLOW_PX: f32 = 1e-4;
 const FLOW_SHARE: f32 = 1e-6;
 const SHARE: f32 = 1.0 / 32.0;
 const BRIGHTNESS: f32 = 1e-3;
 
-/// What is wrong with an image whose size, depth and parts are right.
+/// Faults of an image whose size, depth and parts are right.
 pub(super) fn faults(image: &LayerImage, expected: &LayerImages, camera: &Camera) -> Vec<String> {
     let mut faults = Vec::new();
     if !expected.normals.is_empty() {
@@ -44,10 +44,10 @@ pub(super) fn faults(image: &LayerImage, expected: &LayerImages, camera: &Camera
 }
 
 fn missing(name: &str) -> Option<String> {
-    Some(format!("{name}: has no such channel, the images before have"))
+    Some(format!("{name}: the channel is missing, but earlier images have it"))
 }
 
-/// How many pixels a test fails.
+/// Number of pixels that are off.
 fn count(pixels: usize, is_off: impl Fn(usize) -> bool) -> usize {
     (0..pixels).filter(|pixel| is_off(*pixel)).count()
 }
@@ -72,7 +72,7 @@ fn normals(image: &LayerImage, expected: &[[f32; 3]], camera: &Camera) -> Option
         } else {
             ""
         };
-        format!("normal: {wrong} of {} pixels have another normal than the body has there{why}", expected.len())
+        format!("normal: {wrong} of {} pixels differ from the normals of the body{why}", expected.len())
     })
 }
 
@@ -91,13 +91,13 @@ fn flow(image: &LayerImage, expected: &[[f32; 2]]) -> Option<String> {
         let why = if all(&|[u, v]| [-u, -v]) {
             "; it has the opposite sign"
         } else if all(&|[u, v]| [v, u]) {
-            "; u and v are exchanged"
+            "; u and v are swapped"
         } else if all(&|[u, v]| [u, -v]) {
             "; v points upwards"
         } else {
             ""
         };
-        format!("forward: {wrong} of {} pixels have another flow than the surface has there{why}", expected.len())
+        format!("forward: {wrong} of {} pixels differ from the flow of the surface{why}", expected.len())
     })
 }
 
@@ -115,7 +115,7 @@ fn coverage(image: &LayerImage, expected: &[f32]) -> Option<String> {
         } else {
             ""
         };
-        format!("A: {wrong} of {} pixels have another share of the body{why}", expected.len())
+        format!("A: {wrong} of {} pixels differ from the coverage of the body{why}", expected.len())
     })
 }
 
@@ -133,12 +133,12 @@ fn colour(image: &LayerImage, expected: &[Vec<f32>]) -> Option<String> {
         let turned = |pixel: usize| found.iter().zip(expected.iter().rev()).any(|(a, b)| differs(a[pixel], b[pixel]));
         let wide = |pixel: usize| found.iter().zip(expected).any(|(a, b)| differs(a[pixel] / 255.0, b[pixel]));
         let why = if count(pixels, turned) <= TOLERANCE_PX {
-            "; red and blue are exchanged"
+            "; red and blue are swapped"
         } else if count(pixels, wide) <= TOLERANCE_PX {
-            "; it runs to 255 in place of 1"
+            "; its maximum is 255 instead of 1"
         } else {
             ""
         };
-        format!("R, G, B: {wrong} of {pixels} pixels have another brightness than the scene has there{why}")
+        format!("R, G, B: {wrong} of {pixels} pixels differ from the brightness of the scene{why}")
     })
 }

@@ -1,4 +1,5 @@
-//! The simplest motion model: a pose keeps still, or its velocity, and wanders by a Gaussian per degree of freedom.
+//! The simplest motion model: a pose with constant position or velocity and Gaussian diffusion of each degree of
+//! freedom.
 
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
@@ -10,7 +11,7 @@ use crate::rng::normal;
 /// Settings of [`Diffusion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffusionSettings {
-    /// Where a pose is expected in the next frame.
+    /// Expected pose in the next frame.
     pub prediction: Prediction,
     /// Factor on every standard deviation of the proposal, > 0.
     pub scale: f64,
@@ -22,19 +23,19 @@ impl Default for DiffusionSettings {
     }
 }
 
-/// Weight of the last estimate in a descent, in squared lengths of the residuals: weak, for it only has to hold what
-/// the images do not show. A hundred times as much loses a walk.
+/// Weight of the last estimate in a descent, in squared lengths of the residuals: weak, because it only has to
+/// determine what the images do not show. A weight a hundred times as large loses track of a walk.
 const DESCENT_PULL: f64 = 0.005;
-/// Farthest that one step of a descent moves the root, metres.
+/// Greatest translation of the root in one step of a descent, metres.
 const DESCENT_SLIDE_M: f64 = 0.1;
-/// Farthest that it turns the root or a joint, radians.
+/// Greatest rotation of the root or change of a joint angle in one step of a descent, radians.
 const DESCENT_TURN_RAD: f64 = 0.3;
 
-/// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: `[Skinned APF]`'s temporal model. A particle carries a
-/// pose.
+/// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: the temporal model of `[Skinned APF]`. A particle is
+/// a pose.
 ///
-/// Joint angles that step over a limit are reflected back from it, and where that leads over the other limit, clamped:
-/// unlike clamping alone, no heap of particles gathers at the limit.
+/// Joint angles beyond a limit are reflected at it, and clamped if they are then beyond the other limit. With clamping
+/// alone, particles would accumulate at the limits.
 #[derive(Clone, Debug)]
 pub struct Diffusion {
     body: Humanoid,
@@ -46,7 +47,7 @@ impl Diffusion {
     /// A diffusion of `body` with standard deviations `settings.scale * scales` per frame.
     ///
     /// # Errors
-    /// [`SettingError`] where a scale is negative or no number, or there is not one per degree of freedom.
+    /// [`SettingError`] if a scale is negative or not finite, or their number is not that of the degrees of freedom.
     pub fn new(body: Humanoid, scales: &ProposalScales, settings: &DiffusionSettings) -> Result<Self, SettingError> {
         if !(settings.scale > 0.0 && settings.scale.is_finite()) {
             return Err(SettingError::new("diffusion.scale", "a number > 0", settings.scale));
@@ -71,7 +72,7 @@ impl Diffusion {
         self.deviations.iter().map(|d| DESCENT_PULL / (d * d).max(1e-8)).collect()
     }
 
-    /// How far each number of a step of descent may go from `state`, down and up.
+    /// Allowed range of each number of a step of descent from `state`, down and up.
     fn descent_room(&self, state: &Pose) -> Vec<[f64; 2]> {
         let slide = [[-DESCENT_SLIDE_M, DESCENT_SLIDE_M]; 3];
         let turn = [[-DESCENT_TURN_RAD, DESCENT_TURN_RAD]; 3];
@@ -188,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn particles_spread_by_the_planted_deviations_times_the_scale() {
+    fn particles_spread_by_the_given_deviations_times_the_scale() {
         let model = diffusion(Prediction::None, 2.0);
         let start = relaxed(&model.body);
         let count = 4000_u32;
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn constant_velocity_goes_on_from_the_particle_as_the_estimates_did() {
+    fn constant_velocity_continues_the_motion_of_the_estimates() {
         let mut model = diffusion(Prediction::ConstantVelocity, 1.0);
         model.deviations.fill(0.0);
         let before = relaxed(&model.body);
@@ -221,11 +222,11 @@ mod tests {
         for (found, planted) in step.iter().zip(&velocity) {
             assert!((found - planted).abs() < 1e-12);
         }
-        assert_eq!(model.propagate(&particle, &[], &mut rng), particle, "without a past there is no velocity");
+        assert_eq!(model.propagate(&particle, &[], &mut rng), particle, "there is no velocity without a past");
     }
 
     #[test]
-    fn a_step_over_a_limit_is_reflected_and_one_over_both_clamped() {
+    fn a_step_beyond_a_limit_is_reflected_and_one_beyond_both_is_clamped() {
         let model = diffusion(Prediction::None, 1.0);
         let knee = model.body.find_degree_of_freedom("left_knee_flexion").unwrap();
         let limits = model.body.degrees_of_freedom[knee].clone();
@@ -242,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_deviation_is_refused_by_its_key() {
+    fn invalid_deviations_are_refused_by_key() {
         let body = Humanoid::tracker25().unwrap();
         let good = scales(&body);
         let refusal = |scales: &ProposalScales, scale| {

@@ -1,4 +1,4 @@
-//! What an observation says of a small step of a pose, and the step that follows from it.
+//! The information of an observation about a small step of a pose, and the resulting step.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,29 +17,30 @@ pub struct NormalEquations {
     pub weight: f64,
     /// Number of residuals.
     pub residuals: usize,
-    /// Factor, >= 1, on the weight of what a motion model holds a descent to: greater where the observation tells less.
+    /// Factor, >= 1, on the weight of a motion model's prior in a descent: greater if the observation is less
+    /// informative.
     pub prior_weight: f64,
 }
 
-/// What an observation says of a pose, and how sure that is.
+/// The information of an observation about a pose, and its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evidence {
     /// The weighted squares of residuals, linearised at the pose.
     pub equations: NormalEquations,
-    /// Sum, over groups of residuals that go wrong together, of the outer products of what a group pulls at the numbers
-    /// of a step.
+    /// Sum, over groups of correlated residuals, of the outer products of each group's gradient by the numbers of a
+    /// step.
     pub scatter: DMatrix<f64>,
-    /// Share of the body's outline that lies on what was observed, in [0, 1]; `None` where no outline is in an image.
+    /// Share of the body's outline that agrees with the observation, in [0, 1]; `None` if no outline is in an image.
     pub agreement: Option<f64>,
 }
 
 impl Evidence {
-    /// Covariance of the numbers of a step about the lowest point of the quadratic with `precision` added to its
-    /// diagonal; `None` without residuals, and where it is singular.
+    /// Covariance of the numbers of a step about the minimum of the quadratic with `precision` added to its diagonal;
+    /// `None` without residuals, or if it is singular.
     ///
-    /// With H the matrix plus precision, s^2 the mean weighted square of the residuals and G the scatter it is `H^-1
-    /// (s^2 H + G) H^-1`: Gauss and Newton's Hessian with the spread of the residuals, and beside it what groups of
-    /// residuals that are off together add (the middle of `[White 1980]`, by groups as in `[Liang 1986]`).
+    /// With H the matrix plus precision, s^2 the mean weighted square of the residuals and G the scatter, it is `H^-1
+    /// (s^2 H + G) H^-1`: the Gauss-Newton Hessian with the spread of the residuals, plus the contribution of groups
+    /// of correlated residuals (the middle of `[White 1980]`, by groups as in `[Liang 1986]`).
     pub(super) fn covariance(&self, precision: &[f64]) -> Option<DMatrix<f64>> {
         let NormalEquations { matrix, cost, weight, .. } = &self.equations;
         let spread = cost / weight;
@@ -51,16 +52,16 @@ impl Evidence {
     }
 }
 
-/// Share of the diagonal that is added to it (Levenberg and Marquardt's damping).
+/// Share of the diagonal that is added to it (Levenberg-Marquardt damping).
 const DAMPING: f64 = 0.01;
 
 impl NormalEquations {
-    /// The same evidence, with the weight of the prior times `factor`.
+    /// The same evidence, with the weight of the prior multiplied by `factor`.
     pub(crate) fn with_prior(self, factor: f64) -> Self {
         Self { prior_weight: self.prior_weight * factor, ..self }
     }
 
-    /// Adds `precision_i (s_i - towards_i)^2` to the quadratic: a pull of every number towards a step.
+    /// Adds `precision_i (s_i - towards_i)^2` to the quadratic: pulls every number towards a step.
     pub(super) fn pull(&mut self, towards: &[f64], precision: &[f64]) {
         for (i, (step, precision)) in towards.iter().zip(precision).enumerate() {
             self.matrix[(i, i)] += precision;
@@ -68,8 +69,8 @@ impl NormalEquations {
         }
     }
 
-    /// The damped step to the lowest point, with the numbers that `is_held` says kept at zero. `None` where the matrix
-    /// is singular or not finite.
+    /// The damped step to the minimum, with the numbers marked in `is_held` kept at zero. `None` if the matrix is
+    /// singular or not finite.
     fn solved(&self, is_held: &[bool]) -> Option<DVector<f64>> {
         let mut matrix = self.matrix.clone();
         let mut gradient = self.gradient.clone();
@@ -85,10 +86,10 @@ impl NormalEquations {
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
-    /// The damped step to the lowest point within bounds: number `i` of the step may go from `room[i][0]` to
-    /// `room[i][1]` (zero lies between them). Numbers that would leave through a bound at which they already are held,
-    /// and the others solved anew; what then leaves its bounds is cut off. `None` where the matrix is singular or not
-    /// finite.
+    /// The damped step to the minimum within bounds: number `i` of the step must be between `room[i][0]` and
+    /// `room[i][1]` (zero is between them). Numbers that would leave through a bound at which they already are are
+    /// held, and the others are solved again; the result is then clamped to the bounds. `None` if the matrix is
+    /// singular or not finite.
     pub(super) fn step_within(&self, room: &[[f64; 2]]) -> Option<DVector<f64>> {
         const AT_BOUND: f64 = 1e-9;
         let mut is_held = vec![false; room.len()];
@@ -117,8 +118,8 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_covariance_of_a_straight_fit_is_that_of_least_squares() {
-        // Ten measurements of one number, off by one either way: the mean is off by 1 / sqrt(10).
+    fn the_covariance_of_a_linear_fit_is_that_of_least_squares() {
+        // Ten measurements of one number, each off by one in either direction: the mean is off by 1 / sqrt(10).
         let equations = NormalEquations {
             matrix: DMatrix::from_element(1, 1, 10.0),
             gradient: DVector::zeros(1),
@@ -129,7 +130,7 @@ mod tests {
         };
         let alone = Evidence { equations: equations.clone(), scatter: DMatrix::zeros(1, 1), agreement: None };
         assert!((alone.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1).abs() < 1e-12);
-        // Two groups of five that are off together by one: as two measurements.
+        // Two groups of five with a common error of one: equivalent to two measurements.
         let grouped = Evidence { equations, scatter: DMatrix::from_element(1, 1, 50.0), agreement: None };
         assert!((grouped.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1 - 0.5).abs() < 1e-12);
         let nothing = NormalEquations { matrix: DMatrix::zeros(1, 1), cost: 0.0, weight: 0.0, ..grouped.equations };
@@ -139,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// Normal equations of random residuals; more of them than numbers.
+    /// Normal equations of random residuals, more of them than numbers.
     fn random(numbers: usize, seed: u64) -> NormalEquations {
         let mut state = seed | 1;
         let mut next = || {
@@ -166,7 +167,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_not_held_solves_the_damped_equations_and_what_is_held_is_pushed_against_its_bound(
+        fn free_numbers_solve_the_damped_equations_and_held_ones_are_pushed_against_their_bound(
             numbers in 1..9_usize, seed in any::<u64>(), bounds in any::<u16>(),
         ) {
             let equations = random(numbers, seed);
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pull_alone_leads_where_it_pulls_but_for_the_damping() {
+    fn a_pull_alone_leads_to_its_target_except_for_damping() {
         let mut equations = random(3, 5);
         equations.matrix.fill(0.0);
         equations.gradient.fill(0.0);
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn singular_and_infinite_equations_have_no_step_rather_than_a_wrong_one() {
+    fn singular_and_infinite_equations_give_no_step() {
         let mut equations = random(3, 5);
         equations.matrix.fill(0.0);
         assert_eq!(equations.step_within(&[[-1.0, 1.0]; 3]), None);

@@ -1,23 +1,23 @@
-//! Limited-memory BFGS with box bounds, for objectives that give value and gradient in one evaluation.
+//! Limited-memory BFGS with box bounds, for objectives that compute value and gradient in one evaluation.
 //!
-//! A step that leaves the box is projected onto it; a variable that stands at a bound and is pushed outwards is held
-//! for that iteration. A value of infinity (a kernel that is not positive definite) makes the line search back off.
+//! A step that leaves the box is projected onto it; a variable at a bound that is pushed outwards is held for that
+//! iteration. An infinite value (a kernel that is not positive definite) makes the line search backtrack.
 
 use std::collections::VecDeque;
 
-/// When to stop.
+/// Stopping criteria and memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LbfgsOptions {
-    /// Pairs of steps and gradient differences that are remembered.
+    /// Number of remembered pairs of steps and gradient differences.
     pub(super) memory: usize,
-    /// Most iterations.
+    /// Greatest number of iterations.
     pub(super) iterations: usize,
     /// Stops when an iteration lowers the value by less than this share of it.
     pub(super) relative_decrease: f64,
 }
 
-/// Minimises `objective(x, gradient) -> value` over the box `lower <= x <= upper` from `x`, in place; returns the value
-/// reached, which is never above that at the start.
+/// Minimises `objective(x, gradient) -> value` over the box `lower <= x <= upper` from `x`, in place; returns the
+/// value reached, which is never above the initial one.
 pub(super) fn minimise(
     mut objective: impl FnMut(&[f64], &mut [f64]) -> f64,
     x: &mut [f64],
@@ -60,7 +60,7 @@ pub(super) fn minimise(
             continue;
         };
         let pair = Pair::between(x, &trial, &gradient, &trial_gradient);
-        // skipped where the curvature is not positive, else the model of the inverse Hessian would turn indefinite
+        // skipped if the curvature is not positive, because the model of the inverse Hessian would become indefinite
         if pair.curvature > 1e-10 * dot(&pair.gradient, &pair.gradient).sqrt() * dot(&pair.step, &pair.step).sqrt() {
             if pairs.len() == options.memory {
                 pairs.pop_front();
@@ -114,7 +114,7 @@ fn descent_direction(pairs: &VecDeque<Pair>, gradient: &[f64], held: &[bool]) ->
     q.iter().zip(held).map(|(value, held)| if *held { 0.0 } else { -value }).collect()
 }
 
-/// Armijo backtracking by quadratic interpolation: the value at the first step that lowers it enough.
+/// Armijo backtracking by quadratic interpolation: the first step that lowers the value enough, or `None`.
 fn backtrack(first: f64, value: f64, slope: f64, mut at: impl FnMut(f64) -> f64) -> Option<f64> {
     let mut step = first;
     for _ in 0..30 {
@@ -150,14 +150,14 @@ mod tests {
     }
 
     #[test]
-    fn rosenbrock_valley_is_followed_to_its_end() {
+    fn the_rosenbrock_valley_is_followed_to_its_end() {
         let mut x = [-1.2, 1.0];
         minimise(rosenbrock, &mut x, &[-5.0; 2], &[5.0; 2], &OPTIONS);
         assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 1.0).abs() < 1e-6, "{x:?}");
     }
 
     #[test]
-    fn a_bound_that_cuts_off_the_minimum_is_where_it_stops() {
+    fn minimisation_stops_at_a_bound_that_cuts_off_the_minimum() {
         // on x0 <= 0.5 the least value is at (0.5, 0.25)
         let mut x = [-1.2, 1.0];
         minimise(rosenbrock, &mut x, &[-5.0; 2], &[0.5, 5.0], &OPTIONS);
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn an_infinite_value_makes_it_back_off() {
+    fn an_infinite_value_causes_backtracking() {
         // ln barrier: infinite for x <= 0, least at x = 1
         let mut x = [30.0];
         minimise(

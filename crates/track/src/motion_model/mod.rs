@@ -1,7 +1,7 @@
-//! How a pose may move between frames.
+//! Models of the motion of a pose between frames.
 //!
-//! A [`MotionModel`] says what a particle carries from frame to frame, how it moves, and in which flat space it may be
-//! nudged. [`Diffusion`] carries a pose and lets it wander.
+//! A [`MotionModel`] defines the state of a particle, how it moves from frame to frame, and the vector space of small
+//! changes. [`Diffusion`] is the simplest: a pose with Gaussian noise.
 //!
 //! ```
 //! use skiagraph_core::body::{ProposalScales, shipped};
@@ -48,92 +48,95 @@ use crate::body::{Humanoid, Pose};
 /// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
 /// its particles.
 ///
-/// A particle's state is a point of a manifold: [`Self::step`] moves it by a vector of [`Self::deviations`]' length,
-/// [`Self::difference`] is the vector between two states. A filter needs no more to anneal.
+/// A particle's state is a point of a manifold: [`Self::step`] moves it by a vector of the length of
+/// [`Self::deviations`], [`Self::difference`] is the vector between two states. An annealing filter needs nothing
+/// else.
 pub trait MotionModel: Send + Sync {
-    /// What one particle carries.
+    /// State of one particle.
     type State: Clone + Send + Sync;
 
-    /// The body that moves.
+    /// The moving body.
     fn body(&self) -> &Humanoid;
 
     /// The state of particle `particle` of `particles` at the first frame, drawn around a known start pose.
     fn sample_initial(&self, start: &Pose, particle: usize, particles: usize, rng: &mut ChaCha8Rng) -> Self::State;
 
-    /// A state of the next frame, drawn from the model. `past` holds the estimates of the frames before, oldest first.
+    /// A state of the next frame, drawn from the model. `past` contains the estimates of the previous frames, oldest
+    /// first.
     fn propagate(&self, state: &Self::State, past: &[Pose], rng: &mut ChaCha8Rng) -> Self::State;
 
-    /// As [`Self::propagate`] for all particles at once, each with its own random stream: models whose predictions are
-    /// matrix products save much by it. The result may not depend on the number of threads.
+    /// As [`Self::propagate`] for all particles at once, each with its own random stream: faster for models whose
+    /// predictions are matrix products. The result must not depend on the number of threads.
     fn propagate_all(&self, states: &[Self::State], past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<Self::State> {
         states.par_iter().zip(rngs.par_iter_mut()).map(|(state, rng)| self.propagate(state, past, rng)).collect()
     }
 
-    /// The pose behind a state.
+    /// The pose of a state.
     fn pose<'a>(&self, state: &'a Self::State) -> &'a Pose;
 
-    /// Standard deviations of the spread between frames, one per number of a step: the roots of `[Skinned APF]`'s
-    /// diagonal `P_0`.
+    /// Standard deviations of the spread between frames, one per number of a step: the roots of the diagonal `P_0` of
+    /// `[Skinned APF]`.
     fn deviations(&self) -> &[f64];
 
-    /// The state moved by a step, kept within what the model allows (joint limits).
+    /// The state moved by a step and restricted to what the model allows (joint limits).
     fn step(&self, state: &Self::State, step: &[f64]) -> Self::State;
 
     /// The step from one state to another, written into `step`.
     fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
 
-    /// Whether [`Self::descend`] has an answer.
+    /// Whether [`Self::descend`] is supported.
     fn descends(&self) -> bool {
         false
     }
 
-    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, the model's own prior
-    /// added: a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot
-    /// descend, and where the equations are singular. Must be deterministic.
+    /// The state moved by one damped Gauss-Newton step on `evidence`, which was computed at its pose, plus the model's
+    /// own prior: a pull towards `anchor`, the last estimate, or other knowledge of the model. `None` for models that
+    /// do not support descent, and if the equations are singular. Must be deterministic.
     fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
         None
     }
 
-    /// Covariance of a step from the state's pose ([`Humanoid::step`]), the model's own prior added to `evidence`,
-    /// which was taken at that pose. `None` for models that cannot tell.
+    /// Covariance of a step from the state's pose ([`Humanoid::step`]), from `evidence`, which was computed at that
+    /// pose, plus the model's own prior. `None` for models that do not support it.
     fn covariance(&self, _state: &Self::State, _evidence: &Evidence) -> Option<DMatrix<f64>> {
         None
     }
 
-    /// `state` with another pose; `None` for models whose states cannot have any pose. Such a model is descended from
-    /// particles alone, and no limbs are drawn.
+    /// `state` with another pose; `None` for models whose states cannot have arbitrary poses. For such a model,
+    /// descents start only at particles, and limbs are not resampled.
     fn with_pose(&self, _state: &Self::State, _pose: &Pose) -> Option<Self::State> {
         None
     }
 
-    /// How weighted states are spread over the K latent spaces of `[GPDM graph]`; empty where no model was learned.
+    /// Distribution of weighted states over the K latent spaces of `[GPDM graph]`; empty for models without latent
+    /// spaces.
     fn occupancy(&self, _states: &[Self::State], _weights: &[f64]) -> Vec<ModelOccupancy> {
         Vec::new()
     }
 }
 
-/// One latent space's part in a frame.
+/// Occupancy of one latent space in a frame.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelOccupancy {
-    /// Particles in it, before resampling.
+    /// Number of particles in it, before resampling.
     pub particles: u32,
     /// Their share of the weight.
     pub weight: f64,
-    /// Of those particles, how many had left the region that the model knows and were brought back in this frame.
+    /// Number of these particles that had left the region of the training data and were brought back in this frame.
     pub recovered: u32,
 }
 
-/// A setting of a motion model or tracker is out of its range.
+/// A setting of a motion model or tracker is out of range.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: expected {expected}, found {found}")]
 #[non_exhaustive]
 pub struct SettingError {
-    /// The setting, as a scenario spells it.
+    /// The setting's key in a scenario.
     pub key: &'static str,
-    /// What is allowed.
+    /// The allowed values.
     pub expected: String,
-    /// What was given.
+    /// The given value.
     pub found: String,
 }
 

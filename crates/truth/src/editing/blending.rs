@@ -1,24 +1,24 @@
-//! From one motion into another over some frames.
+//! Blending from one motion into another.
 
 use nalgebra::Isometry3;
 
 use crate::body::{Humanoid, Motion, Pose};
 
-/// The share of the second motion in frame `index` (from 0) of a blend of `frames`: a cubic whose slope is 0 at both
-/// ends, so speeds are continuous (`[Kovar 2002]`, section 3.2).
+/// Weight of the second motion in frame `index` (from 0) of a blend over `frames`: a cubic with slope 0 at both ends,
+/// so velocities are continuous (`[Kovar 2002]`, section 3.2).
 pub(super) fn share(index: usize, frames: usize) -> f64 {
     let t = (index + 1) as f64 / (frames + 1) as f64;
     t * t * (3.0 - 2.0 * t)
 }
 
-/// `motion` moved over the ground.
+/// `pose` moved by a rigid transform of the world.
 pub(super) fn moved(pose: &Pose, world_from_old: &Isometry3<f64>) -> Pose {
     Pose { world_from_root: world_from_old * pose.world_from_root, joint_angles: pose.joint_angles.clone() }
 }
 
-/// Cuts `motion` at frame `leaves` and continues with `next` from frame `enters`, moved by `world_from_next`; the first
-/// `blend` frames after that are blended. Both motions have `blend` frames left there.
-pub(super) fn go_on(
+/// Cuts `motion` at frame `leaves` and continues with `next` from frame `enters`, moved by `world_from_next`. The first
+/// `blend` frames from there are blended; both motions must have that many left.
+pub(super) fn continue_with(
     body: &Humanoid,
     motion: &mut Motion,
     leaves: usize,

@@ -1,52 +1,52 @@
-//! A smooth curve through waypoints on the ground, by arc length.
+//! A smooth curve through waypoints on the ground, parametrised by arc length.
 
 use nalgebra::Vector2;
 
 use super::EditError;
 
-/// Points at which every stretch between two waypoints is tabulated.
+/// Number of tabulated points per segment between two waypoints.
 const SAMPLES: usize = 64;
 
-/// Waypoints are at least this far apart, metres.
-const LEAST_APART: f64 = 0.1;
+/// Least distance between consecutive waypoints, metres.
+const MIN_WAYPOINT_DISTANCE: f64 = 0.1;
 
-/// A curve through waypoints, which goes straight on after the last.
+/// A curve through waypoints, extended by straight lines at both ends.
 pub(super) struct Curve {
     points: Vec<Vector2<f64>>,
     /// Arc length up to each point.
     lengths: Vec<f64>,
-    /// Direction of the curve at each point, radians from +X, without jumps.
+    /// Direction of the curve at each point, radians from +X, unwrapped.
     headings: Vec<f64>,
 }
 
 impl Curve {
-    /// The centripetal Catmull-Rom spline through the waypoints (`[Yuksel 2011]`): it has no cusps and no loops within
-    /// a stretch.
+    /// The centripetal Catmull-Rom spline through the waypoints (`[Yuksel 2011]`), which has no cusps and no loops
+    /// within a segment.
     ///
     /// # Errors
-    /// [`EditError::Waypoints`] for fewer than two, or two at one place.
+    /// [`EditError::Waypoints`] for fewer than two, or consecutive ones too close together.
     pub(super) fn through(waypoints: &[[f64; 2]]) -> Result<Self, EditError> {
-        let unusable = |found: String| Err(EditError::Waypoints { found, least_m: LEAST_APART });
+        let invalid = |found: String| Err(EditError::Waypoints { found, least_m: MIN_WAYPOINT_DISTANCE });
         let given: Vec<Vector2<f64>> = waypoints.iter().map(|point| Vector2::from(*point)).collect();
         if given.len() < 2 {
-            return unusable(given.len().to_string());
+            return invalid(given.len().to_string());
         }
         for (index, pair) in given.windows(2).enumerate() {
-            let apart = (pair[1] - pair[0]).norm();
-            if apart.is_nan() || apart < LEAST_APART {
-                return unusable(format!("{apart:.3} m from waypoint {} to the next", index + 1));
+            let distance = (pair[1] - pair[0]).norm();
+            if distance.is_nan() || distance < MIN_WAYPOINT_DISTANCE {
+                return invalid(format!("{distance:.3} m from waypoint {} to the next", index + 1));
             }
         }
         let last = given.len() - 1;
-        // mirrored ends: the curve leaves the first and reaches the last waypoint along the chord
+        // reflected ends: the curve is tangent to the chord at the first and last waypoints
         let at = |index: isize| match usize::try_from(index) {
             Err(_) => 2.0 * given[0] - given[1],
             Ok(index) if index > last => 2.0 * given[last] - given[last - 1],
             Ok(index) => given[index],
         };
         let mut points = vec![given[0]];
-        for stretch in 0..last.cast_signed() {
-            let four = [stretch - 1, stretch, stretch + 1, stretch + 2].map(at);
+        for segment in 0..last.cast_signed() {
+            let four = [segment - 1, segment, segment + 1, segment + 2].map(at);
             points.extend((1..=SAMPLES).map(|k| catmull_rom(&four, k as f64 / SAMPLES as f64)));
         }
         let mut lengths = vec![0.0; points.len()];
@@ -60,7 +60,8 @@ impl Curve {
         Ok(Self { points, lengths, headings })
     }
 
-    /// Point and heading after a length from the first waypoint; straight on before and after the curve.
+    /// Point and heading at an arc length from the first waypoint; on the straight extensions before and after the
+    /// curve.
     pub(super) fn at(&self, length: f64) -> (Vector2<f64>, f64) {
         let last = self.points.len() - 1;
         let next = self.lengths.partition_point(|l| *l < length).clamp(1, last);
@@ -77,7 +78,7 @@ impl Curve {
     }
 }
 
-/// Barry and Goldman's pyramid for knots at square roots of the chords' lengths.
+/// Barry and Goldman's algorithm with knots spaced by the square roots of the chord lengths.
 fn catmull_rom(four: &[Vector2<f64>; 4], share: f64) -> Vector2<f64> {
     let mut knots = [0.0; 4];
     for index in 1..4 {
@@ -92,7 +93,7 @@ fn catmull_rom(four: &[Vector2<f64>; 4], share: f64) -> Vector2<f64> {
     between(d, e, knots[1], knots[2])
 }
 
-/// Removes whole turns between neighbours.
+/// Removes jumps by full turns between neighbours.
 pub(super) fn unwrap(angles: &mut [f64]) {
     for index in 1..angles.len() {
         let turns = libm::round((angles[index] - angles[index - 1]) / core::f64::consts::TAU);
@@ -105,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_curve_passes_its_waypoints_and_goes_straight_on() {
+    fn the_curve_passes_its_waypoints_and_continues_straight() {
         let waypoints = [[0.0, 0.0], [2.0, 0.0], [3.0, 2.0], [3.0, 5.0]];
         let curve = Curve::through(&waypoints).unwrap();
         for (index, waypoint) in waypoints.iter().enumerate() {
@@ -130,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn waypoints_that_are_no_path_are_refused() {
+    fn invalid_waypoints_are_refused() {
         let message = |points: &[[f64; 2]]| Curve::through(points).err().unwrap().to_string();
         assert!(message(&[[0.0, 0.0]]).contains("at least two waypoints"));
         assert!(message(&[[0.0, 0.0], [0.0, 0.01]]).contains("0.010 m from waypoint 1 to the next"));

@@ -1,116 +1,116 @@
-//! Errors of editing.
+//! Errors of motion editing.
 
 use crate::contact::ContactError;
 use crate::input::plain;
 
-/// Why a motion cannot be edited as asked.
+/// Why a motion cannot be edited.
 #[derive(Debug, thiserror::Error)]
 pub enum EditError {
-    /// Two takes are nowhere alike.
+    /// Two takes have no similar poses.
     #[error(
         "`{}` cannot follow `{}`: their closest poses, at {leaves_s:.2} s of `{}` and {enters_s:.2} s of `{}`, are \
-         {closest_mm:.0} mm apart, and at most {limit_mm:.0} mm are joined; use takes, or parts of them, that are more \
-         alike, put one between them, or raise `join.within_mm`",
+         {closest_mm:.0} mm apart, expected at most {limit_mm:.0} mm; use more similar takes or parts of takes, insert \
+         another take between them, or increase `join.within_mm`",
         plain(to),
         plain(from),
         plain(from),
         plain(to)
     )]
     Apart {
-        /// Which of the takes that one is that should follow, from 0; 0 for a take that should follow itself.
+        /// Index of the following take, from 0; 0 for a take that follows itself.
         index: usize,
-        /// The take that is left.
+        /// Name of the first take.
         from: String,
-        /// The take that should follow.
+        /// Name of the following take.
         to: String,
-        /// The least distance between their poses, mm.
+        /// Least distance between their poses, mm.
         closest_mm: f64,
-        /// Where that is in the take that is left, seconds from its beginning.
+        /// Time of that pose in the first take, seconds from its start.
         leaves_s: f64,
-        /// Where that is in the take that follows, seconds from its beginning.
+        /// Time of that pose in the following take, seconds from its start.
         enters_s: f64,
-        /// The greatest distance that is joined, mm.
+        /// Largest accepted distance, mm.
         limit_mm: f64,
     },
-    /// A take that a blend does not fit into.
+    /// A take shorter than a blend needs.
     #[error(
         "`{}` is too short to be joined: expected at least {:.2} s ({needed} frames at {frames_per_second} Hz), twice the \
-         time of a blend, found {:.2} s ({frames} frames); use more of it, or a shorter `join.blend_s`",
+         duration of a blend, found {:.2} s ({frames} frames); use a longer part of it, or reduce `join.blend_s`",
         plain(take),
         *needed as f64 / frames_per_second,
         *frames as f64 / frames_per_second
     )]
     Short {
-        /// Which of the takes that is, from 0.
+        /// Index of the take, from 0.
         index: usize,
-        /// The take.
+        /// Name of the take.
         take: String,
-        /// Frames a second.
+        /// Frames per second.
         frames_per_second: f64,
-        /// Its frames.
+        /// Number of frames.
         frames: usize,
-        /// The least number of frames.
+        /// Least number of frames.
         needed: usize,
     },
-    /// A path that feet cannot follow.
+    /// A path that turns too fast for the feet.
     #[error(
-        "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({x:.2}, {y:.2}) m while the {foot} \
-         stands from {from_s:.2} s to {to_s:.2} s, and a hip allows {limit_deg:.0} degrees; widen the curve there"
+        "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({x:.2}, {y:.2}) m during the stance of \
+         the {foot} from {from_s:.2} s to {to_s:.2} s, expected at most {limit_deg:.0} degrees; widen the curve there"
     )]
     TurnsTooFast {
-        /// The turn during the stance, degrees.
+        /// Turn during the stance, degrees.
         turn_deg: f64,
-        /// The greatest turn, degrees.
+        /// Largest accepted turn, degrees.
         limit_deg: f64,
-        /// Where, metres.
+        /// Position along X, metres.
         x: f64,
-        /// Where, metres.
+        /// Position along Y, metres.
         y: f64,
-        /// Which foot stands.
+        /// The foot in stance.
         foot: &'static str,
-        /// When its stance begins, seconds.
+        /// Start of the stance, seconds.
         from_s: f64,
-        /// When it ends, seconds.
+        /// End of the stance, seconds.
         to_s: f64,
     },
-    /// A recording whose own way bends while a foot stands, where the path does not.
+    /// A recording whose own path bends during a stance while the given path does not.
     #[error(
-        "the recording itself turns, reverses or stands from {from_s:.2} s to {to_s:.2} s: its own way bends by \
-         {turn_deg:.0} degrees while the {foot} stands, the path by only {path_deg:.0}, and a hip allows {limit_deg:.0} \
-         degrees; lead another part of it (`first_frame`, `last_frame`), or the parts before and after it one after the \
-         other (`motion.then`)"
+        "the recording itself turns, reverses or stands from {from_s:.2} s to {to_s:.2} s: relative to the path it turns by \
+         {turn_deg:.0} degrees during the stance of the {foot} (the path by {path_deg:.0}), expected at most \
+         {limit_deg:.0} degrees; use another part of it (`first_frame`, `last_frame`), or join the parts before and after \
+         (`motion.then`)"
     )]
     RecordingTurns {
-        /// By how much the body would have to turn during the stance, degrees.
+        /// Turn of the body needed during the stance, degrees.
         turn_deg: f64,
-        /// The turn of the path there, degrees.
+        /// Turn of the path during the stance, degrees.
         path_deg: f64,
-        /// The greatest turn, degrees.
+        /// Largest accepted turn, degrees.
         limit_deg: f64,
-        /// Which foot stands.
+        /// The foot in stance.
         foot: &'static str,
-        /// When its stance begins, seconds.
+        /// Start of the stance, seconds.
         from_s: f64,
-        /// When it ends, seconds.
+        /// End of the stance, seconds.
         to_s: f64,
     },
-    /// A motion that does not get anywhere.
-    #[error("a path needs a motion that travels; this one travels {travelled_m:.2} m, expected at least {least_m} m")]
+    /// A motion that stays in place.
+    #[error("a path requires a motion that travels at least {least_m} m; this one travels {travelled_m:.2} m")]
     StaysInPlace {
-        /// How far it travels, metres.
+        /// Distance travelled, metres.
         travelled_m: f64,
-        /// The least distance, metres.
+        /// Least distance, metres.
         least_m: f64,
     },
-    /// Waypoints that are no path.
-    #[error("expected at least two waypoints, each at least {least_m} m from the one before, found {found}")]
+    /// Waypoints that do not define a path.
+    #[error("expected at least two waypoints, each at least {least_m} m from the previous one, found {found}")]
     Waypoints {
         /// What is wrong with them.
         found: String,
-        /// The least distance, metres.
+        /// Least distance, metres.
         least_m: f64,
     },
-    /// The stances of the feet cannot be found.
+    /// The stances of the feet cannot be determined.
     #[error(transparent)]
     Contact(#[from] ContactError),
 }

@@ -1,17 +1,18 @@
-//! Takes joined by transitions: the edges of a motion graph (`[Kovar 2002]`).
+//! Joins takes by transitions, as the edges of a motion graph (`[Kovar 2002]`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::blending::go_on;
+use super::blending::continue_with;
 use super::{Closest, EditError, PoseClouds};
 use crate::body::{Humanoid, Motion};
 
-/// Most frames on either side whose distances are all computed; of longer takes some first, then those around the best.
-const MOST_COMPARED: usize = 300;
+/// Up to this many frames on either side are compared exhaustively; longer takes are subsampled, then searched around
+/// the best pair.
+const MAX_COMPARED: usize = 300;
 
-/// Of the transitions whose distance is at most this multiple of the least, the one that keeps most frames is taken.
-const AS_GOOD: f64 = 1.25;
+/// Among transitions with at most this multiple of the least distance, the one that keeps most frames is chosen.
+const ACCEPTED_RATIO: f64 = 1.25;
 
 /// How takes are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,8 +20,8 @@ const AS_GOOD: f64 = 1.25;
 pub struct JoinSettings {
     /// Duration of a blend, seconds.
     pub blend_s: f64,
-    /// The greatest distance of two poses that are blended: root mean square over the landmarks during the blend, after
-    /// the best turn and shift over the ground. Millimetres.
+    /// Largest distance between two poses that are blended: root mean square over the landmarks during the blend, after
+    /// the best rotation and translation on the ground. Millimetres.
     pub within_mm: f64,
 }
 
@@ -30,51 +31,51 @@ impl Default for JoinSettings {
     }
 }
 
-/// A motion to be joined, with the name it has in messages.
+/// A named motion to be joined.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Take {
-    /// Its name.
+    /// Name, used in messages.
     pub name: String,
-    /// Continuous, of the body that all takes share, at the rate they share.
+    /// A continuous motion; all takes have the same body and frame rate.
     pub motion: Motion,
 }
 
-/// Where one take goes over into another.
+/// A transition from one take to another in a joined motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seam {
     /// First blended frame of the joined motion.
     pub first: usize,
     /// The frame after the last blended one.
     pub end: usize,
-    /// Distance of the two poses, metres ([`PoseClouds`]).
+    /// Distance between the two poses, metres ([`PoseClouds`]).
     pub distance_m: f64,
-    /// The take that is left, and at which of its frames.
+    /// Name of the first take, and its frame at the transition.
     pub from: (String, usize),
-    /// The take that follows, and at which of its frames it is entered.
+    /// Name of the following take, and its frame at the transition.
     pub to: (String, usize),
 }
 
-/// A motion made of takes.
+/// A motion joined from takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joined {
-    /// The motion, continuous.
+    /// The continuous motion.
     pub motion: Motion,
     /// Its seams, in order.
     pub seams: Vec<Seam>,
 }
 
-/// The takes one after another, each turned and moved over the ground to where the one before is left. A take is left
-/// in its second half and entered in its first half, where the poses of both are nearest; of nearly equal places, the
-/// one that keeps most frames.
+/// Joins takes in order, each rotated and translated on the ground to continue the previous one. Transitions lead from
+/// the second half of a take to the first half of the next, where their poses are closest; among nearly equal ones, the
+/// transition that keeps most frames is chosen.
 ///
 /// # Errors
-/// [`EditError`] that names the takes that are nowhere alike, or too short.
+/// [`EditError`] with the takes that have no similar poses, or are too short.
 pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Result<Joined, EditError> {
     let Some(first) = takes.first() else {
         return Ok(Joined { motion: Motion { frames_per_second: 1.0, poses: Vec::new() }, seams: Vec::new() });
     };
     let mut joined = Joined { motion: first.motion.clone(), seams: Vec::new() };
-    // frame of the joined motion at which the present take's frame 0 would be
+    // frame of the joined motion that corresponds to the current take's frame 0
     let mut begin = 0_isize;
     for (index, pair) in takes.windows(2).enumerate() {
         let transition = Transition::between(body, [(index, &pair[0]), (index + 1, &pair[1])], settings)?;
@@ -84,11 +85,11 @@ pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Resul
     Ok(joined)
 }
 
-/// A take repeated by the best transition from its second half back into its first that shows a third of it at least,
-/// until it lasts `duration_s` or, by less than a frame, more.
+/// Repeats a take until it lasts at least `duration_s`, rounded up to a frame, by the best transition from its second
+/// half back to its first that keeps at least a third of it.
 ///
 /// # Errors
-/// [`EditError`] where its end is nowhere like its beginning, or the take is too short.
+/// [`EditError`] if its end and beginning have no similar poses, or the take is too short.
 pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSettings) -> Result<Joined, EditError> {
     let frames = libm::ceil(duration_s * take.motion.frames_per_second - 1e-6).max(1.0) as usize + 1;
     let mut joined = Joined { motion: take.motion.clone(), seams: Vec::new() };
@@ -105,8 +106,7 @@ pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSe
 }
 
 impl Joined {
-    /// Adds the seams that each take has within itself, in frames of that take, as far as the transitions between the
-    /// takes leave them in.
+    /// Adds each take's own seams, given in frames of that take, where they are kept by the transitions between takes.
     #[must_use]
     pub fn with_seams_of_takes(mut self, of_takes: Vec<Vec<Seam>>) -> Self {
         let between = std::mem::take(&mut self.seams);
@@ -130,30 +130,30 @@ impl Joined {
         self
     }
 
-    /// Which take each frame is of, as long as the seams are those between takes: in a blend, up to its middle the one
-    /// that is left.
+    /// Index of the take of each frame; the take changes at the middle of a blend. Requires that all seams are between
+    /// takes.
     pub fn takes_of_frames(&self) -> Vec<usize> {
         let middles: Vec<usize> = self.seams.iter().map(|seam| usize::midpoint(seam.first, seam.end)).collect();
         (0..self.motion.poses.len()).map(|frame| middles.iter().filter(|middle| **middle <= frame).count()).collect()
     }
 
-    /// Leaves out all frames from `frames` on, and seams that begin there.
+    /// Truncates to `frames` frames, and drops seams that begin later.
     pub fn cut(&mut self, frames: usize) {
         self.motion.poses.truncate(frames);
         self.seams.retain(|seam| seam.first < frames);
         self.seams.iter_mut().for_each(|seam| seam.end = seam.end.min(frames));
     }
 
-    /// Goes over from `from`, whose frame 0 is at `begin`, to `to`; where that one's frame 0 is.
+    /// Continues from take `from`, whose frame 0 is at frame `begin`, with take `to`. Returns the frame of its frame 0.
     fn append(&mut self, body: &Humanoid, begin: isize, from: &Take, to: &Take, transition: &Transition) -> isize {
         let Closest { leaves, enters, distance_m } = transition.closest;
         let first = begin.saturating_add_unsigned(leaves).max(0).unsigned_abs();
         let here = self.motion.poses[first].world_from_root;
         let there = from.motion.poses[leaves].world_from_root;
-        // where the take that is left has itself been moved to
+        // the first take may itself have been moved
         let world_from_take = here * there.inverse();
         let world_from_next = super::transfer::on_ground(&world_from_take) * transition.alignment;
-        go_on(body, &mut self.motion, first, &to.motion, enters, &world_from_next, transition.blend);
+        continue_with(body, &mut self.motion, first, &to.motion, enters, &world_from_next, transition.blend);
         self.seams.push(Seam {
             first,
             end: first + transition.blend,
@@ -165,17 +165,17 @@ impl Joined {
     }
 }
 
-/// The best way from one take to another.
+/// The best transition from one take to another.
 struct Transition {
     closest: Closest,
-    /// Brings the second take to the first.
+    /// Aligns the second take with the first.
     alignment: nalgebra::Isometry3<f64>,
-    /// Frames that are blended.
+    /// Number of blended frames.
     blend: usize,
 }
 
 impl Transition {
-    /// The takes with their numbers, from 0.
+    /// Finds the best transition between two takes, given with their indices.
     fn between(body: &Humanoid, takes: [(usize, &Take); 2], settings: &JoinSettings) -> Result<Self, EditError> {
         let [(_, from), (to_index, to)] = takes;
         let rate = from.motion.frames_per_second;
@@ -191,10 +191,10 @@ impl Transition {
         let other = PoseClouds::new(body, &to.motion, blend);
         let leaving = (from.motion.poses.len() / 2).max(blend).min(own.len() - 1)..own.len();
         let entering = 0..(to.motion.poses.len() / 2 - blend / 2).clamp(1, other.len());
-        // a take that follows itself shows a third of itself at least: else two frames beside its middle would be the
-        // most alike, and what moves slowly would stutter between them
-        let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
-        let closest = nearest((&own, leaving), (&other, entering), least_shown);
+        // a repeated take must show at least a third of itself: otherwise two frames near its middle would be the
+        // closest, and a slow motion would stutter between them
+        let min_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
+        let closest = nearest((&own, leaving), (&other, entering), min_shown);
         if closest.distance_m > settings.within_mm / 1000.0 {
             return Err(EditError::Apart {
                 index: to_index,
@@ -211,14 +211,14 @@ impl Transition {
     }
 }
 
-/// The transition of these frames that keeps most frames among those nearly as near as the nearest.
+/// Among the pairs of frames nearly as close as the closest, the one that keeps most frames.
 fn nearest(
     (own, leaving): (&PoseClouds, std::ops::Range<usize>),
     (other, entering): (&PoseClouds, std::ops::Range<usize>),
-    least_shown: usize,
+    min_shown: usize,
 ) -> Closest {
-    let is_allowed = |leaves: usize, enters: usize| least_shown == 0 || leaves >= enters + least_shown;
-    let step = |range: &std::ops::Range<usize>| range.len().div_ceil(MOST_COMPARED).max(1);
+    let is_allowed = |leaves: usize, enters: usize| min_shown == 0 || leaves >= enters + min_shown;
+    let step = |range: &std::ops::Range<usize>| range.len().div_ceil(MAX_COMPARED).max(1);
     let (over, under) = (step(&leaving), step(&entering));
     let mut pairs: Vec<Closest> = Vec::new();
     for leaves in leaving.clone().step_by(over) {
@@ -226,12 +226,12 @@ fn nearest(
             pairs.push(Closest { leaves, enters, distance_m: own.distance_m(leaves, other, enters) });
         }
     }
-    let least = pairs.iter().map(|pair| pair.distance_m).fold(f64::INFINITY, f64::min);
+    let smallest_m = pairs.iter().map(|pair| pair.distance_m).fold(f64::INFINITY, f64::min);
     let kept = |pair: &&Closest| pair.leaves.cast_signed() - pair.enters.cast_signed();
-    let good = pairs.iter().filter(|pair| pair.distance_m <= AS_GOOD * least);
+    let good = pairs.iter().filter(|pair| pair.distance_m <= ACCEPTED_RATIO * smallest_m);
     let best = good.max_by_key(kept).copied();
     let mut best = best.unwrap_or(Closest { leaves: leaving.start, enters: entering.start, distance_m: f64::INFINITY });
-    // the frames between those that were compared
+    // refine between the compared frames
     let around = |at: usize, step: usize, range: &std::ops::Range<usize>| {
         at.saturating_sub(step).max(range.start)..(at + step).min(range.end)
     };
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn two_overlapping_parts_of_one_walk_are_joined_to_that_walk() {
+    fn overlapping_parts_of_a_walk_are_joined_to_that_walk() {
         let (body, whole) = (person(), take("whole", 0..200));
         let (first, mut second) = (take("first", 0..120), take("second", 60..200));
         let elsewhere = Isometry3::new(Vector3::new(5.0, 1.0, 0.0), Vector3::z() * 1.2);
@@ -272,7 +272,7 @@ mod tests {
         assert_eq!((seam.from.0.as_str(), seam.to.0.as_str()), ("first", "second"));
         assert!(seam.from.1 >= 60 && seam.end - seam.first > 1);
         for (frame, pose) in made.motion.poses.iter().enumerate() {
-            // a walk in place repeats itself, so another phase of it may have been entered
+            // a walk in place is periodic, so the transition may lead to another period
             let of = if frame < seam.first { frame } else { 60 + seam.to.1 + frame - seam.first };
             let expected = &whole.motion.poses[of];
             assert!((&pose.joint_angles - &expected.joint_angles).norm() < 1e-6, "frame {frame}");
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_repeated_take_lasts_as_long_as_asked_and_never_jumps() {
+    fn a_repeated_take_has_the_requested_duration_and_no_jumps() {
         let (body, part) = (person(), take("part", 0..150));
         let duration = 4.0 * part.motion.duration_s();
         let made = repeated(&body, &part, duration, &JoinSettings::default()).unwrap();
@@ -292,9 +292,9 @@ mod tests {
         assert!(greatest(&made.motion) < 1.2 * greatest(&part.motion));
     }
 
-    /// Frames beside the middle of a slow take are more alike than its end and its beginning.
+    /// In a slow take, frames near the middle are closer than its end and its beginning.
     #[test]
-    fn a_slow_take_is_repeated_by_a_third_of_itself_at_least_and_does_not_stutter() {
+    fn a_repeated_slow_take_shows_at_least_a_third_of_itself() {
         let body = person();
         let mut slow = take("slow", 0..150);
         let first = slow.motion.poses[0].clone();
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn seams_within_takes_are_where_their_frames_are_in_the_joined_motion() {
+    fn seams_within_takes_are_mapped_to_the_joined_motion() {
         let (body, part) = (person(), take("part", 0..150));
         let repeats = |times: f64, name: &str| {
             let made = repeated(&body, &part, times * part.motion.duration_s(), &JoinSettings::default()).unwrap();
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_that_are_nowhere_alike_are_refused_with_the_closest_distance() {
+    fn dissimilar_takes_are_refused_with_the_closest_distance() {
         let (body, first) = (person(), take("stand", 0..100));
         let mut second = take("handstand", 0..100);
         let over = Isometry3::rotation(Vector3::x() * 3.0);

@@ -1,9 +1,9 @@
-//! Motions edited on a body: takes joined where their poses are alike, motions repeated, led along a path, varied.
+//! Motion editing on a body: joining takes at similar poses, repetition, path following, random variation.
 //!
-//! A [`Take`] is a motion of one robot that was scaled to one subject. [`carried_over`] gives it to the same robot of
-//! another size, [`joined`] finds the instants at which takes can follow each other and blends them there, [`repeated`]
-//! does the same with one take and itself, [`along_path`] turns a motion along waypoints, [`varied`] lets tempo,
-//! amplitude and posture drift slowly, as those of people do.
+//! A [`Take`] is a motion of a robot scaled to a subject. [`carried_over`] transfers it to the same robot at another
+//! size, [`joined`] finds transitions between takes and blends them, [`repeated`] does the same with a single take,
+//! [`along_path`] bends a motion along waypoints, [`varied`] lets tempo, amplitude and posture drift slowly, as those
+//! of people do.
 //!
 //! ```
 //! use skiagraph_core::body::shipped;
@@ -15,14 +15,14 @@
 //! let clip = parse_deepmimic(&text, "walk", &ReadOptions::default())?;
 //! let walk = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
 //! let take = Take { name: clip.name, motion: walk.motion };
-//! // one stride, which has no second one to go over into: poses 0.15 m apart will do
+//! // a single stride has no close transition: accept poses 0.15 m apart
 //! let settings = JoinSettings { within_mm: 150.0, ..JoinSettings::default() };
 //! let longer = repeated(&walk.humanoid, &take, 3.0, &settings)?;
 //! assert_eq!(longer.motion.poses.len(), 91);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Feet slide a little through a blend and on a bent path: plant them afterwards (`physics::plant_feet`).
+//! Feet slide slightly during blends and on bent paths: plant them afterwards (`physics::plant_feet`).
 
 mod blending;
 mod curve;

@@ -1,7 +1,7 @@
-//! A motion led along a path: every step is turned to where the path leads.
+//! Bends a motion along a path.
 //!
-//! The way that the root takes over the ground, without the sway of single steps, is laid along the curve by arc
-//! length, and every frame is turned by the difference of their headings. Standing frames stay where they are.
+//! The root's smoothed trajectory on the ground, without the sway of single steps, is mapped to the curve by arc
+//! length, and every frame is rotated by the difference of their headings. Frames without travel keep their position.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 
@@ -10,25 +10,25 @@ use super::curve::{Curve, unwrap};
 use crate::body::{Humanoid, Motion, Pose};
 use crate::contact::{ContactRule, FOOT_NAMES, GroundContacts, Pace};
 
-/// The body may turn by at most this about a standing foot, radians: 45 degrees, the range of a hip's rotation to
-/// either side (`[Norkin 2009]`).
+/// Largest turn of the body about a foot in stance, radians: 45 degrees, the range of hip rotation to either side
+/// (`[Norkin 2009]`).
 pub const GREATEST_TURN_IN_A_STANCE: f64 = core::f64::consts::FRAC_PI_4;
 
-/// Shorter ways are no travel, metres.
-const LEAST_TRAVEL: f64 = 0.5;
+/// Least distance travelled, metres.
+const MIN_TRAVEL: f64 = 0.5;
 
-/// Standard deviation of the window that takes the sway of steps out of the root's way, seconds.
-const SWAY_S: f64 = 0.35;
+/// Standard deviation of the window that removes the sway of steps from the root's trajectory, seconds.
+const SMOOTHING_S: f64 = 0.35;
 
-/// Slower than this the way has no heading, m/s.
-const SLOW: f64 = 0.15;
+/// Least speed at which the trajectory has a heading, m/s.
+const MIN_SPEED: f64 = 0.15;
 
-/// `motion`, continuous, along the path through `waypoints` (metres, on the ground), from the first on; a longer motion
-/// goes straight on after the last one. Stances are found at the speed of the recording that it passes at `pace`.
+/// Bends a continuous `motion` along the path through `waypoints` (on the ground, metres), starting at the first; a
+/// longer motion continues straight after the last. Stances are determined at the recording's speed, given by `pace`.
 ///
 /// # Errors
-/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path, or a recording, that turns
-/// by more than [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
+/// [`EditError`] for invalid waypoints, a motion that stays in place, and a path or recording that turns by more than
+/// [`GREATEST_TURN_IN_A_STANCE`] during a stance.
 pub fn along_path(
     body: &Humanoid,
     motion: &Motion,
@@ -36,27 +36,28 @@ pub fn along_path(
     pace: Pace<'_>,
 ) -> Result<Motion, EditError> {
     let curve = Curve::through(waypoints)?;
-    let way = Way::from_motion(motion);
-    let travelled_m = way.lengths.last().copied().unwrap_or(0.0);
-    if travelled_m < LEAST_TRAVEL {
-        return Err(EditError::StaysInPlace { travelled_m, least_m: LEAST_TRAVEL });
+    let trajectory = Trajectory::from_motion(motion);
+    let travelled_m = trajectory.lengths.last().copied().unwrap_or(0.0);
+    if travelled_m < MIN_TRAVEL {
+        return Err(EditError::StaysInPlace { travelled_m, least_m: MIN_TRAVEL });
     }
-    let turns: Vec<f64> = way.lengths.iter().zip(&way.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
-    check_turns(body, motion, pace, &turns, |frame| curve.at(way.lengths[frame]))?;
-    let led = |(frame, pose): (usize, &Pose)| {
-        let (there, _) = curve.at(way.lengths[frame]);
+    let turns: Vec<f64> =
+        trajectory.lengths.iter().zip(&trajectory.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
+    check_turns(body, motion, pace, &turns, |frame| curve.at(trajectory.lengths[frame]))?;
+    let bent = |(frame, pose): (usize, &Pose)| {
+        let (there, _) = curve.at(trajectory.lengths[frame]);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turns[frame]);
         let root = pose.world_from_root.translation.vector;
-        let sway = turn * Vector3::new(root.x - way.points[frame].x, root.y - way.points[frame].y, 0.0);
+        let sway = turn * Vector3::new(root.x - trajectory.points[frame].x, root.y - trajectory.points[frame].y, 0.0);
         let place = Vector3::new(there.x + sway.x, there.y + sway.y, root.z);
         let world_from_root = Isometry3::from_parts(place.into(), turn * pose.world_from_root.rotation);
         Pose { world_from_root, joint_angles: pose.joint_angles.clone() }
     };
-    let poses = motion.poses.iter().enumerate().map(led).collect();
+    let poses = motion.poses.iter().enumerate().map(bent).collect();
     Ok(Motion { frames_per_second: motion.frames_per_second, poses }.made_continuous(body))
 }
 
-/// Refuses turns that a standing foot cannot follow.
+/// Rejects turns that a foot in stance cannot follow.
 fn check_turns(
     body: &Humanoid,
     motion: &Motion,
@@ -87,25 +88,25 @@ fn check_turns(
     Ok(())
 }
 
-/// The turns from each heading to the next, whatever their direction, together, radians.
+/// Sum of the absolute differences between consecutive headings, radians.
 fn total_turn(headings: impl Iterator<Item = f64>) -> f64 {
     let mut last = None;
     headings.map(|heading| (heading - last.replace(heading).unwrap_or(heading)).abs()).sum()
 }
 
-/// The way of the root over the ground, without sway.
-struct Way {
+/// The root's smoothed trajectory on the ground.
+struct Trajectory {
     points: Vec<Vector2<f64>>,
     /// Arc length from the first frame.
     lengths: Vec<f64>,
-    /// Heading, without jumps; where it is slow, that of the nearest frame that is not.
+    /// Heading, unwrapped; in slow frames that of the last faster frame, or of the first one at the start.
     headings: Vec<f64>,
 }
 
-impl Way {
+impl Trajectory {
     fn from_motion(motion: &Motion) -> Self {
         let roots: Vec<Vector2<f64>> = motion.poses.iter().map(|p| p.world_from_root.translation.vector.xy()).collect();
-        let points = smoothed(&roots, SWAY_S * motion.frames_per_second);
+        let points = smoothed(&roots, SMOOTHING_S * motion.frames_per_second);
         let mut lengths = vec![0.0; points.len()];
         for index in 1..points.len() {
             lengths[index] = lengths[index - 1] + (points[index] - points[index - 1]).norm();
@@ -115,7 +116,7 @@ impl Way {
     }
 }
 
-/// The points under a Gaussian window, continued beyond the ends by reflection through them, so the ends stay.
+/// Gaussian smoothing; points are reflected through the ends, which stay fixed.
 fn smoothed(points: &[Vector2<f64>], deviation: f64) -> Vec<Vector2<f64>> {
     let reach = libm::ceil(3.0 * deviation) as isize;
     let weights: Vec<f64> =
@@ -144,7 +145,7 @@ fn headings(points: &[Vector2<f64>], motion: &Motion) -> Vec<f64> {
         (points[after] - points[before]) * (rate / (after - before).max(1) as f64)
     };
     let known: Vec<Option<f64>> =
-        (0..points.len()).map(speed).map(|v| (v.norm() > SLOW).then(|| libm::atan2(v.y, v.x))).collect();
+        (0..points.len()).map(speed).map(|v| (v.norm() > MIN_SPEED).then(|| libm::atan2(v.y, v.x))).collect();
     let first = known.iter().flatten().next().copied();
     let mut last = first.or_else(|| motion.poses.first()?.heading()).unwrap_or(0.0);
     let mut headings: Vec<f64> = known
@@ -164,7 +165,7 @@ mod tests {
     use crate::body::shipped;
     use nalgebra::Isometry3;
 
-    /// The actor slides along x at a speed, on the ground or above it.
+    /// The actor glides along x at a constant speed, on the ground or above it.
     fn glide(speed: f64, height: f64, seconds: f64) -> (Humanoid, Motion) {
         let body = shipped("actor").unwrap();
         let links: Vec<usize> = (0..body.links.len()).collect();
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_path_of_the_same_heading_only_moves_the_motion() {
+    fn a_straight_path_with_the_same_heading_only_translates() {
         let (body, motion) = glide(1.0, 0.1, 3.0);
         let led = along_path(&body, &motion, &[[1.0, 1.0], [9.0, 1.0]], Pace::default()).unwrap();
         for (was, is) in motion.poses.iter().zip(&led.poses) {
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_path_is_followed_at_the_motions_own_speed_facing_along_it() {
+    fn a_bent_path_is_followed_at_the_motions_speed_facing_along_it() {
         let (body, motion) = glide(1.2, 0.5, 6.0);
         let led =
             along_path(&body, &motion, &[[0.0, 0.0], [2.0, 0.0], [4.0, 2.0], [4.0, 4.0]], Pace::default()).unwrap();
@@ -206,18 +207,18 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_within_one_stance_is_refused_with_its_place() {
+    fn a_corner_within_a_stance_is_refused_with_its_position() {
         let (body, mut motion) = glide(0.2, 0.0, 8.0);
-        // slow enough to stand all the time
+        // slow enough to be in stance throughout
         motion.frames_per_second = 60.0;
         let error =
             along_path(&body, &motion, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.6]], Pace::default()).unwrap_err().to_string();
-        assert!(error.contains("turns faster than feet can follow") && error.contains("allows 45 degrees"), "{error}");
+        assert!(error.contains("turns faster than feet can follow") && error.contains("at most 45 degrees"), "{error}");
     }
 
-    /// The path was blamed, and a straight line cannot be widened.
+    /// A straight line cannot be widened, so the message must not blame the path.
     #[test]
-    fn a_recording_that_reverses_on_a_straight_path_is_told_to_do_so() {
+    fn a_recording_that_reverses_on_a_straight_path_is_reported_as_the_cause() {
         let (body, mut motion) = glide(0.2, 0.0, 8.0);
         for frame in 240..480 {
             let back = motion.poses[479 - frame].clone();
@@ -226,8 +227,8 @@ mod tests {
         let error = along_path(&body, &motion, &[[0.0, 0.0], [9.0, 0.0]], Pace::default()).unwrap_err();
         let EditError::RecordingTurns { path_deg, from_s, to_s, .. } = &error else { panic!("{error}") };
         assert!(*path_deg < 1.0 && *from_s <= 4.0 && *to_s >= 4.0, "{error}");
-        let told = error.to_string();
-        assert!(told.starts_with("the recording itself turns") && told.contains("`motion.then`"), "{told}");
+        let message = error.to_string();
+        assert!(message.starts_with("the recording itself turns") && message.contains("`motion.then`"), "{message}");
     }
 
     #[test]

@@ -1,45 +1,45 @@
-//! How far poses are apart, wherever they are on the ground and whichever way they face.
+//! Distance between poses, independent of position and heading on the ground.
 //!
-//! A pose is compared with the poses that follow it over the time of a blend: the landmarks of several of these frames
-//! are one cloud of points, and the distance of two clouds is the root mean square distance of corresponding points
-//! after the turn about the vertical and the shift over the ground that make it least (`[Kovar 2002]`, section 3.1). So
-//! speeds count as well as positions.
+//! A pose is compared together with the poses that follow it during a blend: the landmarks of several of these frames
+//! form a point cloud. The distance of two clouds is the root mean square distance of corresponding points, minimised
+//! over rotations about the vertical and translations on the ground (`[Kovar 2002]`, section 3.1). It therefore
+//! includes velocities.
 
 use nalgebra::{Complex, Isometry3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
 
-/// Frames of a cloud, spread over the time of a blend.
+/// Number of frames in a cloud, spread over a blend.
 const SAMPLES: usize = 5;
 
-/// The clouds of a motion, one for every frame that is followed by enough others.
+/// The point clouds of a motion, one per frame followed by enough others.
 pub struct PoseClouds {
     clouds: Vec<Cloud>,
 }
 
-/// Landmarks over the time of a blend. The ground's plane is the complex plane.
+/// Landmarks during a blend. Points on the ground are complex numbers.
 struct Cloud {
     centre: Complex<f64>,
-    /// Relative to the centre.
+    /// Positions on the ground relative to the centre.
     on_ground: Vec<Complex<f64>>,
     heights: Vec<f64>,
-    /// Sum of squared distances from the centre on the ground.
+    /// Sum of squared horizontal distances from the centre.
     spread: f64,
 }
 
-/// The nearest pair of frames of two motions.
+/// The closest pair of frames of two motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// Frame of the first motion at which it is left.
+    /// Frame of the first motion.
     pub leaves: usize,
-    /// Frame of the second at which it is entered.
+    /// Frame of the second motion.
     pub enters: usize,
-    /// Their distance, metres.
+    /// Distance, metres.
     pub distance_m: f64,
 }
 
 impl PoseClouds {
-    /// The clouds of `motion` for blends of `blend` frames (at least 1). Frame `i` reaches to `i + blend`.
+    /// The clouds of `motion` for blends of `blend` frames (at least 1). The cloud of frame `i` extends to `i + blend`.
     pub fn new(body: &Humanoid, motion: &Motion, blend: usize) -> Self {
         let mut frames = LinkFrames::default();
         let of = |pose| {
@@ -54,7 +54,7 @@ impl PoseClouds {
         Self { clouds: (0..markers.len().saturating_sub(blend)).map(cloud).collect() }
     }
 
-    /// Number of frames that have a cloud.
+    /// Number of frames with a cloud.
     pub fn len(&self) -> usize {
         self.clouds.len()
     }
@@ -64,12 +64,13 @@ impl PoseClouds {
         self.clouds.is_empty()
     }
 
-    /// The distance of frame `own` from frame `others` of another motion of the same body, metres.
+    /// Distance between frame `own` and frame `others` of another motion of the same body, metres.
     pub fn distance_m(&self, own: usize, other: &Self, others: usize) -> f64 {
         self.clouds[own].distance(&other.clouds[others])
     }
 
-    /// The turn and shift over the ground that bring frame `others` of another motion nearest to frame `own`.
+    /// The rotation about the vertical and horizontal translation that best align frame `others` of another motion with
+    /// frame `own`.
     pub fn alignment(&self, own: usize, other: &Self, others: usize) -> Isometry3<f64> {
         let (a, b) = (&self.clouds[own], &other.clouds[others]);
         let turn = a.correlation(b);
@@ -90,18 +91,18 @@ impl Cloud {
         Self { centre, on_ground, heights: points.iter().map(|p| p.z).collect(), spread }
     }
 
-    /// Its argument is the turn that brings `other` nearest to this cloud.
+    /// The argument of the result is the rotation that best aligns `other` with this cloud.
     fn correlation(&self, other: &Self) -> Complex<f64> {
         self.on_ground.iter().zip(&other.on_ground).map(|(p, q)| p * q.conj()).sum()
     }
 
-    /// Root mean square distance after the best alignment: `sum |p - e^(i t) q|^2` is least where `t` is the argument
-    /// of the correlation, and then `sum |p|^2 + sum |q|^2 - 2 |correlation|`.
+    /// Root mean square distance after the best alignment: `sum |p - e^(i t) q|^2` is minimised by the argument `t` of
+    /// the correlation, with the value `sum |p|^2 + sum |q|^2 - 2 |correlation|`.
     fn distance(&self, other: &Self) -> f64 {
-        let climb: f64 = self.heights.iter().zip(&other.heights).map(|(a, b)| (a - b) * (a - b)).sum();
+        let vertical: f64 = self.heights.iter().zip(&other.heights).map(|(a, b)| (a - b) * (a - b)).sum();
         let correlation = self.correlation(other);
-        let apart = self.spread + other.spread - 2.0 * libm::hypot(correlation.re, correlation.im);
-        libm::sqrt((apart.max(0.0) + climb) / self.heights.len().max(1) as f64)
+        let horizontal = self.spread + other.spread - 2.0 * libm::hypot(correlation.re, correlation.im);
+        libm::sqrt((horizontal.max(0.0) + vertical) / self.heights.len().max(1) as f64)
     }
 }
 
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_elsewhere_on_the_ground_is_at_distance_0_and_the_alignment_brings_it_back() {
+    fn a_motion_moved_on_the_ground_has_distance_0_and_is_aligned_exactly() {
         let (body, motion) = (person(), walk(30));
         let there = Isometry3::new(Vector3::new(2.0, -3.0, 0.0), Vector3::z() * 2.1);
         let other = PoseClouds::new(&body, &moved(&motion, &there), 8);
@@ -130,11 +131,11 @@ mod tests {
     }
 
     #[test]
-    fn the_closed_form_is_the_least_over_turns_and_shifts() {
+    fn the_closed_form_is_the_minimum_over_rotations_and_translations() {
         let (body, motion) = (person(), walk(40));
         let clouds = PoseClouds::new(&body, &motion, 4);
         let (a, b) = (3, 17);
-        let least = clouds.distance_m(a, &clouds, b);
+        let smallest_m = clouds.distance_m(a, &clouds, b);
         let found = clouds.alignment(a, &clouds, b);
         let distance = |by: &Isometry3<f64>| {
             let markers = |frame: usize, by: &Isometry3<f64>| -> Vec<Vector3<f64>> {
@@ -152,11 +153,11 @@ mod tests {
                 .collect();
             (pairs.iter().sum::<f64>() / pairs.len() as f64).sqrt()
         };
-        assert!((distance(&found) - least).abs() < 1e-12);
+        assert!((distance(&found) - smallest_m).abs() < 1e-12);
         for nudge in [Vector3::<f64>::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
-            assert!(distance(&(Isometry3::translation(0.01 * nudge.x, 0.01 * nudge.y, 0.0) * found)) > least);
+            assert!(distance(&(Isometry3::translation(0.01 * nudge.x, 0.01 * nudge.y, 0.0) * found)) > smallest_m);
             let turn = Isometry3::rotation(Vector3::z() * 0.02 * nudge.x);
-            assert!(nudge.x == 0.0 || distance(&(found * turn)) > least);
+            assert!(nudge.x == 0.0 || distance(&(found * turn)) > smallest_m);
         }
     }
 }

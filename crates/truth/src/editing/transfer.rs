@@ -1,12 +1,12 @@
-//! A motion given to the same robot of another size.
+//! Transfers a motion to the same robot at another size.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, Motion, Pose};
 
-/// The motion of `from` as one of `to`, the same robot scaled to another subject: joint angles stay, and the root's
-/// path and height grow with the height at which the root is when the body stands at its zero pose. Feet that stood
-/// stand.
+/// Transfers the motion of `from` to `to`, the same robot scaled to another subject: joint angles are kept, and the
+/// root's trajectory and height are scaled by the ratio of the root heights at the zero pose, so that feet keep their
+/// ground contact.
 pub fn carried_over(from: &Humanoid, to: &Humanoid, motion: &Motion) -> Motion {
     let growth = match (root_height(from), root_height(to)) {
         (Some(was), Some(is)) if was > 0.0 && is > 0.0 => is / was,
@@ -20,14 +20,14 @@ pub fn carried_over(from: &Humanoid, to: &Humanoid, motion: &Motion) -> Motion {
     Motion { frames_per_second: motion.frames_per_second, poses: motion.poses.iter().map(carried).collect() }
 }
 
-/// How high the root is above the lowest point of the body at its zero pose, metres.
+/// Height of the root above the body's lowest point at the zero pose, metres.
 fn root_height(body: &Humanoid) -> Option<f64> {
     let frames = body.link_frames(&body.zero_pose());
     let links: Vec<usize> = (0..body.links.len()).collect();
     Some(frames[0].translation.vector.z - body.lowest_point(&frames, &links)?.z)
 }
 
-/// The part of a rigid motion that stays on the ground: the turn about the vertical, and the horizontal shift.
+/// The component of a rigid motion on the ground: rotation about the vertical and horizontal translation.
 pub(super) fn on_ground(transform: &Isometry3<f64>) -> Isometry3<f64> {
     let rotation = transform.rotation;
     let heading = 2.0 * libm::atan2(rotation.k, rotation.w);
@@ -42,7 +42,7 @@ mod tests {
     use crate::body::{BodyShape, LinkShape, shipped};
 
     #[test]
-    fn feet_that_stood_stand_on_a_body_of_another_size_and_steps_grow_with_it() {
+    fn feet_keep_ground_contact_at_another_size_and_steps_scale() {
         let small = shipped("actor").unwrap();
         let uniform = LinkShape { length: Vector3::repeat(1.2), girth: 1.2 };
         let tall = small.reshaped(&BodyShape { links: vec![uniform; small.links.len()] });

@@ -1,5 +1,5 @@
-//! A motion as the same person would perform it another time: tempo, amplitude and posture drift slowly. By default as
-//! a healthy adult varies from stride to stride: 2 to 3 % of the stride's time (`[Hausdorff 1996]`).
+//! Varies a motion as between repetitions by the same person: tempo, amplitude and posture drift slowly. The defaults
+//! follow a healthy adult's stride-to-stride variation, 2 to 3 % of the stride time (`[Hausdorff 1996]`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,17 +11,17 @@ use rand::RngExt;
 use crate::body::{Humanoid, JointKind, Motion, Pose};
 use crate::rng::{Purpose, stream};
 
-/// Slow random drifts: the same person another time. All are standard deviations over time.
+/// Slow random drifts, as between repetitions by the same person. Amounts are standard deviations over time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
-    /// Which drifts.
+    /// Seed of the drifts.
     pub seed: u32,
-    /// Of the speed at which the motion passes, %.
+    /// Variation of the speed of the motion, %.
     pub tempo_percent: f64,
-    /// Of how far joints and root move about their mean, %.
+    /// Variation of the range of motion of joints and root about their mean, %.
     pub amplitude_percent: f64,
-    /// Of every angle of trunk, head and arms, degrees.
+    /// Variation of every joint angle of trunk, head and arms, degrees.
     pub posture_deg: f64,
 }
 
@@ -31,20 +31,20 @@ impl Default for Variation {
     }
 }
 
-/// The slowest that a drift makes a motion, a share of its tempo.
-const SLOWEST: f64 = 0.3;
+/// Lower bound of the varied tempo, relative to the original.
+const MIN_TEMPO: f64 = 0.3;
 
 /// A varied motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Varied {
-    /// The motion, continuous.
+    /// The continuous motion.
     pub motion: Motion,
-    /// Which frame of the original each of its frames shows, between two of them a fraction; ascending.
+    /// For each frame, the (fractional) frame of the original that it shows; ascending.
     pub shows: Vec<f64>,
 }
 
 impl Varied {
-    /// The frames that show frames `first` to before `end` of the original; the nearest one where none does.
+    /// The frames that show frames `first..end` of the original; the nearest one if none does.
     pub fn frames_of(&self, first: usize, end: usize) -> std::ops::Range<usize> {
         let begins = self.shows.partition_point(|shown| *shown < first as f64);
         let ends = self.shows.partition_point(|shown| *shown <= end as f64 - 1.0);
@@ -52,15 +52,15 @@ impl Varied {
     }
 }
 
-/// `motion`, continuous, varied. It lasts a little longer or shorter. Angles stay within the joint limits, or as far
-/// beyond as they were.
+/// Varies a continuous `motion`, whose duration changes slightly. Angles stay within the joint limits, or as far beyond
+/// as they were.
 pub fn varied(body: &Humanoid, motion: &Motion, variation: &Variation) -> Varied {
     let (timed, shows) = with_tempo(body, motion, variation);
     let swung = with_amplitude(body, &timed, variation);
     Varied { motion: with_posture(body, swung, variation).made_continuous(body), shows }
 }
 
-/// And which frame of the original each frame shows.
+/// Also returns the frame of the original that each frame shows.
 fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> (Motion, Vec<f64>) {
     let drift = Drift::new(variation.seed.into(), 0);
     let tempo = variation.tempo_percent / 100.0;
@@ -70,7 +70,7 @@ fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> (Motio
     while position <= last {
         poses.extend(motion.at_frame(body, position));
         shows.push(position);
-        position += (1.0 + tempo * drift.at(seconds)).max(SLOWEST);
+        position += (1.0 + tempo * drift.at(seconds)).max(MIN_TEMPO);
         seconds += 1.0 / motion.frames_per_second;
     }
     (Motion { frames_per_second: motion.frames_per_second, poses }, shows)
@@ -93,7 +93,7 @@ fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Mo
         let mut grown = pose.clone();
         grown.world_from_root.translation.vector = place;
         grown.joint_angles = &mean + (&pose.joint_angles - &mean) * growth(frame);
-        keep_limits(body, pose, &mut grown);
+        clamp_to_limits(body, pose, &mut grown);
         grown
     };
     let poses = motion.poses.iter().enumerate().map(grown).collect();
@@ -102,28 +102,28 @@ fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Mo
 
 fn with_posture(body: &Humanoid, mut motion: Motion, variation: &Variation) -> Motion {
     let drift = |index: usize| (index, Drift::new(variation.seed.into(), 2 + index as u64));
-    let drifts: Vec<(usize, Drift)> = above_legs(body).into_iter().map(drift).collect();
+    let drifts: Vec<(usize, Drift)> = upper_body_freedoms(body).into_iter().map(drift).collect();
     let (rate, posture) = (motion.frames_per_second, variation.posture_deg.to_radians());
     for (frame, pose) in motion.poses.iter_mut().enumerate() {
         let was = pose.clone();
         for (index, drift) in &drifts {
             pose.joint_angles[*index] += posture * drift.at(frame as f64 / rate);
         }
-        keep_limits(body, &was, pose);
+        clamp_to_limits(body, &was, pose);
     }
     motion
 }
 
-/// Angles come back to their limits, but not beyond where they were.
-fn keep_limits(body: &Humanoid, was: &Pose, pose: &mut Pose) {
+/// Clamps angles to their limits, or to where they were if that is beyond.
+fn clamp_to_limits(body: &Humanoid, was: &Pose, pose: &mut Pose) {
     for (index, limits) in body.degrees_of_freedom.iter().enumerate() {
         let old = was.joint_angles[index];
         pose.joint_angles[index] = pose.joint_angles[index].clamp(limits.lower.min(old), limits.upper.max(old));
     }
 }
 
-/// The degrees of freedom that move nothing of the legs.
-fn above_legs(body: &Humanoid) -> Vec<usize> {
+/// The degrees of freedom that do not move the legs.
+fn upper_body_freedoms(body: &Humanoid) -> Vec<usize> {
     let mut of_legs = vec![false; body.degrees_of_freedom.len()];
     for foot in body.foot_links().into_iter().flatten() {
         let mut link = foot;
@@ -143,23 +143,23 @@ fn above_legs(body: &Humanoid) -> Vec<usize> {
     (0..of_legs.len()).filter(|&index| !of_legs[index]).collect()
 }
 
-/// Sine waves that a drift is the sum of.
+/// Number of sine waves in a drift.
 const WAVES: usize = 4;
 
 /// Shortest and longest period, seconds.
-const PERIODS_S: [f64; 2] = [3.0, 12.0];
+const PERIOD_RANGE_S: [f64; 2] = [3.0, 12.0];
 
-/// A smooth function of time with mean 0 and mean square 1: sines of random period and phase.
+/// A smooth function of time with mean 0 and mean square 1: a sum of sines with random periods and phases.
 struct Drift([(f64, f64); WAVES]);
 
 impl Drift {
-    /// The drift number `index` of a seed.
+    /// Drift `index` of a seed.
     fn new(seed: u64, index: u64) -> Self {
         let mut rng = stream(seed, Purpose::MotionVariation, 0, 0, index);
-        let [shortest, longest] = PERIODS_S;
+        let [shortest, longest] = PERIOD_RANGE_S;
         let mut wave = 0.0;
         Self([(); WAVES].map(|()| {
-            // each in a part of the range of its own: waves of nearly the same period would beat
+            // separate parts of the range: waves with nearly equal periods would beat
             let share = (wave + 0.15 + 0.7 * rng.random::<f64>()) / WAVES as f64;
             wave += 1.0;
             let period = shortest * libm::pow(longest / shortest, share);
@@ -167,7 +167,7 @@ impl Drift {
         }))
     }
 
-    /// Its value at a time, seconds; at most `sqrt(8)`.
+    /// The value at a time in seconds; at most `sqrt(8)`.
     fn at(&self, seconds: f64) -> f64 {
         let sum: f64 = self.0.iter().map(|(speed, phase)| libm::sin(speed * seconds + phase)).sum();
         sum * libm::sqrt(2.0 / WAVES as f64)
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_differ_are_repeated_bit_for_bit_and_keep_the_limits() {
+    fn seeds_differ_are_reproducible_and_keep_the_limits() {
         let body = shipped("actor").unwrap();
         let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
         let pose = |frame: usize| {
@@ -212,9 +212,9 @@ mod tests {
         }
     }
 
-    /// A seam's frames were scaled by how much longer the whole motion had become.
+    /// Scaling frame numbers by the motion's duration would be wrong.
     #[test]
-    fn frames_of_the_original_are_found_again_where_they_are_shown() {
+    fn frames_of_the_original_are_mapped_to_the_varied_motion() {
         let still = Motion { frames_per_second: 60.0, poses: vec![person().zero_pose(); 600] };
         let varied = varied(&person(), &still, &Variation { seed: 2, tempo_percent: 20.0, ..Variation::default() });
         assert_eq!(varied.shows.len(), varied.motion.poses.len());
@@ -225,12 +225,15 @@ mod tests {
             assert_eq!((found[0], found[found.len() - 1] + 1), (frames.start, frames.end));
         }
         let scaled = 300.0 * varied.shows.len() as f64 / 600.0;
-        assert!((scaled - varied.frames_of(300, 318).start as f64).abs() > 5.0, "the old way is told apart: {scaled}");
+        assert!(
+            (scaled - varied.frames_of(300, 318).start as f64).abs() > 5.0,
+            "scaling would give another result: {scaled}"
+        );
         assert_eq!(varied.frames_of(0, 1), 0..1);
     }
 
     #[test]
-    fn a_slower_tempo_takes_longer_and_legs_keep_their_posture() {
+    fn posture_varies_in_the_upper_body_only() {
         let body = shipped("actor").unwrap();
         let still = Motion { frames_per_second: 60.0, poses: vec![body.zero_pose(); 200] };
         let moved = varied(&body, &still, &Variation { seed: 5, ..Variation::default() }).motion;
@@ -241,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drift_has_mean_0_and_mean_square_1_changes_slowly_and_is_its_seeds_own() {
+    fn a_drift_is_slow_reproducible_and_has_mean_0_and_mean_square_1() {
         let drift = Drift::new(3, 1);
         let values: Vec<f64> = (0..400_000).map(|k| drift.at(0.01 * f64::from(k))).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;

@@ -1,5 +1,4 @@
-//! AMC: the motion of an Acclaim skeleton. A frame is its number on a line, then a line of angles for each bone that
-//! moves.
+//! AMC: the motion of an Acclaim skeleton. A frame is a line with its number, then one line of angles per moving bone.
 
 use std::collections::HashMap;
 
@@ -7,18 +6,18 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
 use super::clip::clip_name;
-use super::options::GREATEST_RATE;
+use super::options::MAX_RATE;
 use super::options::{ReadOptions, UpAxis};
-use super::recording::{MOST_JOINT_FRAMES, ParsedRecording};
+use super::recording::{MAX_JOINT_FRAMES, ParsedRecording};
 use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
 
-/// CMU's rate; AMC files have none, except some with `:SAMPLES-PER-SECOND`.
+/// CMU's frame rate; AMC files define none, except some with `:SAMPLES-PER-SECOND`.
 const USUAL_RATE: f64 = 120.0;
 
-/// Reads an AMC file's text with the skeleton that it moves; `file` is its name, for messages and the clip's name.
+/// Parses the text of an AMC file for its skeleton; `file` is its name, used for messages and the clip's name.
 ///
-/// Frames must be numbered without gaps, and each must have values for every movable bone of the skeleton.
+/// Frames must be numbered without gaps, and each must have values for every bone with degrees of freedom.
 pub fn parse_amc(
     text: &str,
     file: &str,
@@ -30,7 +29,7 @@ pub fn parse_amc(
     motion.run()?;
     let mut notes = Vec::new();
     let frames_per_second = options.frames_per_second.or(motion.frames_per_second).unwrap_or_else(|| {
-        notes.push(format!("the file has no frame rate: {USUAL_RATE} frames a second assumed"));
+        notes.push(format!("the file declares no frame rate: {USUAL_RATE} frames per second assumed"));
         USUAL_RATE
     });
     let clip = Clip {
@@ -46,7 +45,7 @@ pub fn parse_amc(
         rest_offsets: skeleton.joints.iter().map(|joint| joint.offset).collect(),
         empty_frames: motion.empty_frames,
         metres_per_unit: skeleton.metres_per_unit(),
-        // Acclaim's skeletons stand along Y
+        // Acclaim's skeletons are Y up
         up: Some(UpAxis::Y),
     };
     recording.into_clip(file, options)
@@ -88,7 +87,7 @@ impl<'a> AmcReader<'a> {
         let mut open: Option<OpenFrame> = None;
         while let Some(line) = self.cursor.next_line() {
             if line.starts_with(':') || line.parse::<u64>().is_ok() {
-                self.cursor.begins_as_its_kind();
+                self.cursor.set_recognised();
             }
             if let Ok(number) = line.parse::<u64>() {
                 if let Some(open) = &open
@@ -115,9 +114,9 @@ impl<'a> AmcReader<'a> {
             Some(":DEGREES") => self.degrees = true,
             Some(":RADIANS") => self.degrees = false,
             Some(":SAMPLES-PER-SECOND") => {
-                let rate = self.cursor.number_in_line("frames a second")?;
-                if !(1e-3..=GREATEST_RATE).contains(&rate) {
-                    return Err(self.cursor.error("frames a second > 0", rate));
+                let rate = self.cursor.number_in_line("frames per second")?;
+                if !(1e-3..=MAX_RATE).contains(&rate) {
+                    return Err(self.cursor.error("frames per second > 0", rate));
                 }
                 self.frames_per_second = Some(rate);
             }
@@ -144,7 +143,7 @@ impl<'a> AmcReader<'a> {
         };
         let joint = &self.skeleton.joints[index];
         if std::mem::replace(&mut open.is_set[index], true) {
-            return Err(self.cursor.unexpected("a bone that moves, once a frame", name));
+            return Err(self.cursor.unexpected("a bone with degrees of freedom, once per frame", name));
         }
         let mut translation = joint.offset;
         let mut motion = UnitQuaternion::identity();
@@ -159,7 +158,7 @@ impl<'a> AmcReader<'a> {
             }
         }
         if let Some(extra) = self.cursor.word_in_line() {
-            let expected = format!("{} values, as the skeleton file says", joint.channels.len());
+            let expected = format!("{} values, as the skeleton file declares", joint.channels.len());
             return Err(self.cursor.unexpected(&expected, Some(extra)));
         }
         let rotation = joint.parent_from_axis * motion * joint.parent_from_axis.inverse();
@@ -175,8 +174,8 @@ impl<'a> AmcReader<'a> {
                 .cursor
                 .error(format!("{} in frame {}", quoted(name), open.number), "the end of the frame"));
         }
-        if (self.frames.len() + 1) * open.frame.len() > MOST_JOINT_FRAMES {
-            return Err(self.cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));
+        if (self.frames.len() + 1) * open.frame.len() > MAX_JOINT_FRAMES {
+            return Err(self.cursor.error(format!("at most {MAX_JOINT_FRAMES} joints times frames"), "more"));
         }
         if open.is_empty {
             self.empty_frames.push(self.frames.len());
@@ -213,7 +212,7 @@ head 40 50
     }
 
     #[test]
-    fn a_bone_turns_about_its_own_axes_first_angle_first() {
+    fn a_bone_rotates_about_its_own_axes_first_angle_first() {
         let clip = parse(TINY).unwrap();
         let turn = |axis: CoordinateAxis, degrees: f64| axis.turn(degrees.to_radians());
         let motion = turn(CoordinateAxis::Y, 50.0) * turn(CoordinateAxis::X, 40.0);
@@ -229,7 +228,7 @@ head 40 50
     }
 
     #[test]
-    fn a_rate_is_120_unless_the_file_or_the_caller_says() {
+    fn the_rate_is_120_unless_the_file_or_the_options_define_it() {
         assert_eq!(parse(TINY).unwrap().frames_per_second, 120.0);
         let text = TINY.replace(":DEGREES", ":DEGREES\n:SAMPLES-PER-SECOND 60");
         assert_eq!(parse(&text).unwrap().frames_per_second, 60.0);
@@ -239,7 +238,7 @@ head 40 50
     }
 
     #[test]
-    fn radians_are_read_as_such() {
+    fn radians_are_supported() {
         let clip = parse(&TINY.replace(":DEGREES", ":RADIANS").replace("head 40 50", "head 0.1 0")).unwrap();
         assert_relative_eq!(clip.frames[0][2].rotation.angle(), 0.1, epsilon = 1e-12);
     }
@@ -249,13 +248,17 @@ head 40 50
         let cases = [
             ("7\n", "", "tiny.amc:4: expected the first frame's number, found `root 1 2 3 10 20 30`"),
             ("head 40", "hat 40", "tiny.amc:6: expected the name of a bone of the skeleton file, found `hat`"),
-            ("head 40 50", "trunk 40 50", "tiny.amc:6: expected a bone that moves, once a frame, found `trunk`"),
+            (
+                "head 40 50",
+                "trunk 40 50",
+                "tiny.amc:6: expected a bone with degrees of freedom, once per frame, found `trunk`",
+            ),
             (
                 "head 40 50",
                 "head 40",
                 "tiny.amc:6: expected one value for each degree of freedom of the bone (a number of at most 1e7), found the end of the line",
             ),
-            ("head 40 50", "head 40 50 60", "tiny.amc:6: expected 2 values, as the skeleton file says, found `60`"),
+            ("head 40 50", "head 40 50 60", "tiny.amc:6: expected 2 values, as the skeleton file declares, found `60`"),
             (
                 "head 40 50",
                 "head 40 inf",
@@ -281,7 +284,7 @@ head 40 50
     }
 
     #[test]
-    fn nought_or_one_frame_is_refused() {
+    fn fewer_than_two_frames_are_refused() {
         let one = &TINY[..TINY.find("8\n").unwrap()];
         assert_eq!(parse(one).unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 1");
         assert_eq!(parse("").unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 0");

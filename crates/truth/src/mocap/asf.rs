@@ -1,34 +1,34 @@
-//! ASF: an Acclaim skeleton. Bones with a direction and a length at rest, each with its rotation axes.
+//! ASF: an Acclaim skeleton. Bones with a rest direction, a length and rotation axes.
 //!
-//! A bone becomes a joint at the bone's start, that is, at its parent's end (Lander, "Working with Motion Capture File
-//! Formats", Game Developer, January 1998). At rest every joint's frame is parallel to the world; a bone's turn is
-//! `C M C^-1` with `C` its `axis` and `M` the motion file's angles.
+//! A bone becomes a joint at the bone's start, which is its parent's end (Lander, "Working with Motion Capture File
+//! Formats", Game Developer, January 1998). At rest every joint's frame is parallel to the world; a bone's rotation is
+//! `C M C^-1`, where `C` is its `axis` and `M` the rotation by the motion file's angles.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::recording::MOST_JOINTS;
+use super::recording::MAX_JOINTS;
 use super::rotation::CoordinateAxis;
 use super::text_cursor::{TextCursor, quoted};
 use super::{MocapError, Skeleton, SkeletonJoint};
 
-/// A skeleton from an ASF file, in file units. Joint 0 is the root, the others are named as their bones.
+/// A skeleton from an ASF file, in file units. Joint 0 is the root, the others are named after their bones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcclaimSkeleton {
     pub(super) skeleton: Skeleton,
-    /// Per joint.
+    /// Rest position and channels of each joint.
     pub(super) joints: Vec<AcclaimJoint>,
     /// The file's `length`, see [`Self::metres_per_unit`].
     pub(super) length: Option<f64>,
-    /// Whether angles are degrees, here and in motion files without their own unit.
+    /// Whether angles are in degrees, here and in motion files that do not define their unit.
     pub(super) degrees: bool,
 }
 
 /// Rest position and channels of an Acclaim joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct AcclaimJoint {
-    /// From the parent's start, file units; the root's own position.
+    /// Offset from the parent's start, file units; the position of the root.
     pub(super) offset: Vector3<f64>,
-    /// The frame in which the motion's angles turn it.
+    /// The frame in which the motion's angles rotate the joint.
     pub(super) parent_from_axis: UnitQuaternion<f64>,
     /// Meaning of the motion file's numbers, in its order.
     pub(super) channels: Vec<AcclaimChannel>,
@@ -44,20 +44,20 @@ pub(super) enum AcclaimChannel {
 }
 
 impl AcclaimSkeleton {
-    /// 0.0254 / `length`: Acclaim's files count in scaled inches (0.45 in CMU's: 0.05644 m).
+    /// 0.0254 / `length`: Acclaim's files use scaled inches (0.45 in CMU's files, so 0.05644 m).
     pub fn metres_per_unit(&self) -> Option<f64> {
         self.length.map(|length| 0.0254 / length)
     }
 }
 
-/// Reads an ASF file's text; `file` is its name, for messages.
+/// Parses the text of an ASF file; `file` is its name, used for messages.
 pub fn parse_asf(text: &str, file: &str) -> Result<AcclaimSkeleton, MocapError> {
     let mut parser = Parser::new(text, file);
     parser.run()?;
     parser.into_skeleton()
 }
 
-/// A bone as its `begin … end` block has it.
+/// A bone, from its `begin … end` block.
 struct AsfBone {
     name: String,
     line: usize,
@@ -88,7 +88,7 @@ impl<'a> Parser<'a> {
         if let Some(line) = self.line_in_section() {
             return Err(self.cursor.unexpected("a section such as `:version`", Some(line)));
         }
-        self.cursor.begins_as_its_kind();
+        self.cursor.set_recognised();
         while let Some(section) = self.section.take() {
             match section.to_ascii_lowercase().split_whitespace().next() {
                 Some(":units") => self.units()?,
@@ -160,13 +160,11 @@ impl<'a> Parser<'a> {
             }
             let bone = self.bone()?;
             if bone.name == "root" || self.bones.iter().any(|other| other.name == bone.name) {
-                return Err(self
-                    .cursor
-                    .error("a name that no other bone has", format!("a second {}", quoted(&bone.name))));
+                return Err(self.cursor.error("a unique bone name", format!("a second {}", quoted(&bone.name))));
             }
             self.bones.push(bone);
-            if self.bones.len() >= MOST_JOINTS {
-                return Err(self.cursor.error(format!("fewer than {MOST_JOINTS} bones"), "more"));
+            if self.bones.len() >= MAX_JOINTS {
+                return Err(self.cursor.error(format!("fewer than {MAX_JOINTS} bones"), "more"));
             }
         }
         Ok(())
@@ -202,7 +200,7 @@ impl<'a> Parser<'a> {
         let start_to_end = match direction.try_normalize(1e-12) {
             Some(unit) => unit * length,
             None if length == 0.0 => Vector3::zeros(),
-            None => return Err(missing("direction, a vector other than zero,")),
+            None => return Err(missing("nonzero direction")),
         };
         Ok(AsfBone { name, line, start_to_end, parent_from_axis, channels, parent: None })
     }
@@ -218,8 +216,8 @@ impl<'a> Parser<'a> {
                 let child = self.bone_index(child)?;
                 let bone = &mut self.bones[child];
                 if bone.parent.replace(parent).is_some() {
-                    let found = format!("another for {}", quoted(&bone.name));
-                    return Err(self.cursor.error("one parent for each bone", found));
+                    let found = format!("a second one for {}", quoted(&bone.name));
+                    return Err(self.cursor.error("one parent per bone", found));
                 }
             }
         }
@@ -248,7 +246,7 @@ impl<'a> Parser<'a> {
         Ok(channels)
     }
 
-    /// The next word as three different letters.
+    /// The next word as an order of three different axes.
     fn axis_order(&mut self) -> Result<[CoordinateAxis; 3], MocapError> {
         let word = self.cursor.word_in_line();
         let axes: Option<Vec<CoordinateAxis>> =
@@ -259,21 +257,21 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Turns about fixed axes, the first of `order` first.
+    /// Rotations about fixed axes, the first of `order` applied first.
     fn rotation(&self, angles: &Vector3<f64>, order: [CoordinateAxis; 3]) -> UnitQuaternion<f64> {
         let radians = if self.degrees { angles.map(f64::to_radians) } else { *angles };
         order.iter().zip(radians.iter()).fold(UnitQuaternion::identity(), |turned, (axis, &a)| axis.turn(a) * turned)
     }
 
-    /// Parents first, siblings as the file lists them.
+    /// Orders parents first, siblings as in the file.
     fn into_skeleton(self) -> Result<AcclaimSkeleton, MocapError> {
         let Some(root) = self.root else { return Err(self.cursor.error("a section `:root`", "none")) };
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); self.bones.len()];
-        let mut waiting = Vec::new();
+        let mut pending = Vec::new();
         for (index, bone) in self.bones.iter().enumerate().rev() {
             match bone.parent {
                 Some(Some(parent)) => children[parent].push(index),
-                Some(None) => waiting.push((index, 0)),
+                Some(None) => pending.push((index, 0)),
                 None => {}
             }
         }
@@ -281,7 +279,7 @@ impl<'a> Parser<'a> {
             Skeleton { joints: vec![SkeletonJoint { name: "root".to_owned(), parent: None, tip: None }] };
         let mut joints = vec![root];
         let mut is_placed = vec![false; self.bones.len()];
-        while let Some((index, parent)) = waiting.pop() {
+        while let Some((index, parent)) = pending.pop() {
             let bone = &self.bones[index];
             let offset = match bone.parent {
                 Some(Some(parent)) => self.bones[parent].start_to_end,
@@ -289,7 +287,7 @@ impl<'a> Parser<'a> {
             };
             let tip = children[index].is_empty().then_some(bone.start_to_end);
             let joint = skeleton.joints.len();
-            waiting.extend(children[index].iter().map(|&child| (child, joint)));
+            pending.extend(children[index].iter().map(|&child| (child, joint)));
             skeleton.joints.push(SkeletonJoint { name: bone.name.clone(), parent: Some(parent), tip });
             let (parent_from_axis, channels) = (bone.parent_from_axis, bone.channels.clone());
             joints.push(AcclaimJoint { offset, parent_from_axis, channels });
@@ -297,8 +295,8 @@ impl<'a> Parser<'a> {
         }
         match self.bones.iter().zip(is_placed).find(|(_, is_placed)| !is_placed) {
             Some((bone, _)) => Err(self.cursor.error(
-                "every bone to descend from the root in `:hierarchy`",
-                format!("{} (line {}) that does not", quoted(&bone.name), bone.line),
+                "every bone connected to the root in `:hierarchy`",
+                format!("{} (line {}) unconnected", quoted(&bone.name), bone.line),
             )),
             None => Ok(AcclaimSkeleton { skeleton, joints, length: self.length, degrees: self.degrees }),
         }
@@ -324,7 +322,7 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// A trunk and, listed before it, a head; the head turns about tilted axes.
+    /// A head, and a trunk listed after it; the head rotates about tilted axes.
     pub(in crate::mocap) const TINY: &str = "# made by hand
 :version 1.10
 :name tiny
@@ -381,9 +379,9 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn axis_angles_turn_about_fixed_axes_first_letter_first() {
+    fn axis_angles_rotate_about_fixed_axes_first_letter_first() {
         let skeleton = parse_asf(&TINY.replace("axis 90 0 0 XYZ", "axis 90 90 0 XYZ"), "t").unwrap();
-        // Y goes to Z about X, and that to X about Y.
+        // X rotates Y to Z, then Y rotates Z to X
         assert_relative_eq!(skeleton.joints[2].parent_from_axis * Vector3::y(), Vector3::x(), epsilon = 1e-15);
     }
 
@@ -395,12 +393,12 @@ pub(super) mod tests {
             ("angle deg", "angle grad", "tiny.asf:7: expected `deg` or `rad`, found `grad`"),
             ("order TX", "order XX", "tiny.asf:11: expected rx, ry, rz, tx, ty or tz, each once, found `XX`"),
             ("   axis XYZ", "   axis XXZ", "tiny.asf:12: expected an order of axes such as XYZ, found `XXZ`"),
-            ("name trunk", "name head", "tiny.asf:32: expected a name that no other bone has, found a second `head`"),
+            ("name trunk", "name head", "tiny.asf:32: expected a unique bone name, found a second `head`"),
             ("     length 10\n", "", "tiny.asf:31: expected the bone's length before its `end`, found none"),
             (
                 "direction 0 2 0",
                 "direction 0 0 0",
-                "tiny.asf:32: expected the bone's direction, a vector other than zero, before its `end`, found none",
+                "tiny.asf:32: expected the bone's nonzero direction before its `end`, found none",
             ),
             (
                 "length 4",
@@ -411,13 +409,13 @@ pub(super) mod tests {
             (
                 "trunk head",
                 "root head\n trunk head",
-                "tiny.asf:37: expected one parent for each bone, found another for `head`",
+                "tiny.asf:37: expected one parent per bone, found a second one for `head`",
             ),
             (
                 "    root trunk\n",
                 "    head trunk\n",
-                "tiny.asf:37: expected every bone to descend from the root in `:hierarchy`, found `head` (line 16) that \
-                does not",
+                "tiny.asf:37: expected every bone connected to the root in `:hierarchy`, found `head` (line 16) \
+                unconnected",
             ),
             (
                 "  end\n:hierarchy",

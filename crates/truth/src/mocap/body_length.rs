@@ -1,23 +1,23 @@
-//! The size of a recorded body, from its reach and its bones; neither depends on the rest pose or the axes.
+//! The stature of a recorded body, estimated from its reach and its bone lengths; independent of rest pose and axes.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Clip;
 
-/// The longest path along a human skeleton's bones, from a hand to a foot, in statures: 1.48 to 1.62 in six recordings
-/// of four conventions.
-const LONGEST_WAY: f64 = 1.55;
+/// Length of the longest path along a human skeleton's bones, from a hand to a foot, in units of stature: 1.48 to 1.62
+/// in six recordings of four conventions.
+const LONGEST_PATH: f64 = 1.55;
 
-/// Tolerated difference between a body's reach in its frames and the estimate from its bones: reach is smaller if it
-/// never stands, larger with raised arms.
+/// Tolerated relative difference between a body's reach and the estimate from its bones: reach is smaller if the body
+/// never stands upright, larger with raised arms.
 const REACH_TOLERANCE: f64 = 0.1;
 
-/// Frames that are measured, spread over the clip.
+/// Number of measured frames, spread over the clip.
 const SAMPLES: usize = 101;
 
 impl Clip {
-    /// Approximate stature of the recorded body, standing or not, from its reach and its bones; metres. 0 for a
-    /// skeleton without length.
+    /// Approximate stature of the recorded body in any posture, from its reach and its bones, metres. 0 for a skeleton
+    /// without extent.
     pub fn stature(&self) -> f64 {
         Body::from_clip(self).length(self)
     }
@@ -34,7 +34,7 @@ pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
 }
 
-/// The joints of the body: from the first joint with several children. Joints before it only position the body.
+/// The joints of the body, from the first joint with several children. Its ancestors only position the body.
 pub(super) struct Body {
     is_part: Vec<bool>,
     top: usize,
@@ -64,15 +64,15 @@ impl Body {
         of.collect()
     }
 
-    /// The body's size: its greatest reach in the frames, bounded by its bones.
+    /// The body's stature: its reach in the sampled frames, bounded by its bones.
     pub(super) fn length(&self, clip: &Clip) -> f64 {
         let reaches: Vec<f64> = sampled(clip).map(|frame| reach(&self.points(clip, frame))).collect();
-        let by_bones = self.longest_way(clip) / LONGEST_WAY;
+        let by_bones = self.longest_path(clip) / LONGEST_PATH;
         quantile(reaches, 0.75).clamp((1.0 - REACH_TOLERANCE) * by_bones, (1.0 + REACH_TOLERANCE) * by_bones)
     }
 
-    /// The longest path along bones from one end of the body to another. A bone has its length in the median frame.
-    fn longest_way(&self, clip: &Clip) -> f64 {
+    /// The longest path along bones between two ends of the body, with the median length of each bone over the frames.
+    fn longest_path(&self, clip: &Clip) -> f64 {
         let joints = &clip.skeleton.joints;
         // the longest path down from each joint
         let mut down: Vec<f64> = joints.iter().map(|joint| joint.tip.map_or(0.0, |tip| tip.norm())).collect();
@@ -92,7 +92,7 @@ pub(super) fn bounds(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
     points.iter().fold(none, |(low, high), p| (low.inf(&p.coords), high.sup(&p.coords)))
 }
 
-/// The greatest distance between two points.
+/// The largest distance between two points.
 fn reach(points: &[Point3<f64>]) -> f64 {
     let pairs =
         points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a - b).norm_squared()));
@@ -105,7 +105,7 @@ mod tests {
     use crate::mocap::{ReadOptions, Skeleton, SkeletonJoint, parse_deepmimic};
 
     #[test]
-    fn a_walker_is_as_tall_as_the_manual_says_and_so_is_a_part_of_the_walk() {
+    fn stature_matches_the_model_for_a_whole_walk_and_a_part_of_it() {
         let text = include_str!("../../../../scenarios/motions/humanoid3d_walk.txt");
         let clip = parse_deepmimic(text, "walk.txt", &ReadOptions::default()).unwrap();
         // from the soles to the top of the head: 0.0225 + 0.40987 + 0.421546 + 0.236151 + 0.223894 + 0.2775 m
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_body_is_does_not_count() {
+    fn stature_does_not_depend_on_position() {
         let joint = |parent, tip| SkeletonJoint { name: "j".to_owned(), parent, tip };
         let up = Vector3::z() * 0.8;
         // a root on the ground, far from its child, the hips; a head and a foot below the hips
@@ -136,6 +136,6 @@ mod tests {
             notes: Vec::new(),
             cyclic: false,
         };
-        assert!((clip.stature() - 1.6 / LONGEST_WAY * (1.0 + REACH_TOLERANCE)).abs() < 1e-12, "{}", clip.stature());
+        assert!((clip.stature() - 1.6 / LONGEST_PATH * (1.0 + REACH_TOLERANCE)).abs() < 1e-12, "{}", clip.stature());
     }
 }

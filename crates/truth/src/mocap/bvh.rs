@@ -1,27 +1,26 @@
 //! BVH: a tree of joints with channels, then one row of channel values per frame.
 //!
-//! Grammar and meaning as in Biovision's files: `parent_from_joint` is the position channels (or `OFFSET` where a
-//! joint has none) and the product of the rotation channels in the order in which they are listed, degrees. Keywords
-//! may be in any case; every joint may list any channels in any order. A joint's position channels replace its
-//! `OFFSET`.
+//! As in Biovision's files, `parent_from_joint` consists of the position channels (each replaces a component of
+//! `OFFSET`) and the product of the rotation channels in the listed order, degrees. Keywords are case-insensitive;
+//! every joint may list any channels in any order.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::clip::clip_name;
-use super::options::GREATEST_RATE;
+use super::options::MAX_RATE;
 use super::options::ReadOptions;
-use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, ParsedRecording, rate_from_frame_time};
+use super::recording::{MAX_FRAME_TIME, MAX_JOINT_FRAMES, ParsedRecording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 
-/// Reads a BVH file's text; `file` is its name, for messages and the clip's name.
+/// Parses the text of a BVH file; `file` is its name, used for messages and the clip's name.
 ///
-/// If the header's number of frames and the rows differ by one or two, the rows count, with a note; a larger difference
-/// is an error: the file is truncated or its header is wrong.
+/// If the header's frame count and the number of rows differ by one or two, all rows are used, with a note; a larger
+/// difference is an error: the file is truncated or its header is wrong.
 pub fn parse_bvh(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
-    // Braces may be adjacent to words; line numbers do not change.
+    // braces may touch words; this keeps the line numbers
     let text = text.replace('{', " { ").replace('}', " } ");
     let mut cursor = TextCursor::new(&text, file);
     let hierarchy = parse_hierarchy(&mut cursor)?;
@@ -38,38 +37,38 @@ fn parse_motion(
     cursor.keyword("MOTION")?;
     cursor.keyword("Frames:")?;
     let word = cursor.word_in_line();
-    let Some(announced) = word.and_then(|w| w.parse::<u64>().ok()) else {
+    let Some(declared) = word.and_then(|w| w.parse::<u64>().ok()) else {
         return Err(cursor.unexpected("the number of frames", word));
     };
     cursor.keyword("Frame")?;
     cursor.keyword("Time:")?;
     let word = cursor.word_in_line();
-    let shortest = 1.0 / GREATEST_RATE;
-    let Some(frame_time) = word.and_then(finite_number).filter(|seconds| (shortest..=LONGEST_FRAME).contains(seconds))
+    let shortest = 1.0 / MAX_RATE;
+    let Some(frame_time) = word.and_then(finite_number).filter(|seconds| (shortest..=MAX_FRAME_TIME).contains(seconds))
     else {
-        return Err(cursor.unexpected("the seconds between two frames, > 0 and at most 10", word));
+        return Err(cursor.unexpected("the time between frames in seconds, > 0 and at most 10", word));
     };
     let frames_per_second = options.frames_per_second.unwrap_or_else(|| rate_from_frame_time(frame_time, &mut notes));
     let (frames, empty_frames) = parse_rows(cursor, &hierarchy)?;
-    if frames.len() as u64 != announced {
+    if frames.len() as u64 != declared {
         let found = frames.len();
-        if found.abs_diff(usize::try_from(announced).unwrap_or(usize::MAX)) > MOST_ROWS_APART {
-            let expected = format!("{announced} rows as the header announces (`Frames: {announced}`)");
+        if found.abs_diff(usize::try_from(declared).unwrap_or(usize::MAX)) > ROW_COUNT_TOLERANCE {
+            let expected = format!("{declared} rows, as declared by `Frames: {declared}`");
             return Err(cursor.error(expected, format!("the end of the file after {found} rows")));
         }
-        notes.push(format!("the header announces {announced} frames, the file has {found} rows: all rows are used"));
+        notes.push(format!("the header declares {declared} frames, the file has {found} rows: all rows are used"));
     }
     let Hierarchy { skeleton, offsets, .. } = hierarchy;
     let clip = Clip { name: clip_name(file), skeleton, frames_per_second, frames, notes, cyclic: false };
     Ok(ParsedRecording { clip, rest_offsets: offsets, empty_frames, metres_per_unit: None, up: None })
 }
 
-/// Tolerated difference between header and rows: programs differ in counting the rest pose or the last frame.
-const MOST_ROWS_APART: usize = 2;
+/// Tolerated difference between header and row count: programs differ in counting the rest pose or the last frame.
+const ROW_COUNT_TOLERANCE: usize = 2;
 
 type Frames = Vec<Vec<Isometry3<f64>>>;
 
-/// The rows as frames, and the indices of those that are all zero.
+/// The rows as frames, and the indices of all-zero rows.
 fn parse_rows(cursor: &mut TextCursor<'_>, hierarchy: &Hierarchy) -> Result<(Frames, Vec<usize>), MocapError> {
     let width: usize = hierarchy.channels.iter().map(Vec::len).sum();
     let joints = hierarchy.channels.len();
@@ -78,8 +77,8 @@ fn parse_rows(cursor: &mut TextCursor<'_>, hierarchy: &Hierarchy) -> Result<(Fra
     let mut row = Vec::new();
     let expected = format!("{width} values, one for each channel");
     while cursor.next_line().is_some() {
-        if (frames.len() + 1) * joints > MOST_JOINT_FRAMES {
-            return Err(cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));
+        if (frames.len() + 1) * joints > MAX_JOINT_FRAMES {
+            return Err(cursor.error(format!("at most {MAX_JOINT_FRAMES} joints times frames"), "more"));
         }
         row.clear();
         for _ in 0..width {
@@ -96,7 +95,7 @@ fn parse_rows(cursor: &mut TextCursor<'_>, hierarchy: &Hierarchy) -> Result<(Fra
     Ok((frames, empty_frames))
 }
 
-/// Every joint's `parent_from_joint` for one row of as many values as there are channels.
+/// Every joint's `parent_from_joint` for one row, which has one value per channel.
 fn pose(hierarchy: &Hierarchy, row: &[f64]) -> Vec<Isometry3<f64>> {
     let mut values = row.iter();
     let mut frame = Vec::with_capacity(hierarchy.channels.len());
@@ -125,7 +124,7 @@ mod tests {
     use crate::mocap::UpAxis;
     use crate::mocap::rotation::CoordinateAxis;
 
-    /// Two joints in metres, Z up; the second has other channels in another order.
+    /// Two joints in metres, Z up; the second has different channels in a different order.
     const TINY: &str = "HIERARCHY
 ROOT hips
 {
@@ -161,7 +160,7 @@ Frame Time: 0.02
     }
 
     #[test]
-    fn each_joint_turns_in_the_order_of_its_own_channels() {
+    fn each_joint_rotates_in_the_order_of_its_channels() {
         let clip = parse(TINY).unwrap();
         let turn = |axis: CoordinateAxis, degrees: f64| axis.turn(degrees.to_radians());
         let hips = turn(CoordinateAxis::Z, 10.0) * turn(CoordinateAxis::X, 20.0) * turn(CoordinateAxis::Y, 30.0);
@@ -211,14 +210,14 @@ Frame Time: 0.02
                 "Wposition Zrot",
                 "tiny.bvh:5: expected a channel (Xposition … Zrotation) not listed yet, found `Wposition`",
             ),
-            ("CHANNELS 6", "CHANNELS 5", "tiny.bvh:5: expected 5 channels as announced, found `Yrotation`"),
+            ("CHANNELS 6", "CHANNELS 5", "tiny.bvh:5: expected 5 channels as declared, found `Yrotation`"),
             ("End Site", "Ende", "tiny.bvh:10: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `Ende`"),
             ("}\nMOTION", "MOTION", "tiny.bvh:15: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `MOTION`"),
             ("Frames: 2", "Frames: two", "tiny.bvh:17: expected the number of frames, found `two`"),
             (
                 "Time: 0.02",
                 "Time: 0",
-                "tiny.bvh:18: expected the seconds between two frames, > 0 and at most 10, found `0`",
+                "tiny.bvh:18: expected the time between frames in seconds, > 0 and at most 10, found `0`",
             ),
             (
                 "60 0.5\n1",
@@ -239,7 +238,7 @@ Frame Time: 0.02
             (
                 "Frames: 2",
                 "Frames: 4000000000",
-                "tiny.bvh:20: expected 4000000000 rows as the header announces (`Frames: 4000000000`), found the end of the file after 2 rows",
+                "tiny.bvh:20: expected 4000000000 rows, as declared by `Frames: 4000000000`, found the end of the file after 2 rows",
             ),
         ];
         for (whole, broken, expected) in cases {
@@ -259,23 +258,23 @@ Frame Time: 0.02
     }
 
     #[test]
-    fn a_header_that_is_wrong_by_a_row_or_two_is_noted_and_the_rows_count() {
+    fn a_frame_count_wrong_by_one_or_two_is_noted_and_all_rows_are_used() {
         let row = "1 2 3 10 20 30 40 50 60 0.5\n";
         let five = format!("{TINY}{}", row.repeat(3));
-        for announced in 3..=7_usize {
-            let clip = parse(&five.replace("Frames: 2", &format!("Frames: {announced}"))).unwrap();
+        for declared in 3..=7_usize {
+            let clip = parse(&five.replace("Frames: 2", &format!("Frames: {declared}"))).unwrap();
             assert_eq!(clip.frames.len(), 5);
-            let said = clip.notes.iter().any(|note| note.contains(&format!("{announced} frames, the file has 5 rows")));
-            assert_eq!(said, announced != 5, "{:?}", clip.notes);
+            let noted = clip.notes.iter().any(|note| note.contains(&format!("{declared} frames, the file has 5 rows")));
+            assert_eq!(noted, declared != 5, "{:?}", clip.notes);
         }
-        for announced in [0, 2, 8, usize::MAX] {
-            let error = message(&five.replace("Frames: 2", &format!("Frames: {announced}")));
-            assert!(error.contains(&format!("{announced} rows")) && error.contains("after 5 rows"), "{error}");
+        for declared in [0, 2, 8, usize::MAX] {
+            let error = message(&five.replace("Frames: 2", &format!("Frames: {declared}")));
+            assert!(error.contains(&format!("{declared} rows")) && error.contains("after 5 rows"), "{error}");
         }
     }
 
     #[test]
-    fn nought_or_one_frame_is_refused() {
+    fn fewer_than_two_frames_are_refused() {
         let one = TINY.replace("Frames: 2", "Frames: 1").replacen("1 2 3 10 20 30 40 50 60 0.5\n", "", 1);
         assert_eq!(message(&one), "tiny.bvh: expected at least 2 frames, found 1");
         let none = TINY.replace("Frames: 2", "Frames: 0").replace("1 2 3 10 20 30 40 50 60 0.5\n", "");
@@ -283,7 +282,7 @@ Frame Time: 0.02
     }
 
     #[test]
-    fn y_up_files_are_turned_at_the_root_and_nowhere_else() {
+    fn y_up_files_are_rotated_at_the_root_only() {
         let options = ReadOptions { up: Some(UpAxis::Y), ..metres_z_up() };
         let (y_up, z_up) = (parse_bvh(TINY, "t", &options).unwrap(), parse(TINY).unwrap());
         let turn = CoordinateAxis::X.turn(FRAC_PI_2);
@@ -293,7 +292,7 @@ Frame Time: 0.02
     }
 
     #[test]
-    fn options_come_before_the_file() {
+    fn options_take_precedence_over_the_file() {
         let options = ReadOptions { metres_per_unit: Some(0.01), frames_per_second: Some(25.0), ..metres_z_up() };
         let clip = parse_bvh(TINY, "t", &options).unwrap();
         assert_eq!(clip.frames_per_second, 25.0);

@@ -1,13 +1,13 @@
-//! The first part of a BVH file: joints with their offsets and channels, one inside the other.
+//! The first part of a BVH file: nested joints with their offsets and channels.
 
 use nalgebra::Vector3;
 
-use super::recording::MOST_JOINTS;
+use super::recording::MAX_JOINTS;
 use super::rotation::CoordinateAxis;
 use super::text_cursor::TextCursor;
 use super::{MocapError, Skeleton, SkeletonJoint};
 
-/// What one number of a row moves.
+/// The meaning of one number of a row.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Channel {
     Position(CoordinateAxis),
@@ -30,22 +30,22 @@ impl Channel {
 #[derive(Default)]
 pub(super) struct Hierarchy {
     pub(super) skeleton: Skeleton,
-    /// Per joint, from its parent; file units.
+    /// Per joint, offset from its parent, file units.
     pub(super) offsets: Vec<Vector3<f64>>,
-    /// Per joint, in the order of the file.
+    /// Per joint, in file order.
     pub(super) channels: Vec<Vec<Channel>>,
 }
 
-/// A brace that was opened.
+/// An open brace.
 enum Open {
     Joint { index: usize, has_offset: bool },
     EndSite { parent: usize },
 }
 
-/// Reads up to the brace that closes the root.
+/// Parses up to the closing brace of the root.
 pub(super) fn parse_hierarchy(cursor: &mut TextCursor<'_>) -> Result<Hierarchy, MocapError> {
     cursor.keyword("HIERARCHY")?;
-    cursor.begins_as_its_kind();
+    cursor.set_recognised();
     cursor.keyword("ROOT")?;
     let mut hierarchy = Hierarchy::default();
     let mut open = vec![open_joint(cursor, &mut hierarchy, None)?];
@@ -81,12 +81,12 @@ pub(super) fn parse_hierarchy(cursor: &mut TextCursor<'_>) -> Result<Hierarchy, 
         }
     }
     if hierarchy.channels.iter().all(Vec::is_empty) {
-        return Err(cursor.error("a joint with CHANNELS", "a skeleton without any"));
+        return Err(cursor.error("a joint with CHANNELS", "none"));
     }
     Ok(hierarchy)
 }
 
-/// Reads a joint's name and opening brace, and adds the joint.
+/// Parses a joint's name and opening brace, and adds the joint.
 fn open_joint(
     cursor: &mut TextCursor<'_>,
     hierarchy: &mut Hierarchy,
@@ -97,8 +97,8 @@ fn open_joint(
         return Err(cursor.error("a joint's name", "none"));
     }
     let index = hierarchy.skeleton.joints.len();
-    if index == MOST_JOINTS {
-        return Err(cursor.error(format!("at most {MOST_JOINTS} joints"), "more"));
+    if index == MAX_JOINTS {
+        return Err(cursor.error(format!("at most {MAX_JOINTS} joints"), "more"));
     }
     hierarchy.skeleton.joints.push(SkeletonJoint { name, parent, tip: None });
     hierarchy.offsets.push(Vector3::zeros());
@@ -106,7 +106,7 @@ fn open_joint(
     Ok(Open::Joint { index, has_offset: false })
 }
 
-/// The words up to the opening brace, which may stand on this line or the next.
+/// The words up to the opening brace, which may be on this line or the next.
 fn name_and_brace(cursor: &mut TextCursor<'_>) -> Result<String, MocapError> {
     let mut words = Vec::new();
     while let Some(word) = cursor.word_in_line() {
@@ -135,7 +135,7 @@ fn parse_channels(cursor: &mut TextCursor<'_>) -> Result<Vec<Channel>, MocapErro
         }
     }
     if let Some(extra) = cursor.word_in_line() {
-        return Err(cursor.unexpected(&format!("{count} channels as announced"), Some(extra)));
+        return Err(cursor.unexpected(&format!("{count} channels, as declared"), Some(extra)));
     }
     Ok(channels)
 }

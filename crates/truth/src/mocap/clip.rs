@@ -1,4 +1,4 @@
-//! A recording: a skeleton and, for every frame, a rigid transform per joint.
+//! A recording: a skeleton, and one rigid transform per joint and frame.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 /// BVH joint).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkeletonJoint {
-    /// Name as the file spells it.
+    /// Name, spelled as in the file.
     pub name: String,
-    /// Index of the parent, always smaller than this joint's own; `None` for the root.
+    /// Index of the parent, always smaller than this joint's index; `None` for the root.
     pub parent: Option<usize>,
     /// The end of the bone in this joint's frame, for leaves (BVH `End Site`, end of an Acclaim bone); metres.
     pub tip: Option<Vector3<f64>>,
@@ -30,20 +30,20 @@ pub struct Clip {
     pub name: String,
     /// The skeleton, the same in every frame.
     pub skeleton: Skeleton,
-    /// Frames a second, > 0.
+    /// Frames per second, > 0.
     pub frames_per_second: f64,
-    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). With every rotation but the root's
-    /// the identity, the skeleton is in its file's rest pose, in all three formats.
+    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). If all rotations except the root's
+    /// are the identity, the skeleton is in the file's rest pose, in every format.
     pub frames: Vec<Vec<Isometry3<f64>>>,
     /// Notes: guessed units, interpolated dropout frames, differences between header and rows.
     pub notes: Vec<String>,
-    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`): its last frame is
-    /// then its first frame again, one cycle later, up to a step on the ground and a small misfit.
+    /// Whether the recording is one cycle of a repeating motion (DeepMimic's `Loop: wrap`). The last frame then equals
+    /// the first frame one cycle later, up to a displacement on the ground and a small misfit.
     pub cyclic: bool,
 }
 
 impl Skeleton {
-    /// Index of the joint of that name.
+    /// Index of the joint with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|j| j.name == name)
     }
@@ -59,7 +59,7 @@ impl Skeleton {
 }
 
 impl Clip {
-    /// From the first frame to the last, seconds.
+    /// Time from the first frame to the last, seconds.
     pub fn duration(&self) -> f64 {
         self.frames.len().saturating_sub(1) as f64 / self.frames_per_second
     }
@@ -69,13 +69,13 @@ impl Clip {
         self.skeleton.joint_frames(&self.frames[frame])
     }
 
-    /// Position of every joint in the world at frame `frame`, metres.
+    /// World position of every joint at frame `frame`, metres.
     pub fn joint_positions(&self, frame: usize) -> Vec<Point3<f64>> {
         self.joint_frames(frame).iter().map(|f| f.translation.vector.into()).collect()
     }
 }
 
-/// Display name: the stem of a file's name.
+/// Display name: the file stem.
 pub(super) fn clip_name(file: &str) -> String {
     Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

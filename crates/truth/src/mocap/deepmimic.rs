@@ -1,26 +1,26 @@
-//! DeepMimic's clips: JSON rows of a duration, the root's position and rotation, and the humanoid's joints.
+//! DeepMimic clips: JSON rows with a duration, the root's position and rotation, and the humanoid's joint rotations.
 //!
 //! A row has 44 numbers: seconds to the next row; root position (metres, Y up, facing +X); root quaternion w x y z;
-//! then chest, neck, and for the right and after it the left side hip, knee, ankle, shoulder, elbow: quaternions w x y
-//! z, but knees and elbows one angle about the joint's z axis (radians; knees bend negative, elbows positive)
-//! (`[Peng 2018]`); segment lengths as in the humanoid that comes with it.
+//! then chest, neck, and hip, knee, ankle, shoulder, elbow of the right side, then of the left: quaternions w x y z,
+//! except for knees and elbows, which have one angle about the joint's z axis (radians; knees flex negative, elbows
+//! positive) (`[Peng 2018]`). Segment lengths are those of DeepMimic's humanoid.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::clip::clip_name;
-use super::options::GREATEST_RATE;
+use super::options::MAX_RATE;
 use super::options::{ReadOptions, UpAxis};
-use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, ParsedRecording, pose_between, rate_from_frame_time};
+use super::recording::{MAX_FRAME_TIME, MAX_JOINT_FRAMES, ParsedRecording, pose_between, rate_from_frame_time};
 use super::rotation::CoordinateAxis;
-use super::text_cursor::is_sane;
+use super::text_cursor::is_plausible;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
 use crate::input::{foreign, unquoted};
 
 /// Numbers in a row.
 const COLUMNS: usize = 44;
 
-/// How far a written quaternion's length may be from 1.
+/// Tolerated deviation of a quaternion's norm from 1.
 const LENGTH_TOLERANCE: f64 = 0.02;
 
 #[derive(Clone, Copy)]
@@ -35,10 +35,10 @@ enum RowJoint {
     Fixed,
 }
 
-/// Name, parent, offset from the parent (metres, Y up), what its numbers mean, and the end of a leaf.
+/// Name, parent, offset from the parent (metres, Y up), kind of joint, and the tip of a leaf.
 type JointRow = (&'static str, Option<usize>, [f64; 3], RowJoint, Option<[f64; 3]>);
 
-/// Offsets are those of the humanoid's joints; tips are the far ends of its head and hand spheres and foot boxes.
+/// Offsets of DeepMimic's humanoid; tips are the far ends of its head and hand spheres and foot boxes.
 #[rustfmt::skip]
 const JOINTS: [JointRow; 15] = [
     ("root",           None,     [0.0, 0.0, 0.0],             RowJoint::Root,  None),
@@ -66,9 +66,10 @@ struct File {
     frames: Vec<Vec<f64>>,
 }
 
-/// Reads a DeepMimic clip's text; `file` is its name, for messages and the clip's name.
+/// Parses the text of a DeepMimic clip; `file` is its name, used for messages and the clip's name.
 ///
-/// The last row's duration is ignored. If the others differ, the clip is resampled to their median, with a note.
+/// The last row's duration is ignored. If the others differ, the clip is resampled to their median duration, with a
+/// note.
 pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -76,7 +77,7 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         file: file.to_owned(),
         line: error.line().max(1),
         expected: "a DeepMimic clip (JSON with `Loop` and `Frames`)".to_owned(),
-        // any JSON file may be named as a clip
+        // the file may be any JSON, which must not be quoted
         found: if text.contains("\"Frames\"") { foreign(&error) } else { unquoted(&error) },
     })?;
     if content.frames.len() < 2 {
@@ -136,7 +137,7 @@ impl NumberRow<'_> {
         if self.numbers.len() != COLUMNS {
             return Err(self.error(format!("{COLUMNS} numbers"), self.numbers.len()));
         }
-        match self.numbers.iter().position(|&number| !is_sane(number)) {
+        match self.numbers.iter().position(|&number| !is_plausible(number)) {
             Some(column) => {
                 let expected = format!("a length or angle in column {}", column + 1);
                 Err(self.error(expected, format!("{:e}", self.numbers[column])))
@@ -147,13 +148,13 @@ impl NumberRow<'_> {
 
     fn duration(&self) -> Result<f64, MocapError> {
         let seconds = self.numbers[0];
-        if (1.0 / GREATEST_RATE..=LONGEST_FRAME).contains(&seconds) {
+        if (1.0 / MAX_RATE..=MAX_FRAME_TIME).contains(&seconds) {
             return Ok(seconds);
         }
-        Err(self.error("seconds to the next frame, > 0 and at most 10, in column 1", seconds))
+        Err(self.error("a time to the next frame in seconds, > 0 and at most 10, in column 1", seconds))
     }
 
-    /// Whether all but the duration is zero.
+    /// Whether everything except the duration is zero.
     fn is_empty(&self) -> bool {
         self.numbers[1..].iter().all(|&number| number == 0.0)
     }
@@ -182,7 +183,7 @@ impl NumberRow<'_> {
         Ok(frame)
     }
 
-    /// The rotation that starts in that column; none in an empty row.
+    /// The rotation that starts in this column; the identity in an empty row.
     fn quaternion(&self, column: usize) -> Result<UnitQuaternion<f64>, MocapError> {
         let [w, x, y, z] = std::array::from_fn(|i| self.numbers[column + i]);
         let quaternion = Quaternion::new(w, x, y, z);
@@ -202,7 +203,7 @@ impl NumberRow<'_> {
     }
 }
 
-/// Gives the clip the rate of its durations (one fewer than frames), after resampling if these differ. The last frame
+/// Sets the clip's frame rate from its durations (one fewer than frames), resampling if these differ. The last frame
 /// stays the last, so a cycle stays a cycle.
 fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapError> {
     let mut sorted = durations.to_vec();
@@ -215,11 +216,11 @@ fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapE
     }
     let total: f64 = durations.iter().sum();
     let steps = (total / median).round().max(1.0);
-    if steps * JOINTS.len() as f64 > MOST_JOINT_FRAMES as f64 {
+    if steps * JOINTS.len() as f64 > MAX_JOINT_FRAMES as f64 {
         return Err(MocapError::Frame {
             file: file.to_owned(),
             frame: 1,
-            expected: "durations of one order of magnitude".to_owned(),
+            expected: "durations of the same order of magnitude".to_owned(),
             found: format!("{shortest} s to {longest} s"),
         });
     }
@@ -238,7 +239,7 @@ fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapE
     clip.frames = frames;
     clip.frames_per_second = steps as f64 / total;
     clip.notes.push(format!(
-        "frames last from {shortest} s to {longest} s: resampled to {:.4} frames a second",
+        "frames last from {shortest} s to {longest} s: resampled to {:.4} frames per second",
         clip.frames_per_second
     ));
     Ok(())
@@ -250,7 +251,7 @@ mod tests {
 
     use super::*;
 
-    /// Rows at rest, the root 1 m up (in the file: along y), one duration each.
+    /// Rows at rest with these durations, the root at a height of 1 m (along y in the file).
     fn rows(durations: &[f64]) -> Vec<Vec<f64>> {
         let row = |(index, &seconds): (usize, &f64)| {
             let mut row = vec![0.0; COLUMNS];
@@ -274,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_go_to_their_joints() {
+    fn columns_belong_to_their_joints() {
         let mut rows = rows(&[0.05, 0.0]);
         rows[0][20] = -0.7; // right knee
         rows[0][29] = 0.3; // right elbow
@@ -292,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_along_z_faces_x_and_has_its_right_on_the_right() {
+    fn the_body_is_z_up_and_faces_x() {
         let clip = parse(&rows(&[0.05, 0.0])).unwrap();
         let positions = clip.joint_positions(1);
         let at = |name: &str| positions[clip.skeleton.find(name).unwrap()];
@@ -302,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_that_differ_are_resampled_and_the_ends_stay() {
+    fn unequal_durations_are_resampled_keeping_the_ends() {
         // The root moves 1 m a row: after 0.1 s, 0.3 s and 0.4 s it is at 1, 2 and 3 m.
         let clip = parse(&rows(&[0.1, 0.2, 0.1, 9.0])).unwrap();
         assert_relative_eq!(clip.frames_per_second, 10.0, epsilon = 1e-12);
@@ -312,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_row_is_interpolated_and_said() {
+    fn an_empty_row_is_interpolated_with_a_note() {
         let mut rows = rows(&[0.1; 5]);
         rows[2][1..].fill(0.0);
         let clip = parse(&rows).unwrap();
@@ -330,7 +331,7 @@ mod tests {
         assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2 (from 1): expected 44 numbers, found 43");
         assert_eq!(
             broken(|r| r[1][0] = 0.0),
-            "clip.txt: frame 2 (from 1): expected seconds to the next frame, > 0 and at most 10, in column 1, found 0"
+            "clip.txt: frame 2 (from 1): expected a time to the next frame in seconds, > 0 and at most 10, in column 1, found 0"
         );
         assert_eq!(
             broken(|r| r[2][6] = 1e300),

@@ -1,15 +1,15 @@
-//! Cutting a clip, changing its speed and its rate.
+//! Cropping a clip, changing its speed and its frame rate.
 
 use std::ops::Range;
 
-use super::options::GREATEST_RATE;
-use super::recording::{MOST_JOINT_FRAMES, pose_between};
+use super::options::MAX_RATE;
+use super::recording::{MAX_JOINT_FRAMES, pose_between};
 use super::rotation::make_signs_continuous;
 use super::{Clip, MocapError};
 
 impl Clip {
-    /// Frames `frames.start .. frames.end`, counted from 0. At least two, and within the clip. A part of a cycle is not
-    /// cyclic.
+    /// Keeps frames `frames.start .. frames.end`, counted from 0: at least two, all within the clip. A part of a cycle
+    /// is not cyclic.
     pub fn crop(mut self, frames: Range<usize>) -> Result<Self, MocapError> {
         let total = self.frames.len();
         if frames.end > total || frames.len() < 2 {
@@ -25,27 +25,31 @@ impl Clip {
         Ok(self)
     }
 
-    /// The same motion `factor` times as fast: its frames follow each other at a higher rate.
+    /// The same motion `factor` times as fast: the frames are kept at a higher rate.
     #[must_use]
     pub fn at_speed(mut self, factor: f64) -> Self {
         self.frames_per_second *= factor;
         self
     }
 
-    /// The same motion at another rate: rotations by slerp, positions linearly; frames at times of both rates are kept
-    /// bit for bit.
+    /// The same motion at another frame rate: rotations by slerp, positions linearly. Frames at times common to both
+    /// rates are kept bit for bit.
     ///
-    /// Frame 0 stays; the last frame is the last time of the new rate within the clip, so up to one new frame time is
-    /// lost at the end. A cycle stays a cycle only if it is a whole number of new frames long: repeat it first
+    /// Frame 0 is kept; the last frame is the last time of the new rate within the clip, so up to one new frame time is
+    /// lost at the end. A cycle stays cyclic only if it lasts a whole number of new frames: repeat it first
     /// ([`Clip::looped`]), then resample.
     pub fn resampled(&self, frames_per_second: f64) -> Result<Self, MocapError> {
-        // A rate that is off by rounding must not lose the last frame.
+        // a rounding error of the rate must not lose the last frame
         let last = self.duration() * frames_per_second + 1e-6;
-        let most = (MOST_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
-        if !(frames_per_second > 0.0 && frames_per_second <= GREATEST_RATE && (1.0..most).contains(&last)) {
+        let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
+        if !(frames_per_second > 0.0 && frames_per_second <= MAX_RATE && (1.0..max_frames).contains(&last)) {
             return Err(MocapError::Setting {
                 setting: "frames_per_second",
-                expected: format!("a rate that gives clip `{}` ({} s) 2 to {most} frames", self.name, self.duration()),
+                expected: format!(
+                    "a rate that gives clip `{}` ({} s) 2 to {max_frames} frames",
+                    self.name,
+                    self.duration()
+                ),
                 found: frames_per_second.to_string(),
             });
         }
@@ -64,7 +68,7 @@ impl Clip {
         })
     }
 
-    /// The pose at an instant, in frames from the first; after the last frame, the last.
+    /// The pose at an instant, in frames from the first; the last pose after the last frame.
     fn pose_at(&self, instant: f64) -> Vec<nalgebra::Isometry3<f64>> {
         let nearest = instant.round();
         let instant = if (instant - nearest).abs() < 1e-6 { nearest } else { instant };
@@ -84,7 +88,7 @@ mod tests {
     use super::*;
     use crate::mocap::{Skeleton, SkeletonJoint};
 
-    /// Root and one arm; the root walks 0.1 m along x and the arm turns 0.05 rad a frame.
+    /// A root that moves 0.1 m along x per frame, and an arm that rotates 0.05 rad per frame.
     fn clip(frames: usize) -> Clip {
         let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
         let frame = |index: usize| {
@@ -105,27 +109,27 @@ mod tests {
     }
 
     #[test]
-    fn a_crop_keeps_the_frames_asked_for_and_refuses_others() {
+    fn a_crop_keeps_the_given_frames_and_refuses_invalid_ranges() {
         let whole = clip(10);
         assert_eq!(whole.clone().crop(2..5).unwrap().frames, whole.frames[2..5]);
         assert_eq!(whole.clone().crop(0..10).unwrap(), whole);
         let error = whole.clone().crop(5..11).unwrap_err().to_string();
         assert_eq!(error, "crop: expected at least 2 of the frames 0..10 of clip `made`, found 5..11");
-        #[expect(clippy::reversed_empty_ranges, reason = "a caller may get it wrong")]
+        #[expect(clippy::reversed_empty_ranges, reason = "callers may pass one")]
         for range in [3..4, 5..2, 9..usize::MAX] {
             assert!(whole.clone().crop(range).is_err());
         }
     }
 
     #[test]
-    fn a_crop_of_a_cycle_is_no_cycle() {
+    fn a_crop_of_a_cycle_is_not_cyclic() {
         let cycle = Clip { cyclic: true, ..clip(10) };
         assert!(cycle.clone().crop(0..10).unwrap().cyclic);
         assert!(!cycle.crop(0..9).unwrap().cyclic);
     }
 
     #[test]
-    fn instants_of_the_old_rate_are_kept_bit_for_bit() {
+    fn frames_common_to_both_rates_are_kept_bit_for_bit() {
         let clip = clip(11);
         assert_eq!(clip.resampled(20.0).unwrap(), clip);
         let double = clip.resampled(40.0).unwrap();
@@ -137,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_motion_is_even_at_any_rate_and_ends_within_the_clip() {
+    fn uniform_motion_stays_uniform_at_any_rate_and_ends_within_the_clip() {
         let clip = clip(11); // 0.5 s at 20 Hz
         for rate in [7.0, 29.97, 60.0, 119.88] {
             let resampled = clip.resampled(rate).unwrap();
@@ -151,14 +155,14 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_leaves_no_motion_or_fills_the_memory_is_refused() {
+    fn rates_that_give_too_few_or_too_many_frames_are_refused() {
         for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.9, 1e9] {
             assert!(clip(11).resampled(rate).is_err(), "{rate}");
         }
     }
 
     #[test]
-    fn a_motion_of_twice_the_speed_takes_half_the_time_and_passes_the_same_poses() {
+    fn twice_the_speed_takes_half_the_time_through_the_same_poses() {
         let clip = clip(11);
         let fast = clip.clone().at_speed(2.0);
         assert_eq!((fast.duration(), clip.duration()), (0.25, 0.5));
@@ -167,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_stays_one_only_at_a_rate_that_divides_it() {
+    fn a_cycle_stays_cyclic_only_if_it_is_a_whole_number_of_frames() {
         let cycle = Clip { cyclic: true, ..clip(11) };
         assert!(cycle.resampled(60.0).unwrap().cyclic);
         assert!(!cycle.resampled(59.0).unwrap().cyclic);

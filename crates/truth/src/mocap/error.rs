@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use crate::input::plain;
 
-/// Errors of reading and editing recordings. Each message names the place, what was expected and what was found.
+/// Errors of reading and editing recordings. Each message gives the location, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MocapError {
-    /// The file is not there, or may not be read.
+    /// The file is missing or not readable.
     #[error("{}: cannot be read: {source}", plain(path.display()))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// No reader for this extension.
@@ -27,7 +27,7 @@ pub enum MocapError {
     },
     /// An AMC file whose skeleton was not found.
     #[error(
-        "{}: expected its skeleton beside it ({}), found {found}; name one with `skeleton`",
+        "{}: expected its skeleton {} in the same folder, found {found}; set `skeleton`",
         plain(path.display()),
         plain(wanted)
     )]
@@ -63,32 +63,32 @@ pub enum MocapError {
         /// The actual content.
         found: String,
     },
-    /// A file of points that cannot be read, or whose points are no body.
+    /// A marker file that cannot be read, or whose points do not define a body.
     #[error("{}: {}", plain(file), plain(detail))]
     Points {
         /// The file.
         file: String,
-        /// What was expected and found.
+        /// What was expected, and what was found.
         detail: String,
     },
-    /// Nothing moves in fewer than two frames.
+    /// A motion needs at least two frames.
     #[error("{}: expected at least 2 frames, found {frames}", plain(file))]
     TooFewFrames {
         /// The file.
         file: String,
-        /// How many there are.
+        /// The number of frames.
         frames: usize,
     },
-    /// No usual unit makes the body human.
+    /// No common unit gives a plausible body height.
     #[error(
-        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's \
-        inch/0.45), found one of {length:.4} units; give the length of the file's unit (`metres_per_unit` in a \
-        scenario, --metres-per-unit on the command line, --units of evaluate)"
+        "{file}: expected a body 1.2 to 2.3 m tall in a common unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), \
+        found a height of {length:.4} units; set the length of the file's unit (`metres_per_unit` in a scenario, \
+        --metres-per-unit on the command line, --units of evaluate)"
     )]
     UnknownUnit {
         /// The file.
         file: String,
-        /// How tall the body is, in file units.
+        /// Height of the body, file units.
         length: f64,
     },
     /// A setting is invalid.
@@ -96,14 +96,14 @@ pub enum MocapError {
     Setting {
         /// The setting's name.
         setting: &'static str,
-        /// What it may be.
+        /// The allowed values.
         expected: String,
-        /// What it is.
+        /// The actual value.
         found: String,
     },
     /// A clip that cannot be repeated.
     #[error(
-        "clip `{}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a clip that does not repeat",
+        "clip `{}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a motion that does not repeat",
         plain(clip)
     )]
     NotCyclic {
@@ -115,7 +115,7 @@ pub enum MocapError {
     NotSymmetric {
         /// The clip's name.
         clip: String,
-        /// Which joint, and what is wrong with it.
+        /// The joint, and what is wrong with it.
         detail: String,
     },
 }

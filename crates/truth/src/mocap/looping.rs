@@ -1,36 +1,36 @@
-//! Repeating one cycle of a motion without a seam.
+//! Seamless repetition of one cycle of a motion.
 //!
-//! Each cycle is the first one moved over the ground: by the horizontal shift, and the rotation about the vertical if
-//! there is one, from the root of the first frame to that of the last. The remaining misfit (height, tilt, every joint)
-//! is blended over the last frames of each cycle by a cubic that also removes the jump in velocity.
+//! Each cycle is the first one moved over the ground by the horizontal displacement, and the rotation about the
+//! vertical if any, between the roots of the first and last frames. The remaining misfit (height, tilt, every joint) is
+//! blended over the last frames of each cycle by a cubic that also removes the jump in velocity.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::recording::MOST_JOINT_FRAMES;
+use super::recording::MAX_JOINT_FRAMES;
 use super::rotation::{CoordinateAxis, make_signs_continuous};
 use super::{Clip, MocapError};
 
 /// Time over which the misfit at the seam is blended, seconds.
 const BLEND_TIME: f64 = 0.25;
 
-/// ... and the greatest share of the cycle that this may be.
+/// Largest share of the cycle used for blending.
 const BLEND_SHARE: f64 = 1.0 / 3.0;
 
-/// A smaller heading change over a cycle belongs to the misfit: recorded strides never close exactly, and a straight
+/// A smaller heading change over a cycle is treated as misfit: recorded strides never close exactly, and a straight
 /// walk must stay straight. Radians.
-const LEAST_TURN: f64 = 15.0 * core::f64::consts::PI / 180.0;
+const MIN_TURN: f64 = 15.0 * core::f64::consts::PI / 180.0;
 
 impl Clip {
-    /// A cyclic clip repeated until it lasts `duration` seconds or, by less than a frame, more. The root's path over
-    /// the ground and its heading accumulate from cycle to cycle; its height and tilt repeat. The result is no longer
+    /// Repeats a cyclic clip until it lasts at least `duration` seconds, rounded up to a frame. The root's displacement
+    /// over the ground and its heading accumulate from cycle to cycle; its height and tilt repeat. The result is not
     /// marked cyclic.
     pub fn looped(&self, duration: f64) -> Result<Self, MocapError> {
         let steps = (duration * self.frames_per_second - 1e-6).ceil();
-        let most = (MOST_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
-        if !(1.0..most).contains(&steps) {
+        let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
+        if !(1.0..max_frames).contains(&steps) {
             return Err(MocapError::Setting {
                 setting: "duration",
-                expected: format!("seconds that give clip `{}` 2 to {most} frames", self.name),
+                expected: format!("a duration in seconds that gives clip `{}` 2 to {max_frames} frames", self.name),
                 found: duration.to_string(),
             });
         }
@@ -63,7 +63,7 @@ impl Clip {
         })
     }
 
-    /// The change of the root in one cycle: rotation about Z and horizontal shift from frame 0 to the last.
+    /// The root's displacement in one cycle: rotation about Z and horizontal shift from the first frame to the last.
     fn step_over_ground(&self) -> Isometry3<f64> {
         let (Some(&first), Some(&last)) = (self.frames[0].first(), self.frames[self.frames.len() - 1].first()) else {
             return Isometry3::identity();
@@ -71,15 +71,14 @@ impl Clip {
         let change = last.rotation * first.rotation.inverse();
         let heading = 2.0 * libm::atan2(change.k, change.w);
         let heading = libm::remainder(heading, core::f64::consts::TAU);
-        let turn =
-            if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { CoordinateAxis::Z.turn(heading) };
+        let turn = if heading.abs() < MIN_TURN { UnitQuaternion::identity() } else { CoordinateAxis::Z.turn(heading) };
         let mut shift = last.translation.vector - turn * first.translation.vector;
         shift.z = 0.0;
         Isometry3::from_parts(Translation3::from(shift), turn)
     }
 
-    /// The frames, blended at the end so that the last frame is the first one moved by `step_over_ground`, with the
-    /// first one's velocity.
+    /// The frames, blended at the end so that the last frame is the first one moved by `step_over_ground`, with equal
+    /// velocity.
     fn seamless_cycle(&self, step_over_ground: &Isometry3<f64>) -> Vec<Vec<Isometry3<f64>>> {
         let period = self.frames.len() - 1;
         let blend = (BLEND_TIME * self.frames_per_second).min(BLEND_SHARE * period as f64).round().max(1.0);
@@ -99,7 +98,7 @@ impl Clip {
         for back in 0..blend as usize {
             let u = 1.0 - back as f64 / blend;
             for (transform, (misfit, speed_misfit)) in cycle[period - back].iter_mut().zip(&misfits) {
-                // Hermite's cubic: no change and no speed at u = 0, all of both misfits at u = 1.
+                // cubic Hermite: zero value and slope at u = 0, both misfits in full at u = 1
                 let change = misfit.times(u * u * (3.0 - 2.0 * u)).minus(&speed_misfit.times(u * u * (1.0 - u)));
                 *transform = change.applied_to(transform);
             }
@@ -108,12 +107,12 @@ impl Clip {
     }
 }
 
-/// Change a frame at `now`, from the two frames next to it on one side; exact for an even acceleration.
+/// Change per frame at `now`, from the next two frames on one side; exact for constant acceleration.
 fn speed(now: &Isometry3<f64>, next: &Isometry3<f64>, next_but_one: &Isometry3<f64>) -> Change {
     Change::between(now, next).times(2.0).minus(&Change::between(now, next_but_one).times(0.5))
 }
 
-/// A small change of a transform: of its position, and of its rotation as a vector in its own frame.
+/// A small change of a transform: of its position, and of its rotation as a rotation vector in its own frame.
 struct Change {
     shift: Vector3<f64>,
     turn: Vector3<f64>,
@@ -153,8 +152,8 @@ mod tests {
 
     const PERIOD: usize = 24;
 
-    /// One cycle of a walk on a circle about the origin, a quarter of it a cycle; an arm swings. `misfit` grows over
-    /// the cycle: it lifts the root and turns the arm.
+    /// One cycle of a walk on a circle about the origin, a quarter circle per cycle, with a swinging arm. `misfit`
+    /// grows over the cycle: it lifts the root and rotates the arm.
     fn cycle(misfit: f64) -> Clip {
         let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
         let frame = |index: usize| {
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_that_closes_is_repeated_as_it_is_along_its_circle() {
+    fn an_exactly_closed_cycle_is_repeated_unchanged_along_its_circle() {
         let looped = cycle(0.0).looped(6.0).unwrap();
         assert_eq!((looped.frames.len(), looped.duration()), (6 * PERIOD + 1, 6.0));
         for (index, frame) in looped.frames.iter().enumerate() {
@@ -193,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn height_repeats_and_the_seam_has_no_jump_in_place_or_speed() {
+    fn height_repeats_and_the_seam_has_no_jump_in_position_or_velocity() {
         let (misfit, single) = (0.05, cycle(0.05));
         let looped = single.looped(10.0).unwrap();
         let height = |index: usize| looped.frames[index][0].translation.z;
@@ -208,13 +207,13 @@ mod tests {
         };
         for value in values {
             let (single, looped) = (greatest(&single, value), greatest(&looped, value));
-            // Unblended, the second difference at the seam is the misfit itself.
+            // without blending, the second difference at the seam equals the misfit
             assert!(looped < single + 0.5 * misfit, "{looped} against {single}");
         }
     }
 
     #[test]
-    fn a_heading_that_does_not_quite_close_is_misfit_and_the_way_stays_straight() {
+    fn a_small_heading_change_is_misfit_and_the_path_stays_straight() {
         let mut clip = cycle(0.0);
         for (index, frame) in clip.frames.iter_mut().enumerate() {
             let phase = index as f64 / PERIOD as f64;
@@ -227,13 +226,13 @@ mod tests {
     }
 
     #[test]
-    fn a_part_of_a_cycle_is_that_part() {
+    fn less_than_a_cycle_is_its_first_part() {
         let single = cycle(0.0);
         assert_eq!(single.looped(0.4).unwrap().frames, single.frames[..=10]);
     }
 
     #[test]
-    fn what_cannot_be_repeated_is_refused() {
+    fn invalid_durations_and_clips_without_a_cycle_are_refused() {
         let single = cycle(0.0);
         for duration in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e12] {
             assert!(matches!(single.looped(duration), Err(MocapError::Setting { .. })), "{duration}");

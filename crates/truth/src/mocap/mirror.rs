@@ -1,26 +1,26 @@
-//! The same motion with left and right exchanged.
+//! Mirrored motion: left and right exchanged.
 //!
-//! In the rest pose all joints have the axes of the file, so one plane is the body's plane of symmetry in the frame of
-//! every joint: a joint takes the transform of its counterpart, reflected at that plane. A reflection of the world as
-//! well keeps the rotations proper.
+//! In the rest pose all joint frames are parallel to the file's axes, so the body has the same plane of symmetry in
+//! every joint's frame: a joint takes its counterpart's transform, reflected at that plane. The world is reflected as
+//! well, so that rotations stay proper.
 
 use nalgebra::{Isometry3, Quaternion, Unit, Vector3};
 
 use super::rotation::make_signs_continuous;
 use super::{Clip, MocapError, Skeleton};
 
-/// Share of the distance between left and right joints that must lie along one axis of the file.
-const LEAST_ALONG_AXIS: f64 = 0.8;
+/// Least share of the distance between left and right joints that must lie along one axis of the file.
+const MIN_SHARE_ALONG_AXIS: f64 = 0.8;
 
-/// The world is reflected at its plane y = 0.
+/// The world is reflected at the plane y = 0.
 const WORLD_AXIS: usize = 1;
 
 impl Clip {
-    /// The mirrored motion: what the left limbs did the right ones do, a turn to the left becomes one to the right, and
-    /// the path over the ground is reflected at the plane y = 0. Twice mirrored is the clip again.
+    /// The mirrored motion: left and right limbs exchange their motions, a left turn becomes a right turn, and the path
+    /// over the ground is reflected at the plane y = 0. Mirroring twice restores the clip.
     ///
     /// # Errors
-    /// [`MocapError::NotSymmetric`] where the joints' names do not pair left and right.
+    /// [`MocapError::NotSymmetric`] if the joint names do not pair left and right.
     pub fn mirrored(&self) -> Result<Self, MocapError> {
         let pairs = self.pairs()?;
         let axis = self.lateral_axis(&pairs)?;
@@ -40,7 +40,7 @@ impl Clip {
         Ok(Self { skeleton, frames, ..self.clone() })
     }
 
-    /// For every joint the joint on the other side; itself on the midline.
+    /// For every joint its counterpart on the other side; a joint on the midline is its own counterpart.
     fn pairs(&self) -> Result<Vec<usize>, MocapError> {
         let asymmetric = |detail: String| MocapError::NotSymmetric { clip: self.name.clone(), detail };
         let joints = &self.skeleton.joints;
@@ -55,7 +55,7 @@ impl Clip {
             });
         }
         if pairs.iter().enumerate().all(|(index, other)| *other == index) {
-            return Err(asymmetric("no joint's name says left or right".to_owned()));
+            return Err(asymmetric("no joint name contains left or right".to_owned()));
         }
         for (index, &other) in pairs.iter().enumerate() {
             let expected = joints[index].parent.map(|parent| pairs[parent]);
@@ -67,29 +67,30 @@ impl Clip {
         Ok(pairs)
     }
 
-    /// The axis of the file from right to left.
+    /// The file's lateral axis.
     fn lateral_axis(&self, pairs: &[usize]) -> Result<usize, MocapError> {
-        let mut apart = Vector3::zeros();
+        let mut distances = Vector3::zeros();
         if let Some(frame) = self.frames.first() {
             for (index, &other) in pairs.iter().enumerate().filter(|(index, other)| *index < **other) {
-                // In the rest pose the frames of all joints, so of both parents, have the same axes.
-                apart += (frame[index].translation.vector - frame[other].translation.vector).abs();
+                // both parents' frames have the same axes, since those of all joints do in the rest pose
+                distances += (frame[index].translation.vector - frame[other].translation.vector).abs();
             }
         }
-        let axis = apart.imax();
-        if apart[axis] > LEAST_ALONG_AXIS * apart.norm() && apart[axis] > 0.0 {
+        let axis = distances.imax();
+        if distances[axis] > MIN_SHARE_ALONG_AXIS * distances.norm() && distances[axis] > 0.0 {
             return Ok(axis);
         }
-        let detail = "its left and right joints do not lie on opposite sides of a plane in the rest pose".to_owned();
+        let detail =
+            "its left and right joints are not on opposite sides of a coordinate plane in the rest pose".to_owned();
         Err(MocapError::NotSymmetric { clip: self.name.clone(), detail })
     }
 }
 
-/// The other side of a joint.
+/// The counterpart of a joint.
 enum Counterpart {
     Joint(usize),
     Midline,
-    /// The name says left or right, and this joint is not there.
+    /// The name contains left or right, but this counterpart does not exist.
     Missing(String),
 }
 
@@ -105,7 +106,7 @@ fn counterpart(skeleton: &Skeleton, name: &str) -> Counterpart {
             }
         }
     }
-    // One letter at either end: `lfemur`, `LThigh`, `thigh_l`, `Thigh.L`.
+    // a single letter at either end: `lfemur`, `LThigh`, `thigh_l`, `Thigh.L`
     let ends = |from: &str, to: &str| {
         let front = name.strip_prefix(from).map(|rest| format!("{to}{rest}"));
         let back = ['_', '.', '-'].into_iter().find_map(|separator| {
@@ -124,8 +125,8 @@ fn flipped(vector: &Vector3<f64>, axis: usize) -> Vector3<f64> {
     vector
 }
 
-/// The transform reflected at the plane across `axis` on both sides: a rotation's axis is a pseudovector and keeps its
-/// component along `axis`.
+/// The transform with both frames reflected at the plane normal to `axis`: the rotation axis is a pseudovector and
+/// keeps its component along `axis`.
 fn reflected(transform: &Isometry3<f64>, axis: usize) -> Isometry3<f64> {
     let mut imaginary = -transform.rotation.imag();
     imaginary[axis] = -imaginary[axis];
@@ -133,13 +134,13 @@ fn reflected(transform: &Isometry3<f64>, axis: usize) -> Isometry3<f64> {
     Isometry3::from_parts(flipped(&transform.translation.vector, axis).into(), rotation)
 }
 
-/// The root: the world is reflected across [`WORLD_AXIS`], the root's own frame across `axis`.
+/// The root's transform: the world is reflected along [`WORLD_AXIS`], the root's frame along `axis`.
 fn reflected_root(world_from_root: &Isometry3<f64>, axis: usize) -> Isometry3<f64> {
     let both = reflected(world_from_root, WORLD_AXIS);
     if axis == WORLD_AXIS {
         return both;
     }
-    // Two reflections across two axes are half a turn about the third.
+    // reflections along two axes are a half turn about the third
     let third = Vector3::ith(3 - axis - WORLD_AXIS, 1.0);
     let half_turn = Unit::new_unchecked(Quaternion::from_parts(0.0, third));
     Isometry3::from_parts(both.translation, both.rotation * half_turn)
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn every_joint_is_where_its_counterpart_was_on_the_other_side() {
+    fn every_joint_takes_its_counterparts_reflected_position() {
         let clip = walk();
         let mirrored = clip.mirrored().unwrap();
         for frame in [0, 7, 20] {
@@ -174,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn twice_mirrored_is_the_clip_again() {
+    fn mirroring_twice_restores_the_clip() {
         let clip = walk();
         let twice = clip.mirrored().unwrap().mirrored().unwrap();
         for (a, b) in clip.frames.iter().flatten().zip(twice.frames.iter().flatten()) {
@@ -185,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn skeletons_that_do_not_pair_left_and_right_are_refused_by_joint() {
+    fn skeletons_that_do_not_pair_left_and_right_are_refused_naming_the_joint() {
         let renamed = |from: &str, to: &str| {
             let mut clip = walk();
             let joint = clip.skeleton.find(from).unwrap();
@@ -201,11 +202,11 @@ mod tests {
         for (index, joint) in plain.skeleton.joints.iter_mut().enumerate() {
             *joint = SkeletonJoint { name: format!("j{index}"), ..joint.clone() };
         }
-        assert!(plain.mirrored().unwrap_err().to_string().contains("no joint's name says left or right"));
+        assert!(plain.mirrored().unwrap_err().to_string().contains("no joint name contains left or right"));
     }
 
     #[test]
-    fn letters_at_either_end_of_a_name_are_sides_only_where_the_other_side_is_there() {
+    fn a_letter_at_either_end_of_a_name_is_a_side_only_if_its_counterpart_exists() {
         let names = ["root", "lowerback", "lfemur", "rfemur", "Thigh.L", "Thigh.R"];
         let joint = |name: &&str| SkeletonJoint { name: (*name).to_owned(), parent: None, tip: None };
         let skeleton = Skeleton { joints: names.iter().map(joint).collect() };

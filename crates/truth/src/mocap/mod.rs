@@ -1,7 +1,7 @@
-//! Readers of recordings: BVH, ASF/AMC, DeepMimic, and markers of C3D and TRC become one [`Clip`].
+//! Readers of motion recordings: BVH, ASF/AMC, DeepMimic, and C3D or TRC markers are all read into a [`Clip`].
 //!
-//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
-//! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
+//! A `Clip` is always in metres, Z up, right-handed, with rotations as unit quaternions of continuous sign.
+//! [`Clip::notes`] lists everything a reader guessed or repaired.
 //!
 //! ```no_run
 //! use skiagraph_truth::mocap::{ReadOptions, read};

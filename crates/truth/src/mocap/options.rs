@@ -1,14 +1,14 @@
-//! What the user says of a file that the file leaves open, or gets wrong.
+//! User settings for properties that a file does not define, or defines wrongly.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::MocapError;
 
-/// Above the rate of any recording.
-pub(super) const GREATEST_RATE: f64 = 1e5;
+/// Highest accepted frame rate, above that of any recording.
+pub(super) const MAX_RATE: f64 = 1e5;
 
-/// The axis of a file's world that points up.
+/// The up axis of a file's world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpAxis {
@@ -18,29 +18,30 @@ pub enum UpAxis {
     Z,
 }
 
-/// What a file may leave open, or get wrong. Everything unset is taken from the file, or guessed and said in
-/// [`super::Clip::notes`].
+/// Overrides for properties that a file does not define, or defines wrongly. Unset ones are taken from the file, or
+/// guessed with an entry in [`super::Clip::notes`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Frames a second. 120 for AMC files, which do not define it.
+    /// Frames per second. Default 120 for AMC files, which do not define it.
     pub frames_per_second: Option<f64>,
     /// Length of the file's unit, metres.
     pub metres_per_unit: Option<f64>,
     /// The file's up axis.
     pub up: Option<UpAxis>,
-    /// The `.asf` file of an `.amc` file; unset: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the only one there.
+    /// The `.asf` file of an `.amc` file. Default: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the folder's only
+    /// `.asf`.
     pub skeleton: Option<PathBuf>,
-    /// Keep a rest pose that was put before the motion ([`super::Clip::has_inserted_rest_pose`]).
+    /// Keep a rest pose inserted before the motion ([`super::Clip::has_inserted_rest_pose`]).
     pub keep_rest_pose: bool,
-    /// Markers and landmarks of a C3D or TRC file to its labels, `A+B` for the middle of two; beside those that are
-    /// known by their names.
+    /// Map from marker or landmark to the label of a C3D or TRC file, `A+B` for the midpoint of two labels; in addition
+    /// to labels recognised by name.
     pub markers: BTreeMap<String, String>,
 }
 
 impl ReadOptions {
-    /// Refuses impossible rates and units.
+    /// Rejects impossible rates and units.
     pub(super) fn check(&self) -> Result<(), MocapError> {
-        check_within("frames_per_second", self.frames_per_second, 1e-3..=GREATEST_RATE)?;
+        check_within("frames_per_second", self.frames_per_second, 1e-3..=MAX_RATE)?;
         check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)
     }
 }

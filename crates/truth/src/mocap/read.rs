@@ -1,4 +1,4 @@
-//! From a file to a [`Clip`].
+//! Reads a file into a [`Clip`].
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers};
 use crate::input::{self, limits};
 
-/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, markers in `.c3d` or `.trc`, DeepMimic's `.txt`
-/// or `.json` (upper or lower case).
+/// Reads a recording. The format is chosen by extension (upper or lower case): `.bvh`, `.amc` with its `.asf`, markers
+/// in `.c3d` or `.trc`, DeepMimic's `.txt` or `.json`.
 ///
-/// An inserted rest pose is left out unless [`ReadOptions::keep_rest_pose`].
+/// An inserted rest pose is removed unless [`ReadOptions::keep_rest_pose`] is set.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
     let file = path.display().to_string();
     let clip = match extension(path).as_str() {
@@ -45,13 +45,13 @@ fn text(path: &Path, limit: u64) -> Result<String, MocapError> {
     })
 }
 
-/// The skeleton of `01_07.amc`: `01.asf` beside it, else the only `.asf` there.
+/// The skeleton of `01_07.amc`: `01.asf` in the same folder, else the only `.asf` there.
 fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
     let folder = match amc.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    // names need not be UTF-8: they are compared byte by byte
+    // names may not be UTF-8, so they are compared as bytes
     let stem = amc.file_stem().unwrap_or_default().as_encoded_bytes();
     let subject = stem.split(|byte| *byte == b'_').next().unwrap_or_default();
     let unreadable = |source| MocapError::Unreadable { path: folder.to_owned(), source };
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amc_finds_its_subjects_skeleton_else_the_only_one() {
+    fn an_amc_uses_its_subjects_skeleton_or_else_the_only_one() {
         let broken = "not a skeleton";
         let cases: [(&[(&str, &str)], bool); 4] = [
             (&[("07.asf", SKELETON), ("08.asf", broken)], true),
@@ -110,11 +110,15 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_skeleton_says_its_name_and_how_to_name_another() {
+    fn a_missing_skeleton_is_named_with_the_setting_that_replaces_it() {
         let folder = folder(&[("07_01.amc", MOTION)]);
         let path = folder.path().join("07_01.amc");
         let error = read(&path, &ReadOptions::default()).unwrap_err().to_string();
-        assert!(error.ends_with("(07.asf), found 0 other .asf files; name one with `skeleton`"), "{error}");
+        assert!(
+            error
+                .ends_with("expected its skeleton 07.asf in the same folder, found 0 other .asf files; set `skeleton`"),
+            "{error}"
+        );
         let elsewhere = tempfile::NamedTempFile::new().unwrap();
         fs::write(elsewhere.path(), SKELETON).unwrap();
         let options = ReadOptions { skeleton: Some(elsewhere.path().to_owned()), ..ReadOptions::default() };
@@ -122,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_or_of_another_kind_is_refused() {
+    fn missing_files_and_unknown_formats_are_refused() {
         let folder = folder(&[("a.fbx", ""), ("empty.bvh", ""), ("empty.json", "")]);
         let message = |name: &str| read(&folder.path().join(name), &ReadOptions::default()).unwrap_err().to_string();
         assert!(message("a.fbx").contains("a.fbx: expected a recording ending in .bvh"));
@@ -132,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_not_utf_8_do_no_harm() {
+    fn invalid_utf_8_is_replaced() {
         let folder = folder(&[]);
         let path = folder.path().join("latin1.bvh");
         let mut text = b"HIERARCHY\nROOT H\xfcfte\n{\nOFFSET 0 0 0\nCHANNELS 1 Zposition\n}\n".to_vec();

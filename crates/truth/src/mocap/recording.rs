@@ -1,4 +1,4 @@
-//! A recording between its file and the [`Clip`]: still in the file's units and axes, with dropouts.
+//! A parsed recording before conversion to a [`Clip`]: in the file's units and axes, with dropouts.
 
 use std::ops::Range;
 
@@ -10,33 +10,33 @@ use super::rotation::{CoordinateAxis, between, make_signs_continuous};
 use super::stature::Stature;
 use super::{Clip, MocapError};
 
-/// Joints times frames that a clip may have (an hour and a half of 31 joints at 120 Hz); more is a broken or hostile
-/// file.
-pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
+/// Limit on joints times frames of a clip (an hour and a half of 31 joints at 120 Hz); larger files are broken or
+/// hostile.
+pub(super) const MAX_JOINT_FRAMES: usize = 20_000_000;
 
-/// Joints that a skeleton may have; a hand has about twenty.
-pub(super) const MOST_JOINTS: usize = 1_000;
+/// Limit on the joints of a skeleton; a hand has about twenty.
+pub(super) const MAX_JOINTS: usize = 1_000;
 
-/// Longest plausible frame time, seconds: with longer ones a small file could claim hours.
-pub(super) const LONGEST_FRAME: f64 = 10.0;
+/// Longest accepted frame time, seconds: with longer ones a small file could claim hours.
+pub(super) const MAX_FRAME_TIME: f64 = 10.0;
 
 /// A parsed file. `clip` is in file units and file axes.
 pub(super) struct ParsedRecording {
-    /// The content of the file.
+    /// The file's content.
     pub(super) clip: Clip,
     /// Each joint's offset from its parent in the rest pose, file units.
     pub(super) rest_offsets: Vec<Vector3<f64>>,
     /// Frames in which every channel was exactly zero, ascending: the recording system lost the subject.
     pub(super) empty_frames: Vec<usize>,
-    /// Defined by the format.
+    /// Unit, if the format defines it.
     pub(super) metres_per_unit: Option<f64>,
-    /// Defined by the format.
+    /// Up axis, if the format defines it.
     pub(super) up: Option<UpAxis>,
 }
 
 impl ParsedRecording {
-    /// Fills dropouts, then rotates and scales to metres, Z up. Options take precedence over the format's definition,
-    /// and that over a guess.
+    /// Fills dropouts, then converts to metres, Z up. Options take precedence over the format's definition, which takes
+    /// precedence over a guess.
     pub(super) fn into_clip(mut self, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
         self.fill_empty_frames();
         if self.clip.frames.len() < 2 {
@@ -64,7 +64,7 @@ impl ParsedRecording {
         Ok(self.clip)
     }
 
-    /// Removes empty frames at both ends and interpolates those between. A single empty first frame stays: it is the
+    /// Removes empty frames at both ends and interpolates the others. A single empty first frame is kept: it is the
     /// rest pose that some converters insert. Returns the range of remaining frames.
     pub(super) fn fill_empty_frames(&mut self) -> Range<usize> {
         let clip = &mut self.clip;
@@ -99,7 +99,7 @@ impl ParsedRecording {
         }
         if first > 0 || last + 1 < total {
             clip.notes.push(format!(
-                "all channels were zero in the first {first} and the last {} frames of the file: left out",
+                "all channels were zero in the first {first} and the last {} frames of the file: removed",
                 total - 1 - last
             ));
             clip.frames = clip.frames.drain(first..=last).collect();
@@ -112,7 +112,7 @@ fn frame_range(first: usize, last: usize) -> String {
     if first == last { format!("frame {}", first + 1) } else { format!("frames {}-{}", first + 1, last + 1) }
 }
 
-/// Every joint between two frames, see [`between`].
+/// Interpolates every joint between two frames, see [`between`].
 pub(super) fn pose_between(a: &[Isometry3<f64>], b: &[Isometry3<f64>], share: f64) -> Vec<Isometry3<f64>> {
     a.iter().zip(b).map(|(a, b)| between(a, b, share)).collect()
 }
@@ -136,13 +136,13 @@ fn turn_y_up_to_z_up(clip: &mut Clip) {
     }
 }
 
-/// The rate whose frames last `seconds`: the whole number of frames a second that lies within 0.05 %, since files
-/// contain rounded frame times (0.0083333 for 1/120), else the exact quotient. 29.97 and 30 stay distinct.
+/// The frame rate for a frame time in seconds: a whole number within 0.05 %, since files contain rounded frame times
+/// (0.0083333 for 1/120), else the exact quotient. 29.97 and 30 stay distinct.
 pub(super) fn rate_from_frame_time(seconds: f64, notes: &mut Vec<String>) -> f64 {
     let rate = 1.0 / seconds;
     let whole = rate.round();
     if whole != rate && (rate / whole - 1.0).abs() < 5e-4 {
-        notes.push(format!("frame time {seconds} s taken as {whole} frames a second"));
+        notes.push(format!("frame time {seconds} s rounded to {whole} frames per second"));
         return whole;
     }
     rate
@@ -188,21 +188,21 @@ mod tests {
     }
 
     #[test]
-    fn lost_frames_at_the_ends_are_left_out_and_said() {
+    fn lost_frames_at_the_ends_are_removed_with_a_note() {
         let clip = recording(10, &[0, 1, 8, 9]).into_clip("f", &ReadOptions::default()).unwrap();
         assert_eq!((clip.frames.len(), clip.frames[0][0].translation.x), (6, 1.7 * 3.0));
-        assert_eq!(clip.notes, ["all channels were zero in the first 2 and the last 2 frames of the file: left out"]);
+        assert_eq!(clip.notes, ["all channels were zero in the first 2 and the last 2 frames of the file: removed"]);
     }
 
     #[test]
-    fn a_skeleton_that_never_moves_has_lost_nothing() {
+    fn a_skeleton_that_never_moves_keeps_all_frames() {
         let clip = recording(4, &[0, 1, 2, 3]).into_clip("f", &ReadOptions::default()).unwrap();
         assert_eq!(clip.frames.len(), 4);
         assert_eq!(clip.notes, ["all channels are zero in every frame of the file: the body does not move"]);
     }
 
     #[test]
-    fn a_recording_of_lost_frames_but_one_is_refused() {
+    fn a_recording_with_a_single_valid_frame_is_refused() {
         let error = recording(4, &[0, 1, 3]).into_clip("f", &ReadOptions::default()).unwrap_err();
         assert_eq!(error.to_string(), "f: expected at least 2 frames, found 1");
     }

@@ -1,50 +1,50 @@
-//! The rest pose that converters insert before a motion: cgspeed's BVH versions of CMU's recordings start with a
-//! T-pose.
+//! Detects a rest pose inserted before the motion by a converter: cgspeed's BVH versions of CMU's recordings start with
+//! a T-pose.
 
 use nalgebra::Isometry3;
 
 use super::Clip;
 
-/// Share of the moving joints that a rest pose leaves exactly unrotated.
+/// Least share of the moving joints that are exactly unrotated in a rest pose.
 const RESTING_SHARE: f64 = 0.75;
 
-/// Smallest ratio of the step out of an inserted pose to the largest of the next steps.
-const JUMP: f64 = 5.0;
+/// Least ratio of the step from an inserted pose to the largest of the following steps.
+const JUMP_RATIO: f64 = 5.0;
 
-/// Steps after the first to compare with.
-const STEPS: usize = 60;
+/// Number of following steps to compare with.
+const COMPARED_STEPS: usize = 60;
 
-/// The note of a clip with such a frame.
+/// Note of a clip with an inserted rest pose.
 pub(super) const REST_POSE_NOTE: &str = "the first frame is a rest pose inserted before the motion";
 
 impl Clip {
-    /// Whether frame 0 is a rest pose that does not belong to the motion: nearly all joints that move are exactly
-    /// unrotated in it, and from it to frame 1 the body jumps.
+    /// Whether frame 0 is a rest pose that is not part of the motion: most moving joints are exactly unrotated, and the
+    /// body jumps between frames 0 and 1.
     pub fn has_inserted_rest_pose(&self) -> bool {
         let [rest, next, after, ..] = self.frames.as_slice() else { return false };
         let is_resting = |transform: &Isometry3<f64>| transform.rotation.angle() < 1e-9;
         let moving: Vec<usize> =
             (1..rest.len()).filter(|&j| !(is_resting(&next[j]) && is_resting(&after[j]))).collect();
         let resting = moving.iter().filter(|&&j| is_resting(&rest[j])).count();
-        let greatest_later =
-            self.frames[1..].windows(2).take(STEPS).map(|w| mean_turn(&w[0], &w[1])).fold(0.0, f64::max);
+        let largest_later =
+            self.frames[1..].windows(2).take(COMPARED_STEPS).map(|w| mean_turn(&w[0], &w[1])).fold(0.0, f64::max);
         !moving.is_empty()
             && resting as f64 >= RESTING_SHARE * moving.len() as f64
-            && mean_turn(rest, next) > JUMP * greatest_later
+            && mean_turn(rest, next) > JUMP_RATIO * largest_later
     }
 
-    /// The clip without that frame, if there is one, with a note.
+    /// Removes an inserted rest pose, if there is one, with a note.
     pub fn without_inserted_rest_pose(mut self) -> Self {
         if self.has_inserted_rest_pose() {
             self.frames.remove(0);
             self.notes.retain(|note| note != REST_POSE_NOTE);
-            self.notes.push("left out: a rest pose inserted before the motion".to_owned());
+            self.notes.push("removed a rest pose inserted before the motion".to_owned());
         }
         self
     }
 }
 
-/// Mean angle by which joints turn from one frame to another, radians.
+/// Mean rotation angle of the joints between two frames, radians.
 fn mean_turn(a: &[Isometry3<f64>], b: &[Isometry3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.rotation.angle_to(&b.rotation)).sum::<f64>() / a.len().max(1) as f64
 }
@@ -73,9 +73,9 @@ mod tests {
     }
 
     #[test]
-    fn an_unrotated_first_frame_followed_by_a_jump_is_left_out_and_said() {
+    fn an_unrotated_first_frame_followed_by_a_jump_is_removed_with_a_note() {
         let with = clip([0.3, 0.0, 0.0]);
-        assert!(with.has_inserted_rest_pose(), "the root may be turned upright");
+        assert!(with.has_inserted_rest_pose(), "the root may be rotated upright");
         let without = with.clone().without_inserted_rest_pose();
         assert_eq!(without.frames, with.frames[1..]);
         assert_eq!(without.notes.len(), 1);
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_starts_anywhere_else_is_kept() {
+    fn a_motion_that_starts_in_another_pose_is_kept() {
         for first in [[0.48; 3], [0.1; 3]] {
             let clip = clip(first);
             assert_eq!(clip.clone().without_inserted_rest_pose(), clip);

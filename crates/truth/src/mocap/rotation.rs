@@ -1,8 +1,8 @@
-//! Rotations of recordings: about coordinate axes, interpolation, continuous signs.
+//! Rotations of recordings: about coordinate axes, interpolation, sign continuity.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
-/// One of the three coordinate axes, as channel names and Acclaim's orders spell them.
+/// A coordinate axis, as in channel names and Acclaim's axis orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CoordinateAxis {
     X,
@@ -11,7 +11,7 @@ pub(super) enum CoordinateAxis {
 }
 
 impl CoordinateAxis {
-    /// The axis of that letter, upper or lower case.
+    /// The axis of a letter, upper or lower case.
     pub(super) fn from_letter(letter: char) -> Option<Self> {
         match letter.to_ascii_lowercase() {
             'x' => Some(Self::X),
@@ -30,7 +30,7 @@ impl CoordinateAxis {
         }
     }
 
-    /// The turn by `angle` radians about this axis, with libm's functions: the same bits on every machine.
+    /// The rotation by `angle` radians about this axis, computed with libm for identical bits on every machine.
     pub(super) fn turn(self, angle: f64) -> UnitQuaternion<f64> {
         let (sin, cos) = libm::sincos(0.5 * angle);
         let mut imaginary = Vector3::zeros();
@@ -39,8 +39,8 @@ impl CoordinateAxis {
     }
 }
 
-/// From `a` (share 0) to `b` (share 1): positions on the straight line, rotations on the shorter arc at constant speed
-/// (slerp). Shares 0 and 1 give `a` and `b` bit for bit.
+/// Interpolates from `a` (share 0) to `b` (share 1): positions linearly, rotations by slerp along the shorter arc.
+/// Shares 0 and 1 return `a` and `b` bit for bit.
 pub(super) fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     if share <= 0.0 {
         return *a;
@@ -53,7 +53,7 @@ pub(super) fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, share: f64) -> Iso
     Isometry3::from_parts(Translation3::from(translation), rotation)
 }
 
-/// Of the two quaternions of each rotation, takes the one nearer to the frame before (`w >= 0` in the first frame).
+/// Chooses, of the two quaternions of each rotation, the one nearer to the previous frame (`w >= 0` in the first).
 pub(super) fn make_signs_continuous(frames: &mut [Vec<Isometry3<f64>>]) {
     let Some(first) = frames.first_mut() else { return };
     for transform in first.iter_mut() {

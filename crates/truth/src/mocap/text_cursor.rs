@@ -1,4 +1,4 @@
-//! A cursor through a text file that tracks its line.
+//! A cursor over a text file that tracks the line number.
 
 use std::fmt::Display;
 use std::iter::Enumerate;
@@ -6,8 +6,8 @@ use std::str::{Lines, SplitWhitespace};
 
 use super::MocapError;
 
-/// No length or angle in a real recording is greater, in any unit.
-const GREATEST_NUMBER: f64 = 1e7;
+/// Upper bound of lengths and angles in real recordings, in any unit.
+const MAX_NUMBER: f64 = 1e7;
 
 /// Reads words, numbers and lines. Skips blank lines and lines that start with `#`.
 pub(super) struct TextCursor<'a> {
@@ -16,28 +16,28 @@ pub(super) struct TextCursor<'a> {
     line: usize,
     rest_of_line: SplitWhitespace<'a>,
     ended: bool,
-    /// Whether the file begins as its kind does: of any other nothing is quoted.
-    is_of_its_kind: bool,
+    /// Whether the file starts like its format; messages quote nothing from other files.
+    is_recognised: bool,
 }
 
 impl<'a> TextCursor<'a> {
     pub(super) fn new(text: &'a str, file: &'a str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let (lines, rest_of_line) = (text.lines().enumerate(), "".split_whitespace());
-        Self { file, lines, line: 1, rest_of_line, ended: false, is_of_its_kind: false }
+        Self { file, lines, line: 1, rest_of_line, ended: false, is_recognised: false }
     }
 
-    /// What was read so far is how files of the kind begin: from here on words may be quoted.
-    pub(super) fn begins_as_its_kind(&mut self) {
-        self.is_of_its_kind = true;
+    /// Marks the file as one of the expected format: from here on messages may quote its words.
+    pub(super) fn set_recognised(&mut self) {
+        self.is_recognised = true;
     }
 
-    /// The line on which the cursor stands, counted from 1.
+    /// The current line, counted from 1.
     pub(super) fn line(&self) -> usize {
         self.line
     }
 
-    /// Moves to the next line and returns it, trimmed; the rest of the current line is dropped.
+    /// Advances to the next line and returns it trimmed; the rest of the current line is skipped.
     pub(super) fn next_line(&mut self) -> Option<&'a str> {
         for (index, line) in self.lines.by_ref() {
             self.line = index + 1;
@@ -76,11 +76,11 @@ impl<'a> TextCursor<'a> {
         if word.eq_ignore_ascii_case(keyword) { Ok(()) } else { Err(self.unexpected(&expected, Some(word))) }
     }
 
-    /// The next word of this line as a number; `meaning` is for the message.
+    /// The next word of this line as a number; `meaning` describes it in error messages.
     pub(super) fn number_in_line(&mut self, meaning: &str) -> Result<f64, MocapError> {
         let word = self.rest_of_line.next();
         word.and_then(finite_number).ok_or_else(|| {
-            let expected = format!("{meaning} (a number of at most {GREATEST_NUMBER:e})");
+            let expected = format!("{meaning} (a number of at most {MAX_NUMBER:e})");
             match word {
                 Some(word) => self.unexpected(&expected, Some(word)),
                 None => self.error(expected, "the end of the line"),
@@ -97,10 +97,10 @@ impl<'a> TextCursor<'a> {
         Ok(vector)
     }
 
-    /// An error at the current line about a word, or about its absence.
+    /// An error at the current line about an unexpected or missing word.
     pub(super) fn unexpected(&self, expected: &str, found: Option<&str>) -> MocapError {
         match found {
-            Some(word) if self.is_of_its_kind => self.error(expected, quoted(word)),
+            Some(word) if self.is_recognised => self.error(expected, quoted(word)),
             Some(_) => self.error(expected, "something else"),
             None if self.ended => self.error(expected, "the end of the file"),
             None => self.error(expected, "the end of the line"),
@@ -118,17 +118,17 @@ impl<'a> TextCursor<'a> {
     }
 }
 
-/// A number that a recording may contain: finite and not absurdly large.
+/// Parses a number plausible in a recording: finite and not too large.
 pub(super) fn finite_number(word: &str) -> Option<f64> {
-    word.parse().ok().filter(|&number| is_sane(number))
+    word.parse().ok().filter(|&number| is_plausible(number))
 }
 
-/// Whether a recording can hold this number.
-pub(super) fn is_sane(number: f64) -> bool {
-    number.abs() <= GREATEST_NUMBER
+/// Whether a recording can contain this number.
+pub(super) fn is_plausible(number: f64) -> bool {
+    number.abs() <= MAX_NUMBER
 }
 
-/// A word of a file, sanitised and shortened for messages.
+/// A word of the file, escaped and shortened for messages.
 pub(super) fn quoted(word: &str) -> String {
     let shown: String = word.chars().take(40).flat_map(char::escape_debug).collect();
     if word.chars().nth(40).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_run_over_line_ends_and_the_line_number_follows() {
+    fn words_continue_over_line_ends_and_the_line_number_follows() {
         let mut cursor = TextCursor::new("\u{feff}one two\r\n\n# note\n\tthree", "f");
         assert_eq!(cursor.word("x").unwrap(), "one");
         assert_eq!(cursor.word_in_line(), Some("two"));
@@ -150,19 +150,19 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_quoted_before_a_file_begins_as_its_kind_does() {
+    fn nothing_is_quoted_before_the_format_is_recognised() {
         let mut cursor = TextCursor::new("AWS_SECRET=hunter2", "f");
         assert_eq!(
             cursor.keyword("HIERARCHY").unwrap_err().to_string(),
             "f:1: expected `HIERARCHY`, found something else"
         );
-        cursor.begins_as_its_kind();
+        cursor.set_recognised();
         let error = cursor.unexpected("a word", Some("mine"));
         assert_eq!(error.to_string(), "f:1: expected a word, found `mine`");
     }
 
     #[test]
-    fn numbers_that_no_recording_holds_are_refused() {
+    fn implausible_numbers_are_refused() {
         for word in ["nan", "inf", "-inf", "1e300", "1e999", "1,5", "0x1", "--1", ""] {
             assert_eq!(finite_number(word), None, "{word}");
         }
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shown_word_is_short_and_has_no_control_characters() {
+    fn a_quoted_word_is_short_and_has_no_control_characters() {
         assert_eq!(quoted("a\u{7}b"), "`a\\u{7}b`");
         assert_eq!(quoted(&"x".repeat(1000)).chars().count(), 43);
     }

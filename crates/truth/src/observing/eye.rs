@@ -1,4 +1,4 @@
-//! A camera that draws, all rows at once or each at its own time.
+//! Rendering through a camera, with a global or a rolling shutter.
 
 use nalgebra::Isometry3;
 
@@ -6,53 +6,53 @@ use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, Sur
 use crate::camera::Camera;
 use crate::raster::Mask;
 
-/// A camera that draws. With a rolling shutter every row is drawn by a painter of its own, with the camera and the
-/// links as they are when that row is exposed.
+/// Renderer of a camera. With a rolling shutter every row has its own painter, with the camera and the links at the
+/// time that row is exposed.
 pub(super) struct Eye {
-    /// One, or one a row.
+    /// One painter, or one per row.
     rows: Vec<SilhouettePainter>,
 }
 
 impl Eye {
-    /// Of a camera; `rolling`: whether its rows are exposed one after another.
+    /// A renderer of `camera`; `rolling` if its rows are exposed one after another.
     pub(super) fn new(camera: &Camera, rolling: bool) -> Self {
         let rows = if rolling { rows_of(camera) } else { vec![camera.clone()] };
         Self { rows: rows.iter().map(SilhouettePainter::new).collect() }
     }
 
-    /// Another eye of the same camera, for another thread; large buffers are shared.
+    /// A copy for another thread; large buffers are shared.
     pub(super) fn sharing(&self) -> Self {
         Self { rows: self.rows.iter().map(SilhouettePainter::sharing).collect() }
     }
 
-    /// Puts the camera elsewhere; one place, or one a row.
+    /// Moves the camera; one pose, or one per row.
     pub(super) fn place(&mut self, placements: impl Iterator<Item = Isometry3<f64>>) {
         self.rows.iter_mut().zip(placements).for_each(|(row, placement)| row.place(&placement));
     }
 
-    /// The silhouette of a body, its links given for each exposure.
+    /// The silhouette of a body, with link frames for each exposure.
     pub(super) fn silhouette(&mut self, body: &Humanoid, links: &[LinkFrames]) -> Mask {
-        joined_rows(self.each(links, |painter, links| painter.silhouette(body, links)))
+        join_rows(self.each(links, |painter, links| painter.silhouette(body, links)))
     }
 
     /// Depth and link of every pixel.
     pub(super) fn depth(&mut self, body: &Humanoid, links: &[LinkFrames]) -> DepthImage {
-        joined_depths(self.each(links, |painter, links| painter.depth(body, links)))
+        join_depths(self.each(links, |painter, links| painter.depth(body, links)))
     }
 
-    /// The surface of a body pixel by pixel.
+    /// The visible surface of a body, pixel by pixel.
     pub(super) fn surface(&mut self, body: &Humanoid, links: &[LinkFrames]) -> Vec<SurfacePixel> {
-        joined_surfaces(self.each(links, |painter, links| painter.surface(body, links)))
+        join_surfaces(self.each(links, |painter, links| painter.surface(body, links)))
     }
 
-    /// Depths of props.
+    /// Depth image of props.
     pub(super) fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
-        joined_depths(self.rows.iter_mut().map(|painter| painter.depth_of_props(props)).collect())
+        join_depths(self.rows.iter_mut().map(|painter| painter.depth_of_props(props)).collect())
     }
 
-    /// The surface of props pixel by pixel.
+    /// The visible surface of props, pixel by pixel.
     pub(super) fn surface_of_props(&mut self, props: &[Prop]) -> Vec<SurfacePixel> {
-        joined_surfaces(self.rows.iter_mut().map(|painter| painter.surface_of_props(props)).collect())
+        join_surfaces(self.rows.iter_mut().map(|painter| painter.surface_of_props(props)).collect())
     }
 
     fn each<T>(
@@ -64,7 +64,7 @@ impl Eye {
     }
 }
 
-/// A camera for every row of an image.
+/// One camera per row of an image.
 fn rows_of(camera: &Camera) -> Vec<Camera> {
     let row = |y: u32| {
         let mut row = camera.clone();
@@ -75,8 +75,8 @@ fn rows_of(camera: &Camera) -> Vec<Camera> {
     (0..camera.pinhole.height).map(row).collect()
 }
 
-/// The image of which these are the rows, or the only image.
-fn joined_rows(mut rows: Vec<Mask>) -> Mask {
+/// Joins rows to an image; a single image is returned unchanged.
+fn join_rows(mut rows: Vec<Mask>) -> Mask {
     if rows.len() == 1 {
         return rows.remove(0);
     }
@@ -87,7 +87,7 @@ fn joined_rows(mut rows: Vec<Mask>) -> Mask {
     image
 }
 
-fn joined_depths(mut rows: Vec<DepthImage>) -> DepthImage {
+fn join_depths(mut rows: Vec<DepthImage>) -> DepthImage {
     if rows.len() == 1 {
         return rows.remove(0);
     }
@@ -96,8 +96,8 @@ fn joined_depths(mut rows: Vec<DepthImage>) -> DepthImage {
     DepthImage { width, height, depth, part: rows.iter().flat_map(|row| row.part.iter().copied()).collect() }
 }
 
-fn joined_surfaces(rows: Vec<Vec<SurfacePixel>>) -> Vec<SurfacePixel> {
-    let lowered =
+fn join_surfaces(rows: Vec<Vec<SurfacePixel>>) -> Vec<SurfacePixel> {
+    let shifted =
         |(y, row): (u32, Vec<SurfacePixel>)| row.into_iter().map(move |pixel| SurfacePixel { y: pixel.y + y, ..pixel });
-    (0..).zip(rows).flat_map(lowered).collect()
+    (0..).zip(rows).flat_map(shifted).collect()
 }

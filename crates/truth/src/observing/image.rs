@@ -1,6 +1,6 @@
-//! Camera images: eight bits a channel, grey or colour.
+//! Camera images: eight bits per channel, grey or colour.
 
-/// An image, plane by plane: one plane of grey values, or red, green and blue.
+/// A planar image: one plane of grey values, or red, green and blue.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -9,20 +9,21 @@ pub struct Image {
 }
 
 impl Image {
-    /// Of planes of `width * height` values each, row by row; `None` unless there are one or three such planes.
+    /// An image of planes with `width * height` values each, row by row; `None` unless there are one or three such
+    /// planes.
     pub fn from_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Option<Self> {
         let pixels = width as usize * height as usize;
         let fits = matches!(planes.len(), 1 | 3) && planes.iter().all(|plane| plane.len() == pixels);
         fits.then_some(Self { width, height, planes })
     }
 
-    /// As [`Self::from_planes`], of planes whose number and length are right by how they were made.
-    pub(super) fn from_sound_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Self {
+    /// Like [`Self::from_planes`], for planes that are valid by construction.
+    pub(super) fn from_valid_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Self {
         debug_assert!(planes.iter().all(|plane| plane.len() == width as usize * height as usize));
         Self { width, height, planes }
     }
 
-    /// Of values that stand pixel by pixel, one or three a pixel; `None` if their number does not fit.
+    /// An image of interleaved values, one or three per pixel; `None` if their number does not fit.
     pub fn from_interleaved(width: u32, height: u32, channels: usize, values: &[u8]) -> Option<Self> {
         let planes = match channels {
             1 => vec![values.to_vec()],
@@ -59,7 +60,7 @@ impl Image {
         (self.width, self.height, self.planes.len())
     }
 
-    /// Pixel by pixel, row by row.
+    /// Interleaved values, row by row.
     pub fn interleaved(&self) -> Vec<u8> {
         (0..self.planes[0].len()).flat_map(|index| self.planes.iter().map(move |plane| plane[index])).collect()
     }
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pixels_are_read_back_in_their_order_and_other_sizes_are_refused() {
+    fn pixels_are_read_back_in_order_and_wrong_sizes_are_refused() {
         let values: Vec<u8> = (0..24).collect();
         let image = Image::from_interleaved(4, 2, 3, &values).unwrap();
         assert_eq!(image.planes()[1], [1, 4, 7, 10, 13, 16, 19, 22]);

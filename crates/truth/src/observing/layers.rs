@@ -1,4 +1,4 @@
-//! Exact images of every frame beside the masks: depth, parts, normals, flow, coverage, brightness.
+//! Exact per-pixel layers of every frame besides masks: depth, parts, normals, flow, coverage, brightness.
 
 use nalgebra::Point3;
 
@@ -8,13 +8,13 @@ use crate::camera::{Camera, TimedRig};
 use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
-/// Samples a pixel's side is divided into for coverage.
+/// Samples per pixel side for coverage.
 const SAMPLES: u32 = 4;
 
-/// Which images are wanted.
+/// The requested layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WantedLayers {
-    /// Depth and parts; drawn for normals and flow, too.
+    /// Depth and parts; also rendered for normals and flow.
     pub depth: bool,
     /// Surface normals.
     pub normals: bool,
@@ -22,42 +22,42 @@ pub struct WantedLayers {
     pub flow: bool,
     /// Anti-aliased coverage.
     pub coverage: bool,
-    /// Brightness of the scene before the sensor, with its looks and their seed.
+    /// Brightness of the scene before the sensor, with appearance settings and their seed.
     pub colour: Option<(ImageSettings, KeyedSeed)>,
 }
 
-/// The exact images of one camera and frame, row by row. Images that were not wanted are empty.
+/// The exact layers of one camera and frame, row by row. Layers that were not requested are empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerImages {
-    /// Depth and part at every pixel's centre, without what props hide. Its size is there in any case.
+    /// Depth and part at every pixel's centre, without what props hide. Its size is always set.
     pub depth: DepthImage,
-    /// Outward unit normal of the surface in the world; zero where there is no body.
+    /// Outward unit normal of the surface in the world; zero outside the body.
     pub normals: Vec<[f32; 3]>,
-    /// Where the surface point that a pixel's centre sees is seen in the camera's next image (of the next frame, unless
-    /// the camera takes fewer), less where it is seen now, pixels (x right, y down; lens included), whether or not it
-    /// is hidden then; a point of a skin moves with the skin. NaN where there is no body, in the last image, and where
-    /// the point is then before the near plane.
+    /// Displacement of the surface point at a pixel's centre to its position in the camera's next image (of the next
+    /// frame, unless the camera takes fewer), pixels (x right, y down, lens distortion included), whether or not it is
+    /// hidden there; a point on a skin moves with the skin. NaN outside the body, in the last image, and if the point
+    /// is then in front of the near plane.
     pub flow: Vec<[f32; 2]>,
-    /// Share of 4 x 4 samples of a pixel that see the body, samples at the centres of its sixteenths.
+    /// Share of 4 x 4 regularly spaced samples per pixel that see the body.
     pub coverage: Vec<f32>,
     /// Red, green and blue, 0 to 1: brightness before gain, offset and noise; one plane if the images are grey.
     pub colour: Vec<Vec<f32>>,
 }
 
-/// Sees the exact images of one camera of a rig, from any thread.
+/// Renders the exact layers of one camera of a rig, from any thread.
 pub struct LayerObserver<'a> {
     truth: &'a GroundTruth,
     wanted: WantedLayers,
-    /// Of the camera alone.
+    /// Observer of this camera only.
     observer: Observer<'a>,
-    /// The same camera with 4 x 4 pixels for each.
+    /// The same camera with 4 x 4 pixels per pixel.
     fine: Option<Observer<'a>>,
     scene: Option<SceneCamera<'a>>,
 }
 
 impl<'a> LayerObserver<'a> {
-    /// An observer through camera `index` of a rig, which the rig must have. Flow and coverage are those of a shutter
-    /// that exposes all rows at once, brightness of a rig that stands still.
+    /// An observer of camera `index`, which must exist in the rig. Flow and coverage require a global shutter,
+    /// brightness requires a rig that does not move.
     pub fn new(truth: &'a GroundTruth, rig: impl Into<TimedRig>, index: usize, wanted: WantedLayers) -> Self {
         let filming = rig.into();
         let rig = filming.rig();
@@ -68,11 +68,14 @@ impl<'a> LayerObserver<'a> {
         Self { truth, wanted, observer: Observer::new(truth, alone(camera.clone())), fine, scene }
     }
 
-    /// The images of one frame, which the truth must have; `None` where the camera takes none.
+    /// The layers of one frame, which must exist in the truth; `None` if the camera takes no image.
     pub fn look(&self, frame: usize) -> Option<LayerImages> {
         let on_surface = self.wanted.normals || self.wanted.flow;
-        let depth =
-            if self.wanted.depth || on_surface { self.observer.depths(frame).remove(0)? } else { self.nothing(frame)? };
+        let depth = if self.wanted.depth || on_surface {
+            self.observer.depths(frame).remove(0)?
+        } else {
+            self.empty_image(frame)?
+        };
         let surface = if on_surface { self.observer.surfaces(SceneFigure::Actor, frame).remove(0) } else { Vec::new() };
         let mut layers = LayerImages::from(depth);
         let width = layers.depth.width as usize;
@@ -107,15 +110,15 @@ impl<'a> LayerObserver<'a> {
         Some(layers)
     }
 
-    /// An image without pixels; `None` where the camera takes none.
-    fn nothing(&self, frame: usize) -> Option<DepthImage> {
+    /// A depth image without pixels; `None` if the camera takes no image.
+    fn empty_image(&self, frame: usize) -> Option<DepthImage> {
         let filming = self.observer.filming();
         let pinhole = &filming.rig().cameras[0].pinhole;
         let (width, height) = (pinhole.width, pinhole.height);
         filming.has_image(0, frame).then(|| DepthImage { width, height, depth: Vec::new(), part: Vec::new() })
     }
 
-    /// The body and the camera at the camera's next image.
+    /// The body and the camera at the time of the camera's next image.
     fn next(&self, frame: usize) -> Option<NextImage> {
         let filming = self.observer.filming();
         let next = frame + filming.timing(0).every;
@@ -138,7 +141,7 @@ impl<'a> LayerObserver<'a> {
     }
 }
 
-/// Where the camera, the links and the vertices of a skin are when an image is taken, in the world.
+/// The camera, the links and the vertices of a skin at the time of an image, in the world.
 struct NextImage {
     camera: Camera,
     links: LinkFrames,
@@ -151,7 +154,7 @@ impl From<DepthImage> for LayerImages {
     }
 }
 
-/// A camera whose image shows the same with 4 x 4 pixels for each.
+/// The camera with 4 x 4 pixels per pixel.
 fn magnified(camera: &Camera) -> Camera {
     let mut fine = camera.clone();
     let times = f64::from(SAMPLES);

@@ -1,4 +1,4 @@
-//! The sun and the shadow that a body casts on the ground.
+//! The sun, and the shadow of a body on the ground.
 
 use nalgebra::{Point2, Point3, Translation3, Vector3};
 
@@ -8,27 +8,27 @@ use crate::raster::Mask;
 
 use std::sync::{Mutex, PoisonError};
 
-/// Height of the sun above the horizon: shadows are as long as their bodies are tall.
+/// Elevation of the sun: shadows are as long as bodies are tall.
 const ELEVATION: f64 = std::f64::consts::FRAC_PI_4;
-/// Distance at which rays of the sun meet below the ground, metres: they differ in direction by a third of a degree at
-/// most over a body.
+/// Distance of the point below the ground where the sun's rays meet, metres: over a body, their directions differ by at
+/// most a third of a degree.
 const DISTANCE: f64 = 400.0;
-/// Half the side of the square around a body that is looked at, metres, and pixels of a metre.
+/// Half the side of the rendered square around a body, metres, and its resolution.
 const HALF_SIDE: f64 = 1.6;
-const PIXELS_A_METRE: f64 = 160.0;
+const PIXELS_PER_METRE: f64 = 160.0;
 
-/// The sun: a direction in which all shadows fall.
+/// The sun, which casts all shadows in one direction.
 pub(crate) struct Sun {
-    /// Below the ground, looking along the rays towards the sun: what it sees first of a body is the lowest part that
-    /// stands in the way of a ray.
+    /// Below the ground, looking along the rays towards the sun, so that it sees the lowest part of a body that blocks
+    /// a ray.
     camera: Camera,
     idle: Mutex<Vec<SilhouettePainter>>,
 }
 
-/// Where the rays that pass a body reach the ground, and how high the body stands in their way.
+/// The shadow of a body on the ground, with the height of the part that casts it.
 pub(crate) struct CastShadow<'a> {
     sun: &'a Sun,
-    /// From the world to the frame in which the sun's camera saw the body.
+    /// Translation from the world to the frame of the sun's image.
     shift: Vector3<f64>,
     image: DepthImage,
 }
@@ -39,7 +39,7 @@ impl Sun {
         let (sin, cos) = libm::sincos(azimuth);
         let (up, along) = libm::sincos(ELEVATION);
         let towards = Vector3::new(cos * along, sin * along, up);
-        let side = (2.0 * HALF_SIDE * PIXELS_A_METRE) as u32;
+        let side = (2.0 * HALF_SIDE * PIXELS_PER_METRE) as u32;
         let right = Vector3::new(-sin, cos, 0.0);
         let down = towards.cross(&right);
         let rows = nalgebra::Matrix3::from_rows(&[right.transpose(), down.transpose(), towards.transpose()]);
@@ -49,7 +49,7 @@ impl Sun {
         let camera = Camera {
             name: "sun".to_owned(),
             pinhole: Pinhole {
-                focal: [DISTANCE * PIXELS_A_METRE; 2],
+                focal: [DISTANCE * PIXELS_PER_METRE; 2],
                 principal_point: [0.5 * f64::from(side); 2],
                 width: side,
                 height: side,
@@ -61,15 +61,15 @@ impl Sun {
         Self { camera, idle: Mutex::default() }
     }
 
-    /// Towards the sun, a unit vector.
+    /// Unit vector towards the sun.
     pub(crate) fn towards(&self) -> Vector3<f64> {
         self.camera.camera_from_world.inverse_transform_vector(&Vector3::z())
     }
 
-    /// The shadow of a body with its links at `frames`.
+    /// The shadow of a body with link frames `frames`.
     pub(crate) fn shadow_of(&self, body: &Humanoid, frames: &LinkFrames) -> CastShadow<'_> {
         let root = frames.0.first().map_or(Vector3::zeros(), |root| root.translation.vector);
-        // the body is brought to the middle of what the camera sees, which stays where it is
+        // the body is moved to the centre of the sun's image, whose camera is fixed
         let shift = Vector3::new(0.0, 0.0, 1.0) - root;
         let shifted = LinkFrames(frames.0.iter().map(|frame| Translation3::from(shift) * frame).collect());
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
@@ -82,12 +82,12 @@ impl Sun {
 }
 
 impl CastShadow<'_> {
-    /// Whether the body keeps the sun from a point on the ground.
+    /// Whether a point on the ground is in the shadow.
     fn covers(&self, x: f64, y: f64) -> bool {
         self.hit(x, y).is_some()
     }
 
-    /// Where the ray from a point on the ground to the sun lies in the sun's image, and the depth of the body there.
+    /// Position of the ray from a point on the ground to the sun in the sun's image, and the body's depth there.
     fn hit(&self, x: f64, y: f64) -> Option<(Point2<f64>, f32)> {
         let camera = &self.sun.camera;
         let pixel = camera.project(&(Point3::new(x, y, 0.0) + self.shift))?;
@@ -98,8 +98,7 @@ impl CastShadow<'_> {
         depth.is_finite().then_some((pixel, depth))
     }
 
-    /// How high the lowest part of the body is that keeps the sun from a point on the ground, metres; `None` where it
-    /// shines.
+    /// Height of the lowest part of the body that shades a point on the ground, metres; `None` outside the shadow.
     pub(crate) fn height_above(&self, x: f64, y: f64) -> Option<f64> {
         let camera = &self.sun.camera;
         let (pixel, depth) = self.hit(x, y)?;
@@ -109,16 +108,16 @@ impl CastShadow<'_> {
     }
 }
 
-/// Where the pixels of a camera see the ground.
+/// Points on the ground seen by the pixels of a camera.
 pub(crate) struct GroundPixels {
     width: u32,
     height: u32,
-    /// World x and y, row by row; NaN where no ground is seen.
+    /// World x and y, row by row; NaN for pixels that do not see the ground.
     points: Vec<[f32; 2]>,
 }
 
 impl GroundPixels {
-    /// Of `camera`, except where the props of `screen` stand before the ground.
+    /// Ground points of `camera`, except where the props in `screen` hide the ground.
     pub(crate) fn new(camera: &Camera, screen: Option<&DepthImage>) -> Self {
         let (width, height) = (camera.pinhole.width, camera.pinhole.height);
         let centre = camera.centre();
@@ -128,17 +127,17 @@ impl GroundPixels {
             let seen = direction
                 .filter(|ray| ray.z < 0.0 && centre.z > 0.0)
                 .map(|ray| centre + ray.into_inner() * (centre.z / -ray.z));
-            let before = |point: &Point3<f64>| {
+            let is_hidden = |point: &Point3<f64>| {
                 let depth = (camera.camera_from_world * point).z;
                 screen.is_some_and(|screen| f64::from(screen.depth[points.len()]) < depth)
             };
-            let point = seen.filter(|point| !before(point));
+            let point = seen.filter(|point| !is_hidden(point));
             points.push(point.map_or([f32::NAN; 2], |point| [point.x as f32, point.y as f32]));
         }
         Self { width, height, points }
     }
 
-    /// The pixels of the ground in a shadow whose cause is at most `highest` metres high.
+    /// The ground pixels in a shadow cast by parts at a height of at most `highest` metres.
     pub(crate) fn shadow(&self, shadow: &CastShadow<'_>, highest: f64) -> Mask {
         let mut mask = Mask::new(self.width, self.height);
         self.each_near(shadow, |index, x, y| {
@@ -149,7 +148,7 @@ impl GroundPixels {
         mask
     }
 
-    /// Calls `visit` with the place in row order of every pixel of the ground in a shadow.
+    /// Calls `visit` with the index, in row order, of every ground pixel in a shadow.
     pub(crate) fn each_shaded(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize)) {
         self.each_near(shadow, |index, x, y| {
             if shadow.covers(x, y) {
@@ -158,15 +157,15 @@ impl GroundPixels {
         });
     }
 
-    /// The pixels of the ground that a shadow may reach.
+    /// Calls `visit` with the index and position of every ground pixel that a shadow may reach.
     fn each_near(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize, f64, f64)) {
         let axes = shadow.sun.camera.camera_from_world.rotation.inverse();
         let (right, down) = (axes * Vector3::x(), axes * Vector3::y());
-        // from the middle of the square that was looked at, which stands at the height of 1 m
+        // from the centre of the rendered square, at a height of 1 m
         let middle = shadow.shift - Vector3::z();
         let offsets = [right.dot(&middle) as f32, down.dot(&middle) as f32];
         let [right, down] = [right, down].map(|axis| [axis.x as f32, axis.y as f32]);
-        // a little more than the square, for rays that are not quite parallel and for rounding
+        // slightly more than the square, for rays that are not quite parallel and for rounding
         let reach = 1.05 * HALF_SIDE as f32;
         for (index, &[x, y]) in self.points.iter().enumerate() {
             let across = right[0] * x + right[1] * y + offsets[0];
@@ -177,7 +176,7 @@ impl GroundPixels {
         }
     }
 
-    /// World x and y of every pixel's point on the ground, row by row; NaN where no ground is seen.
+    /// World x and y of every pixel's ground point, row by row; NaN for pixels that do not see the ground.
     #[cfg(test)]
     pub(crate) fn points(&self) -> &[[f32; 2]] {
         &self.points
@@ -192,7 +191,7 @@ mod tests {
     use crate::test_cameras::rig;
 
     #[test]
-    fn a_point_is_in_the_shadow_where_a_ray_to_the_sun_meets_the_body() {
+    fn a_point_is_in_the_shadow_if_its_ray_to_the_sun_hits_the_body() {
         let body = person();
         let frames = body.link_frames(&walk(3).poses[2]);
         let sun = Sun::new(0.7);
@@ -215,7 +214,7 @@ mod tests {
             }
         }
         assert!(in_shadow > 100, "{in_shadow}");
-        assert!(differing * 20 < in_shadow, "{differing} of {in_shadow}, which the shadow's outline may explain");
+        assert!(differing * 20 < in_shadow, "{differing} of {in_shadow}: more than pixels at the shadow's outline");
     }
 
     #[test]
@@ -226,7 +225,7 @@ mod tests {
             for (index, [x, y]) in ground.points().iter().enumerate().filter(|(_, [x, _])| x.is_finite()) {
                 let Some(pixel) = camera.project(&Point3::new(f64::from(*x), f64::from(*y), 0.0)) else { continue };
                 let (u, v) = ((index % 320) as f64 + 0.5, (index / 320) as f64 + 0.5);
-                // f32 is good for a millionth of the distance, and far pixels see far
+                // f32 has a relative precision of a millionth, and ground points may be far away
                 assert!((pixel - Point2::new(u, v)).norm() < 1e-2, "{pixel}");
                 seen += 1;
             }

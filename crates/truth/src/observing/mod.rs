@@ -1,7 +1,7 @@
-//! The making of observations: one silhouette per view and frame, exact or corrupted.
+//! Observations: one silhouette per view and frame, exact or corrupted.
 //!
-//! [`observe`] draws exact silhouettes, [`CorruptedObserver`] corrupts them along the axes of [`AXES`],
-//! [`SegmentedObserver`] cuts them out of simulated images, and [`LayerObserver`] draws the truth of every pixel.
+//! [`observe`] renders exact silhouettes, [`CorruptedObserver`] corrupts them along [`AXES`], [`SegmentedObserver`]
+//! segments them from simulated images, and [`LayerObserver`] renders the truth of every pixel.
 //!
 //! ```
 //! use nalgebra::Point3;

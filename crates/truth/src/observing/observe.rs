@@ -1,4 +1,4 @@
-//! Clean observations: the result of perfect background subtraction.
+//! Exact observations: the result of perfect background subtraction.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -10,34 +10,34 @@ use crate::parallel;
 use crate::raster::Mask;
 use crate::scene::{Distractor, GroundTruth, SceneClock, SceneFigure};
 
-/// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
-/// the same bits for any number of threads.
+/// Exact silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
+/// bit-identical for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: impl Into<TimedRig>) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     parallel::map(truth.frames.len(), |frame| observer.observe(frame))
 }
 
-/// Sees any frame of the truth, from any thread. Camera data (the rays of all pixels behind a lens) are computed once
-/// for all frames and threads.
+/// Renders any frame of the truth, from any thread. Camera data (the rays of all pixels with lens distortion) are
+/// computed once for all frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
     filming: TimedRig,
     clock: SceneClock<'a>,
-    /// Depth images of the props for every camera that stands still; none without props.
+    /// Depth image of the props for every static camera; `None` without props.
     screens: Vec<Option<DepthImage>>,
-    /// One per camera; those of other threads are derived from it.
+    /// One per camera; those for other threads are derived from these.
     eyes: Vec<Eye>,
     idle: Mutex<Vec<Vec<Eye>>>,
 }
 
-/// One camera while it takes the image of one frame.
+/// One camera taking the image of one frame.
 pub(super) struct Look<'o, 'a> {
     observer: &'o Observer<'a>,
     eye: &'o mut Eye,
-    /// Number of the camera.
+    /// Index of the camera.
     pub(super) camera: usize,
     frame: usize,
-    /// Of a camera that moves.
+    /// Depth image of the props, for a moving camera.
     moved: Option<DepthImage>,
 }
 
@@ -48,19 +48,19 @@ impl<'a> Observer<'a> {
         let cameras = filming.rig().cameras.iter().enumerate();
         let mut eyes: Vec<_> = cameras.map(|(index, camera)| Eye::new(camera, filming.is_rolling(index))).collect();
         let screen = |(index, eye): (usize, &mut Eye)| {
-            let stands = filming.path(index).is_none() && !truth.props.is_empty();
-            stands.then(|| eye.depth_of_props(&truth.props))
+            let is_static = filming.path(index).is_none() && !truth.props.is_empty();
+            is_static.then(|| eye.depth_of_props(&truth.props))
         };
         let screens = eyes.iter_mut().enumerate().map(screen).collect();
         let clock = SceneClock::new(truth, &filming);
         Self { truth, filming, clock, screens, eyes, idle: Mutex::default() }
     }
 
-    /// Clean silhouettes of the actor in one frame, which the truth must have, without what props and distractors hide.
-    /// Empty for a camera that takes no image in that frame.
+    /// Exact silhouettes of the actor in one frame, which must exist in the truth, without what props and distractors
+    /// hide. Empty for a camera that takes no image in that frame.
     pub fn observe(&self, frame: usize) -> Observation {
         let actor = &self.truth.actor;
-        let silhouettes = self.through_every_camera(
+        let silhouettes = self.look_through_all(
             |_| frame,
             |mut look| {
                 let (links, others) = (look.links(SceneFigure::Actor), look.others());
@@ -70,10 +70,10 @@ impl<'a> Observer<'a> {
         self.observation(frame, silhouettes)
     }
 
-    /// Clean silhouettes of everybody in one frame, which the truth must have: the actor and distractors alike, as
-    /// perfect background subtraction finds them. Without distractors the same as [`Self::observe`].
+    /// Exact silhouettes of the actor and all distractors together in one frame, which must exist in the truth, as by
+    /// perfect background subtraction. Without distractors the same as [`Self::observe`].
     pub fn foreground(&self, frame: usize) -> Observation {
-        let silhouettes = self.through_every_camera(
+        let silhouettes = self.look_through_all(
             |_| frame,
             |mut look| {
                 let mut everybody = look.silhouette(&self.truth.actor, &look.links(SceneFigure::Actor), &[]);
@@ -88,35 +88,35 @@ impl<'a> Observer<'a> {
 
     fn observation(&self, frame: usize, silhouettes: Vec<Option<Mask>>) -> Observation {
         let time_s = self.truth.frames[frame].time_s;
-        let silhouettes = self.or_empty(silhouettes);
+        let silhouettes = self.with_empty_masks(silhouettes);
         Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
     }
 
-    /// Nothing where there is no image.
-    pub(super) fn or_empty(&self, masks: Vec<Option<Mask>>) -> Vec<Mask> {
+    /// Replaces masks of missing images with empty ones.
+    pub(super) fn with_empty_masks(&self, masks: Vec<Option<Mask>>) -> Vec<Mask> {
         let pinholes = self.filming.rig().cameras.iter().map(|camera| camera.pinhole);
         masks.into_iter().zip(pinholes).map(|(mask, p)| mask.unwrap_or_else(|| Mask::new(p.width, p.height))).collect()
     }
 
-    /// How the cameras film.
+    /// The timed cameras.
     pub(super) fn filming(&self) -> &TimedRig {
         &self.filming
     }
 
-    /// Where everybody is at any time.
+    /// Poses of all figures at any time.
     pub(super) fn clock(&self) -> &SceneClock<'a> {
         &self.clock
     }
 
-    /// Depths of the props as camera `camera` sees them; `None` without props, and for a camera that moves.
+    /// Depth image of the props in camera `camera`; `None` without props, and for a moving camera.
     pub(super) fn screen(&self, camera: usize) -> Option<&DepthImage> {
         self.screens.get(camera)?.as_ref()
     }
 
-    /// Depth and link at every pixel of one frame, which the truth must have, without what props and distractors hide;
-    /// one image per camera, none of a camera that takes no image in that frame.
+    /// Depth and link at every pixel of one frame, which must exist in the truth, without what props and distractors
+    /// hide; one image per camera, `None` for a camera that takes no image in that frame.
     pub fn depths(&self, frame: usize) -> Vec<Option<DepthImage>> {
-        self.through_every_camera(
+        self.look_through_all(
             |_| frame,
             |look| {
                 let links = look.links(SceneFigure::Actor);
@@ -132,25 +132,24 @@ impl<'a> Observer<'a> {
         )
     }
 
-    /// The surface of a figure pixel by pixel in one frame, as if nothing stood before it; one list per camera, empty
-    /// of a camera that takes no image in that frame.
+    /// The surface of a figure pixel by pixel in one frame, ignoring occluders; one list per camera, empty for a camera
+    /// that takes no image in that frame.
     pub(super) fn surfaces(&self, figure: SceneFigure, frame: usize) -> Vec<Vec<SurfacePixel>> {
         let body = self.body(figure);
-        let seen = self.through_every_camera(|_| frame, |look| look.eye.surface(body, &look.links(figure)));
+        let seen = self.look_through_all(|_| frame, |look| look.eye.surface(body, &look.links(figure)));
         seen.into_iter().map(Option::unwrap_or_default).collect()
     }
 
-    /// The surface of the props pixel by pixel; one list per camera, all empty without props. Of cameras that stand
-    /// still.
+    /// The surface of the props pixel by pixel, for static cameras; one list per camera, all empty without props.
     pub(super) fn props_surface(&self, props: &[Prop]) -> Vec<Vec<SurfacePixel>> {
         if props.is_empty() {
             return vec![Vec::new(); self.eyes.len()];
         }
-        let seen = self.through_every_camera(|_| 0, |look| look.eye.surface_of_props(props));
+        let seen = self.look_through_all(|_| 0, |look| look.eye.surface_of_props(props));
         seen.into_iter().map(Option::unwrap_or_default).collect()
     }
 
-    /// Whose body.
+    /// The body of a figure.
     fn body(&self, figure: SceneFigure) -> &'a Humanoid {
         match figure {
             SceneFigure::Actor => &self.truth.actor,
@@ -158,8 +157,9 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// Has every camera look at the scene of the frame that `shown` says; `None` for one that takes no image then.
-    pub(super) fn through_every_camera<T>(
+    /// Calls `look` for every camera, with the scene of frame `shown(camera)`; `None` for a camera that takes no image
+    /// in that frame.
+    pub(super) fn look_through_all<T>(
         &self,
         shown: impl Fn(usize) -> usize,
         mut look: impl FnMut(Look<'_, 'a>) -> T,
@@ -190,19 +190,19 @@ impl<'o, 'a> Look<'o, 'a> {
         look
     }
 
-    /// When the image is exposed: one time, or one a row, seconds.
+    /// Exposure times of the image: one, or one per row, seconds.
     fn times(&self) -> impl Iterator<Item = f64> + use<'o, 'a> {
         let (filming, camera) = (&self.observer.filming, self.camera);
         let frame_s = self.observer.truth.frames[self.frame].time_s;
         (0..filming.exposures(camera)).map(move |row| filming.row_s(camera, frame_s, row))
     }
 
-    /// Where the links of a figure are, for each exposure.
+    /// Link frames of a figure for each exposure.
     pub(super) fn links(&self, figure: SceneFigure) -> Vec<LinkFrames> {
         self.times().map(|time_s| self.observer.clock.links(figure, self.frame, time_s)).collect()
     }
 
-    /// The distractors with their links, for each exposure.
+    /// Bodies of the distractors with their link frames for each exposure.
     fn others(&self) -> Vec<(&'a Humanoid, Vec<LinkFrames>)> {
         let figure = |(other, distractor): (usize, &'a Distractor)| {
             (&distractor.body, self.links(SceneFigure::Distractor(other)))
@@ -210,12 +210,12 @@ impl<'o, 'a> Look<'o, 'a> {
         self.observer.truth.distractors.iter().enumerate().map(figure).collect()
     }
 
-    /// Depths of the props; `None` without any.
+    /// Depth image of the props; `None` without props.
     pub(super) fn screen(&self) -> Option<&DepthImage> {
         self.moved.as_ref().or(self.observer.screens[self.camera].as_ref())
     }
 
-    /// What is seen of a body among the props and behind others, links given for each exposure.
+    /// The visible silhouette of a body behind props and other bodies, with link frames for each exposure.
     pub(super) fn silhouette(
         &mut self,
         body: &Humanoid,
@@ -245,7 +245,7 @@ mod tests {
     use crate::test_cameras::rig;
 
     #[test]
-    fn a_frame_looks_the_same_whoever_sees_it_and_whatever_was_seen_before() {
+    fn a_frame_does_not_depend_on_threads_or_earlier_frames() {
         let truth = GroundTruth::from_motion(person(), &walk(6), &rig()).unwrap();
         let with_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
@@ -257,13 +257,13 @@ mod tests {
     }
 
     #[test]
-    fn the_foreground_is_the_actor_and_who_else_is_there_and_both_fit_the_depths() {
+    fn the_foreground_is_the_union_of_all_figures_and_agrees_with_the_depths() {
         let mut poses = walk(1).poses;
         poses[0].world_from_root.translation.vector += nalgebra::Vector3::new(0.6, 0.25, 0.0);
-        let passer_by = Distractor { name: "passer-by".into(), body: person(), poses };
+        let distractor = Distractor { name: "passer-by".into(), body: person(), poses };
         let alone = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
-        let others = Motion { frames_per_second: 60.0, poses: vec![passer_by.poses[0].clone(); 3] };
-        let truth = GroundTruth::among(person(), &walk(3), &rig(), Vec::new(), vec![passer_by]).unwrap();
+        let others = Motion { frames_per_second: 60.0, poses: vec![distractor.poses[0].clone(); 3] };
+        let truth = GroundTruth::among(person(), &walk(3), &rig(), Vec::new(), vec![distractor]).unwrap();
         let other = GroundTruth::from_motion(person(), &others, &rig()).unwrap();
         let (observer, of) = (Observer::new(&truth, &rig()), |t| Observer::new(t, &rig()).observe(2).silhouettes);
         let (actor, everybody) = (observer.observe(2).silhouettes, observer.foreground(2).silhouettes);
@@ -273,7 +273,7 @@ mod tests {
             let mut both = whole.clone();
             both |= other;
             assert_eq!(everybody[camera], both);
-            assert_eq!(actor[camera].count_common(whole), actor[camera].count(), "it is part of the actor");
+            assert_eq!(actor[camera].count_common(whole), actor[camera].count(), "it is a part of the actor");
             assert_eq!(whole.count() - actor[camera].count(), {
                 let lost =
                     (0..320 * 240).filter(|i| whole.get(i % 320, i / 320) && !actor[camera].get(i % 320, i / 320));

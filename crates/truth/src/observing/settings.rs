@@ -1,4 +1,4 @@
-//! `[observation]`: where the silhouettes come from.
+//! `[observation]`: the source of silhouettes.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,30 +6,30 @@ use serde::{Deserialize, Serialize};
 use super::{BackgroundSettings, Corruption, ImageSettings};
 use crate::rng::{KeyedSeed, ObservationKey};
 
-/// What trackers are given in place of perfect observations.
+/// The observations given to trackers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
-    /// Where silhouettes come from: `"exact"`; `"segmented"`: cut out of images of the scene (`[observation.images]`)
-    /// by background subtraction (`[observation.background]`); or `"corrupted"`: the exact ones spoiled by the axes of
+    /// Source of silhouettes: `"exact"`; `"segmented"`, from simulated images (`[observation.images]`) by background
+    /// subtraction (`[observation.background]`); or `"corrupted"`, exact ones corrupted along the axes of
     /// `[observation.corruption]`.
     pub silhouette: SilhouetteSource,
-    /// Seed of all that is drawn for observations; every seed of a run sees the same observations.
+    /// Seed of all random draws for observations; all seeds of a run have the same observations.
     pub seed: u32,
-    /// Secret that all that is drawn for observations depends on besides the seed: 32 hexadecimal digits, in quotation
-    /// marks. Whoever knows a scenario that states it can undo the errors of its sets. Default: `render` draws a fresh
-    /// one where it matters; everywhere else the public one, all zeros.
+    /// Secret key of all random draws for observations, besides the seed: 32 hexadecimal digits, in quotation marks.
+    /// The errors of a set can be undone with the key, so a scenario with a key must be kept secret. Default: `render`
+    /// draws a new key if random numbers are used; otherwise the public key, all zeros.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key: Option<ObservationKey>,
-    /// Corruption, axis by axis. Axes of masks need `silhouette = "corrupted"`; errors of cameras, body and start do
-    /// not. Default: none.
+    /// Corruption by axis. Axes of masks require `silhouette = "corrupted"`; errors of cameras, body and start do not.
+    /// Default: none.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Looks of the scene and noise of the sensor, for `silhouette = "segmented"`; looks and seed also for the layer
+    /// Appearance of the scene and sensor noise, for `silhouette = "segmented"`; appearance and seed also for the layer
     /// `colour`.
     #[serde(skip_serializing_if = "is_default")]
     pub images: ImageSettings,
-    /// How silhouettes are cut out of images, for `silhouette = "segmented"`.
+    /// Segmentation of silhouettes, for `silhouette = "segmented"`.
     #[serde(skip_serializing_if = "is_default")]
     pub background: BackgroundSettings,
 }
@@ -51,67 +51,67 @@ impl Default for ObservationSettings {
     }
 }
 
-/// Where silhouettes come from.
+/// Source of silhouettes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SilhouetteSource {
-    /// Exactly what stands before the background: the actor, and distractors where there are any.
+    /// The exact foreground: the actor, and distractors if any.
     #[default]
     Exact,
-    /// Cut out of images of the scene.
+    /// Segmented from simulated images.
     Segmented,
-    /// The exact silhouettes, spoiled.
+    /// Corrupted exact silhouettes.
     Corrupted,
 }
 
-/// What a set says about its observations. The seed is not part of it: with it, a tracker could undo what was drawn.
+/// Description of the observations of a set. The seed is not included, since a tracker could undo the errors with it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationFacts {
-    /// Where silhouettes come from.
+    /// Source of silhouettes.
     pub silhouette: SilhouetteSource,
-    /// How many people besides the actor the silhouettes may show.
+    /// Number of people besides the actor that silhouettes may show.
     #[serde(skip_serializing_if = "is_default")]
     pub distractors: usize,
-    /// Corruption, axis by axis.
+    /// Corruption by axis.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Looks of the scene and noise of the sensor, where silhouettes are segmented.
+    /// Appearance of the scene and sensor noise, if silhouettes are segmented.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub images: Option<ImageSettings>,
-    /// How silhouettes were cut out, where they are segmented.
+    /// Segmentation settings, if silhouettes are segmented.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundSettings>,
 }
 
 impl ObservationSettings {
-    /// Whether a tracker is given the truth as the cameras see it.
+    /// Whether trackers are given exact observations.
     pub fn is_exact(&self) -> bool {
         self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
     }
 
-    /// Whether random numbers are drawn for what a tracker is given; whoever knew them could undo its errors.
+    /// Whether observations use random numbers, with which their errors could be undone.
     pub fn is_drawn(&self) -> bool {
         self.silhouette == SilhouetteSource::Segmented || self.corruption.is_drawn()
     }
 
-    /// What streams are keyed by; with the public key where none is stated.
+    /// The key and seed of random streams; the public key by default.
     pub fn keyed_seed(&self) -> KeyedSeed {
         KeyedSeed { key: self.key.unwrap_or_default(), seed: self.seed.into() }
     }
 
-    /// Looks of colour images that are truth alone; `None` for the usual ones, and where silhouettes are cut out of
-    /// such images, for then [`Self::facts`] has them.
+    /// Appearance of colour layers; `None` for the default, and if silhouettes are segmented, since [`Self::facts`]
+    /// then includes it.
     pub fn images_of_truth(&self) -> Option<ImageSettings> {
         (self.silhouette != SilhouetteSource::Segmented && !is_default(&self.images)).then_some(self.images)
     }
 
-    /// The seed, where anything is drawn with it or it is not the usual one.
+    /// The seed, if it is used or differs from the default.
     pub fn seed_to_tell(&self, with_others: bool) -> Option<u32> {
         (!self.is_exact() || with_others || self.seed != Self::default().seed).then_some(self.seed)
     }
 
-    /// What the set says.
+    /// The description stored in a set.
     pub fn facts(&self) -> ObservationFacts {
         let segmented = self.silhouette == SilhouetteSource::Segmented;
         ObservationFacts {
@@ -125,8 +125,8 @@ impl ObservationSettings {
 }
 
 impl ObservationFacts {
-    /// In words, for reports.
-    pub fn in_words(&self) -> String {
+    /// Description for reports.
+    pub fn describe(&self) -> String {
         let source = match self.silhouette {
             SilhouetteSource::Exact => "exact",
             SilhouetteSource::Corrupted => "corrupted",
@@ -140,7 +140,7 @@ impl ObservationFacts {
         if self.corruption.is_none() {
             format!("{source}{others}")
         } else {
-            format!("{source}{others}: {}", self.corruption.in_words())
+            format!("{source}{others}: {}", self.corruption.describe())
         }
     }
 }

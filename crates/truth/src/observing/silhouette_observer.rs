@@ -1,4 +1,4 @@
-//! Silhouettes as a scenario wants them, or as a set says that they were made.
+//! Silhouettes from the source configured in a scenario or recorded in a set.
 
 use super::{BackgroundError, CorruptedObserver, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource};
 use crate::camera::TimedRig;
@@ -6,21 +6,21 @@ use crate::observation::Observation;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
-/// Sees any frame of the truth, from any thread.
+/// Observes any frame of the truth, from any thread.
 pub enum SilhouetteObserver<'a> {
-    /// Exactly.
+    /// Exact silhouettes.
     Exact(Box<Observer<'a>>),
-    /// With corrupted masks.
+    /// Corrupted silhouettes.
     Corrupted(Box<CorruptedObserver<'a>>),
-    /// In images.
+    /// Silhouettes segmented from images.
     Segmented(Box<SegmentedObserver<'a>>),
 }
 
 impl<'a> SilhouetteObserver<'a> {
-    /// Through the true cameras, which must stand still where silhouettes are segmented.
+    /// An observer with the true cameras, which must be static if silhouettes are segmented.
     ///
     /// # Errors
-    /// [`BackgroundError`] where silhouettes are segmented and the background cannot be learned.
+    /// [`BackgroundError`] if silhouettes are segmented and the background cannot be learned.
     pub fn new(
         truth: &'a GroundTruth,
         rig: &TimedRig,
@@ -39,7 +39,7 @@ impl<'a> SilhouetteObserver<'a> {
         })
     }
 
-    /// The observation of one frame, which the truth must have; everybody is in it, distractors too.
+    /// The observation of one frame, which must exist in the truth, including distractors.
     pub fn observe(&self, frame: usize) -> Observation {
         match self {
             Self::Exact(observer) => observer.foreground(frame),

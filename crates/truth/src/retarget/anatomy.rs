@@ -1,8 +1,8 @@
-//! Matches joints of a recorded skeleton to parts of the body by name.
+//! Maps joints of a recorded skeleton to landmarks and segments of the body, by name.
 //!
-//! One ordered vocabulary covers every known dialect; if two dialects use one word for two joints, the order decides
-//! (`LeftShoulder` is the shoulder in cgspeed's 3ds Max files and in MocapBank's, but the collar bone where there is
-//! also a `LeftArm`):
+//! One ordered vocabulary covers every known naming convention. If two conventions use one name for different joints,
+//! the order decides (`LeftShoulder` is the shoulder in cgspeed's 3ds Max files and in MocapBank's, but the clavicle in
+//! a skeleton that also has a `LeftArm`):
 //!
 //! | | CMU ASF/AMC | cgspeed MotionBuilder | cgspeed 3ds Max | Animated Drawings | MocapBank | DeepMimic |
 //! |---|---|---|---|---|---|---|
@@ -15,8 +15,8 @@
 //! | thorax (C7) | `upperneck` | `Neck1` | `Neck` | `Neck` | `Neck` | `neck` |
 //! | head top | tip of `head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `neck` |
 //!
-//! The pelvis is the middle of the hips. Trunk joints are found by structure: the pelvis turns with the lowest common
-//! ancestor of both hips, the thorax with that of both shoulders.
+//! The pelvis is the midpoint of the hips. Trunk joints follow from the hierarchy: the pelvis rotates with the lowest
+//! common ancestor of both hips, the thorax with that of both shoulders.
 
 use std::collections::BTreeMap;
 
@@ -26,8 +26,7 @@ use super::RetargetError;
 use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::{Clip, Skeleton};
 
-/// Names of a joint on one side, without the side, best first. Names are compared without case, punctuation or name
-/// space.
+/// Names of a lateral joint without its side, best first. Names are compared without case, punctuation or namespace.
 const SIDED: [(Landmark, Landmark, &[&str]); 6] = [
     (Landmark::LeftHip, Landmark::RightHip, &["upleg", "upperleg", "thigh", "femur", "hip"]),
     (Landmark::LeftKnee, Landmark::RightKnee, &["leg", "lowleg", "lowerleg", "shin", "calf", "shank", "tibia", "knee"]),
@@ -36,14 +35,14 @@ const SIDED: [(Landmark, Landmark, &[&str]); 6] = [
     (Landmark::LeftElbow, Landmark::RightElbow, &["forearm", "lowarm", "lowerarm", "radius", "elbow"]),
     (Landmark::LeftWrist, Landmark::RightWrist, &["wrist", "hand"]),
 ];
-/// What Mixamo puts before every name, in files whose program dropped the colon behind it.
+/// Mixamo's prefix, in files that lack the colon after it.
 const MIXAMO: &str = "mixamorig";
 const NECK: [&str; 3] = ["upperneck", "neck1", "neck"];
 const HEAD: [&str; 2] = ["head", "neck"];
 const TOES: [&str; 4] = ["toebase", "toes", "toe", "ball"];
 const HAND: [&str; 3] = ["fingerbase", "hand", "wrist"];
 
-/// A part of the body whose orientation a recording contains.
+/// A body segment whose orientation a recording may contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodySegment {
     Pelvis,
@@ -57,7 +56,7 @@ pub(super) enum BodySegment {
     RightToes,
 }
 
-/// Every segment, in the order in which [`SubjectFrame::rotations`] holds them.
+/// All segments, in the order of [`SubjectFrame::rotations`].
 pub(super) const SEGMENTS: [BodySegment; 9] = [
     BodySegment::Pelvis,
     BodySegment::Thorax,
@@ -85,25 +84,25 @@ pub(super) struct Anatomy {
     segments: [Option<usize>; SEGMENTS.len()],
     /// Left and right ball of the foot.
     toes: [Option<Site>; 2],
-    /// Joint above which a bone is missing, and that bone in its frame.
+    /// The joint above which a bone is missing, and that bone in the joint's frame.
     gap: Option<(usize, Vector3<f64>)>,
     skeleton_parents: Vec<Option<usize>>,
 }
 
-/// The body's observations in one frame of a recording.
+/// Landmarks and segment orientations in one frame of a recording.
 #[derive(Clone, Debug)]
 pub(super) struct SubjectFrame {
     /// World positions, metres.
     pub(super) markers: Markers,
-    /// World from the recorded joint that turns with each segment.
+    /// World rotation of the recorded joint of each segment.
     pub(super) rotations: [Option<UnitQuaternion<f64>>; SEGMENTS.len()],
-    /// Ball of the left and of the right foot, metres.
+    /// Balls of the left and right foot, metres.
     pub(super) toes: [Option<Point3<f64>>; 2],
 }
 
 impl Anatomy {
-    /// Reads the names of a clip's joints. `overrides` maps landmark names to `Joint`, `Joint:tip` or `Joint+Joint`
-    /// (the middle).
+    /// Recognises the joints of a clip by name. `overrides` maps landmark names to `Joint`, `Joint:tip` or
+    /// `Joint+Joint` (the midpoint).
     pub(super) fn from_clip(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
         let names = Names::from_skeleton(&clip.skeleton);
         let mut landmarks = named_landmarks(&names);
@@ -121,13 +120,13 @@ impl Anatomy {
             return Err(RetargetError::MissingLandmarks { missing: missing.join(", "), joints });
         }
         let joint_of = |landmark: Landmark| landmarks[landmark as usize].map(Site::joint);
-        let meeting = |a, b| meeting_joint(&clip.skeleton, joint_of(a)?, joint_of(b)?);
+        let ancestor = |a, b| common_ancestor(&clip.skeleton, joint_of(a)?, joint_of(b)?);
         let sided = |side, stems: &[&str]| names.sided(side, stems);
         let toes = [sided("left", &TOES), sided("right", &TOES)];
         let feet = [joint_of(Landmark::LeftAnkle), joint_of(Landmark::RightAnkle)];
-        let thorax = meeting(Landmark::LeftShoulder, Landmark::RightShoulder);
+        let thorax = ancestor(Landmark::LeftShoulder, Landmark::RightShoulder);
         let segments = [
-            meeting(Landmark::LeftHip, Landmark::RightHip),
+            ancestor(Landmark::LeftHip, Landmark::RightHip),
             thorax,
             joint_of(Landmark::HeadTop),
             sided("left", &HAND).or(joint_of(Landmark::LeftWrist)),
@@ -150,12 +149,12 @@ impl Anatomy {
         })
     }
 
-    /// Length of the bone that the recording lacks between the thorax joint and all above it, metres.
+    /// Length of the bone missing in the recording between the thorax joint and its children, metres.
     pub(super) fn restored_bone_m(&self) -> Option<f64> {
         self.gap.map(|(_, bone)| bone.norm())
     }
 
-    /// The joints that move the observed parts: all ancestors of a landmark, a segment or the toes.
+    /// The joints that move the observed parts: those of landmarks, segments and toes, and all their ancestors.
     pub(super) fn joints(&self) -> Vec<usize> {
         let sites = self.landmarks.iter().chain(&self.toes).flatten().map(|site| site.joint());
         let own: Vec<usize> = sites.chain(self.segments.iter().flatten().copied()).collect();
@@ -212,12 +211,12 @@ impl Site {
 }
 
 /// The lowest common ancestor of `a` and `b`.
-fn meeting_joint(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
+fn common_ancestor(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
     let chain = |from: usize| std::iter::successors(Some(from), |&j| skeleton.joints[j].parent);
     chain(a).find(|&joint| chain(b).any(|other| other == joint))
 }
 
-/// Joints by their names as compared: lower case, letters and digits only, name space dropped.
+/// Joints by normalised name: lower case, letters and digits only, without namespace.
 struct Names(BTreeMap<String, usize>);
 
 impl Names {
@@ -282,13 +281,14 @@ fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, R
     }
 }
 
-/// cgspeed's conversions of CMU's recordings drop the thorax bone: all children of the thorax joint coincide with it
-/// (0.1166 m too low for subject 1). CMU's back has three bones of nearly equal length, so the one below replaces it.
+/// cgspeed's conversions of CMU's recordings lack the thorax bone: all children of the thorax joint coincide with it
+/// (0.1166 m too low for subject 1). CMU's back has three bones of nearly equal length, so the one below is used
+/// instead.
 fn missing_bone(clip: &Clip, thorax: usize) -> Option<(usize, Vector3<f64>)> {
     let offset = |joint: usize| clip.frames.first().map(|frame| frame[joint].translation.vector);
     let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));
-    let all_on_it = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
-    offset(thorax).filter(|bone| all_on_it && bone.norm() > 1e-6).map(|bone| (thorax, bone))
+    let all_coincide = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
+    offset(thorax).filter(|bone| all_coincide && bone.norm() > 1e-6).map(|bone| (thorax, bone))
 }
 
 #[cfg(test)]
@@ -296,7 +296,7 @@ mod tests {
     use super::*;
     use crate::mocap::SkeletonJoint;
 
-    /// The joints of a dialect: trunk, then stems of an arm and of a leg with the spelling of a side.
+    /// The joints of a convention: trunk, then arm and leg names spelled with each side.
     fn skeleton(trunk: &[&str], limbs: &[&str], spell: impl Fn(&str, &str) -> String) -> Skeleton {
         let sided = ["Left", "Right"].into_iter().flat_map(|side| limbs.iter().map(move |stem| (side, *stem)));
         let names = trunk.iter().map(|name| (*name).to_owned()).chain(sided.map(|(side, stem)| spell(side, stem)));
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn the_names_of_common_programs_give_all_landmarks() {
+    fn names_of_common_programs_give_all_landmarks() {
         let before = |text: &'static str| move |side: &str, stem: &str| format!("{text}{side}{stem}");
         let short = |side: &str| side[..1].to_ascii_lowercase();
         let biped = ["Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase"];
@@ -316,7 +316,7 @@ mod tests {
         let trunk = ["Hips", "Spine", "Neck", "Head"];
         let dialects = [
             ("MotionBuilder", skeleton(&trunk, &biped, before(""))),
-            ("MotionBuilder with a name space", skeleton(&trunk, &biped, before("Actor:"))),
+            ("MotionBuilder with a namespace", skeleton(&trunk, &biped, before("Actor:"))),
             ("Mixamo", skeleton(&["mixamorig:Neck", "mixamorig:Head"], &biped, before("mixamorig:"))),
             ("Mixamo without colons", skeleton(&["mixamorigNeck", "mixamorigHead"], &biped, before("mixamorig"))),
             ("Mixamo's second figure", skeleton(&["mixamorig1Neck", "mixamorig1Head"], &biped, before("mixamorig1"))),

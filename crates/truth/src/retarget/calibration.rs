@@ -1,8 +1,8 @@
-//! Constant rotations between the recorded joints' frames and the body's links, one per segment.
+//! Constant rotations between the frames of recorded joints and of the body's links, one per segment.
 //!
-//! Formats define the axes of their joints freely. But a joint turns with its segment in every frame, so one rotation
-//! per segment suffices, averaged over poses found from positions only. Positions do not determine the twist of a head
-//! or a hand about its own length: the average assumes that the subject on the whole looks ahead and does not twist its
+//! Formats choose the axes of joints freely, but a joint rotates with its segment, so one constant rotation per segment
+//! suffices. It is averaged over poses fitted to positions only. Positions do not determine the twist of a head or hand
+//! about its longitudinal axis: the average assumes that, over the clip, the subject looks ahead and does not twist its
 //! hands. Feet are assumed flat when they are lowest.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -25,15 +25,15 @@ fn metres_per_radian(segment: BodySegment) -> f64 {
     }
 }
 
-/// A marker this near to the origin of its link, metres, marks the start of the link: a foot at the ankle, a hand at
-/// the wrist.
-const BEGINS_HERE: f64 = 0.1;
+/// A marker this close to its link's origin is at the start of the link, as the ankle of a foot or the wrist of a hand,
+/// metres.
+const NEAR_LINK_ORIGIN: f64 = 0.1;
 
-/// The link of the segment: the one with its marker, or the one of that name.
+/// The link of a segment: by name, or by its marker.
 fn link_of(humanoid: &Humanoid, segment: BodySegment) -> Option<usize> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
     let end = |name: &str, landmark: Landmark| {
-        let begins = |m: &LinkPoint| m.point_in_link.coords.norm() < BEGINS_HERE;
+        let begins = |m: &LinkPoint| m.point_in_link.coords.norm() < NEAR_LINK_ORIGIN;
         let found = || humanoid.markers[landmark as usize].filter(begins).map(|m| m.link);
         humanoid.find_link(name).or_else(found)
     };
@@ -50,7 +50,7 @@ fn link_of(humanoid: &Humanoid, segment: BodySegment) -> Option<usize> {
     }
 }
 
-/// One segment of a body that follows one joint of a recording.
+/// A body segment that follows a joint of the recording.
 #[derive(Clone, Copy, Debug)]
 struct Follower {
     /// Index into [`SEGMENTS`].
@@ -64,7 +64,7 @@ struct Follower {
 pub(super) struct SegmentCalibration(Vec<Follower>);
 
 impl SegmentCalibration {
-    /// From poses found from positions only, for some frames of the subject.
+    /// Calibrates from poses fitted to positions only, for some frames of the subject.
     pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
         let rest = humanoid.body_from_links();
         let follow = |(segment, part): (usize, &BodySegment)| {
@@ -99,7 +99,7 @@ impl SegmentCalibration {
     }
 }
 
-/// Joint from link in every posed frame.
+/// `joint_from_link` in every posed frame.
 fn posed_offsets(
     humanoid: &Humanoid,
     subject: &[SubjectFrame],
@@ -113,8 +113,8 @@ fn posed_offsets(
     posed.iter().filter_map(offset).collect()
 }
 
-/// Joint from foot in the frames with a flat foot, as at the body's zero pose (`rest`): X along the foot over the
-/// ground, Z up.
+/// `joint_from_foot` in frames with a flat foot, assumed oriented as at the body's zero pose (`rest`): X horizontal
+/// along the foot, Z up.
 fn flat_foot(
     subject: &[SubjectFrame],
     segment: usize,
@@ -135,13 +135,13 @@ fn flat_foot(
     feet.into_iter().take(count).map(|(_, offset)| offset).collect()
 }
 
-/// Upright frame whose X points from one position to another over the ground; `None` if one is above the other.
+/// Upright frame whose X is the horizontal direction from one position to another; `None` if one is above the other.
 fn heading(from: &Point3<f64>, to: &Point3<f64>) -> Option<UnitQuaternion<f64>> {
     let ahead = Vector3::new(to.x - from.x, to.y - from.y, 0.0).try_normalize(1e-6)?;
     Some(from_axes(ahead, Vector3::z().cross(&ahead)))
 }
 
-/// The rotation with the least sum of squared angles to all others (`[Moakher 2002]`), by fixed-point iteration.
+/// The rotation with the least sum of squared angles to the given ones (`[Moakher 2002]`), by fixed-point iteration.
 fn mean_rotation(rotations: &[UnitQuaternion<f64>]) -> Option<UnitQuaternion<f64>> {
     let mut mean = *rotations.get(rotations.len() / 2)?;
     for _ in 0..20 {

@@ -1,4 +1,4 @@
-//! Parts of jumps retargeted separately, compared with the same frames of the whole.
+//! Tests: parts of jumps retargeted separately agree with the same frames of the whole.
 
 use super::{RetargetOptions, Retargeted, retarget};
 use crate::body::shipped;
@@ -8,12 +8,12 @@ use crate::test_data;
 /// CMU's jumps of three subjects, and the built-in jump.
 fn jumps() -> Vec<Clip> {
     let shared = ["16_03", "02_04", "01_01_f0001-0700"].map(|name| format!("mocap/cmu_asf_amc/{name}.amc"));
-    let ours = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/motions/humanoid3d_jump.txt").into();
-    let files = shared.iter().filter_map(|file| test_data::path(file)).chain([ours]);
+    let shipped_jump = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/motions/humanoid3d_jump.txt").into();
+    let files = shared.iter().filter_map(|file| test_data::path(file)).chain([shipped_jump]);
     files.map(|file: std::path::PathBuf| read(&file, &ReadOptions::default()).unwrap()).collect()
 }
 
-fn performed(clip: &Clip) -> Retargeted {
+fn retargeted(clip: &Clip) -> Retargeted {
     retarget(clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap()
 }
 
@@ -21,15 +21,15 @@ fn is_spine(name: &str) -> bool {
     ["lumbar", "thoracic", "neck", "head"].iter().any(|part| name.starts_with(part))
 }
 
-/// A crop has another calibration and other trunk lengths, so its angles differ, but it must bend the same way.
+/// A crop has a different calibration and trunk length, so angles differ slightly, but the spine must bend alike.
 #[test]
-fn crops_of_jumps_agree_with_the_whole_to_5_degrees_of_the_spine_and_10_mm() {
+fn crops_of_jumps_agree_with_the_whole_to_5_degrees_at_the_spine_and_10_mm() {
     for clip in jumps() {
-        let whole = performed(&clip);
+        let whole = retargeted(&clip);
         let frames = clip.frames.len();
         for crop in [0..frames / 2, frames / 4..3 * frames / 4, frames / 2..frames] {
-            let part = performed(&Clip { frames: clip.frames[crop.clone()].to_vec(), ..clip.clone() });
-            let (mut spine, mut sum, mut apart) = (0.0_f64, 0.0, 0.0_f64);
+            let part = retargeted(&Clip { frames: clip.frames[crop.clone()].to_vec(), ..clip.clone() });
+            let (mut spine, mut sum, mut distance) = (0.0_f64, 0.0, 0.0_f64);
             for (a, b) in whole.motion.poses[crop.clone()].iter().zip(&part.motion.poses) {
                 let names = whole.humanoid.degrees_of_freedom.iter().map(|d| &d.name);
                 for ((a, b), name) in a.joint_angles.iter().zip(&b.joint_angles).zip(names) {
@@ -39,29 +39,29 @@ fn crops_of_jumps_agree_with_the_whole_to_5_degrees_of_the_spine_and_10_mm() {
                 }
                 let places = [(&whole, a), (&part, b)].map(|(of, p)| of.humanoid.markers(&of.humanoid.link_frames(p)));
                 for (a, b) in places[0].iter().zip(&places[1]) {
-                    apart = apart.max((a.unwrap() - b.unwrap()).norm());
+                    distance = distance.max((a.unwrap() - b.unwrap()).norm());
                 }
             }
             let mean = sum / (crop.len() * whole.humanoid.degrees_of_freedom.len()) as f64;
             println!(
                 "{} {crop:?}: spine {spine:.1} degrees, mean {mean:.2} degrees, {:.1} mm",
                 clip.name,
-                1000.0 * apart
+                1000.0 * distance
             );
             assert!(spine < 5.0, "{} {crop:?}: the spine differs by {spine} degrees", clip.name);
             assert!(mean < 1.5, "{} {crop:?}: angles differ by {mean} degrees on average", clip.name);
-            assert!(apart < 0.01, "{} {crop:?}: landmarks are {apart} m apart", clip.name);
+            assert!(distance < 0.01, "{} {crop:?}: landmarks are {distance} m apart", clip.name);
         }
     }
 }
 
 #[test]
-fn jumps_turn_no_faster_than_recorded_and_leave_the_limits_of_ankles_free() {
+fn jumps_rotate_no_faster_than_recorded_and_seldom_reach_joint_limits() {
     for clip in jumps() {
-        let jump = performed(&clip);
+        let jump = retargeted(&clip);
         let faster: Vec<&String> = jump.report.notes.iter().filter(|note| note.contains("turns faster")).collect();
         assert!(faster.is_empty(), "{}: {faster:?}", clip.name);
-        let recorded = super::turning::recorded_turns(&clip, &(0..clip.skeleton.joints.len()).collect::<Vec<_>>());
+        let recorded = super::turning::recorded_rotations(&clip, &(0..clip.skeleton.joints.len()).collect::<Vec<_>>());
         let most = recorded.iter().copied().fold(0.0, f64::max) * clip.frames_per_second;
         for pair in jump.motion.poses.windows(2) {
             for (index, limits) in

@@ -1,10 +1,10 @@
-//! Fingerprints that identify a take regardless of its file.
+//! Fingerprints that identify a recorded take independent of its file.
 //!
 //! Two files contain frames of the same take if the distances between landmarks are equal over a stretch in which the
-//! body moves. Distances between landmarks, divided by the length of the legs, do not change with the file's format,
-//! name, axes, unit, place on the ground, frame numbers or part that was cut out; and since a take is a path through
-//! the space of these distances, they are compared path to path, so the frame rate has little effect. Two cycles of the
-//! same walk differ by several hundredths, copies by less than a thousandth.
+//! body moves. Distances between landmarks, divided by the leg length, are invariant to the file's format, name, axes,
+//! unit, position on the ground, frame numbers and cropping. A take is a path through the space of these distances, and
+//! paths are compared, so the frame rate has little effect. Two cycles of the same walk differ by several hundredths,
+//! copies by less than a thousandth.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use super::anatomy::Anatomy;
 use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::Clip;
 
-/// Distances of a frame.
+/// Number of distances per frame.
 pub const FINGERPRINT_DISTANCES: usize = 16;
 
-/// Which distances, each between two landmarks.
+/// The pairs of landmarks whose distances are used.
 const PAIRS: [(Landmark, Landmark); FINGERPRINT_DISTANCES] = [
     (Landmark::LeftWrist, Landmark::RightWrist),
     (Landmark::LeftAnkle, Landmark::RightAnkle),
@@ -36,72 +36,72 @@ const PAIRS: [(Landmark, Landmark); FINGERPRINT_DISTANCES] = [
     (Landmark::Thorax, Landmark::RightKnee),
 ];
 
-/// Joints of each leg, whose length is the unit.
+/// Joints of each leg, whose mean length is the unit.
 const LEGS: [[Landmark; 3]; 2] = [
     [Landmark::LeftHip, Landmark::LeftKnee, Landmark::LeftAnkle],
     [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
 ];
 
-/// Tolerances for shared frames; a stretch must move by at least ten times its tolerance. Large ones for copies at
-/// another rate, small ones for exact copies, which may then contain little movement.
+/// Tolerances for shared frames; a stretch must move by at least ten times its tolerance. Large ones detect copies at
+/// another rate, small ones exact copies with little movement.
 const TOLERANCES: [f32; 3] = [2e-3, 2e-4, 2e-5];
 
-/// Smallest ratio of a stretch's movement to the tolerance.
-const MOVEMENT: f32 = 10.0;
+/// Least ratio of a stretch's movement to the tolerance.
+const MIN_MOVEMENT_RATIO: f32 = 10.0;
 
-/// Fewest frames of a stretch.
-const LEAST_FRAMES: usize = 3;
+/// Least number of frames in a stretch.
+const MIN_FRAMES: usize = 3;
 
 type DistanceRow = [f32; FINGERPRINT_DISTANCES];
 
 /// The fingerprint of a take: a row of distances between landmarks for every frame, in leg lengths.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionFingerprint {
-    /// Frame by frame.
+    /// One row per frame.
     pub rows: Vec<DistanceRow>,
 }
 
-/// Frames that two takes share, each counted from 0 and including the last.
+/// Frames shared by two takes, counted from 0, inclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SharedFrames {
-    /// First and last frame of the one.
+    /// First and last frame of this take.
     pub own: (usize, usize),
-    /// First and last frame of the other.
+    /// First and last frame of the other take.
     pub other: (usize, usize),
 }
 
 impl MotionFingerprint {
-    /// Of all frames of a clip; best taken at the rate of its file. Landmarks are found by the joints' own names; only
-    /// where these are not recognised by `joint_map` ([`super::RetargetOptions::landmarks`]), so that another map of a
-    /// known skeleton does not make another recording of it.
+    /// The fingerprint of all frames of a clip, preferably at the rate of its file. Landmarks are found by joint names;
+    /// `joint_map` ([`super::RetargetOptions::landmarks`]) is used only if these are not recognised, so that a
+    /// different map for a known skeleton does not change the fingerprint.
     ///
     /// # Errors
-    /// [`RetargetError`] if the landmarks cannot be found by the joints' names nor by the map.
+    /// [`RetargetError`] if the landmarks can be found neither by joint names nor by the map.
     pub fn from_clip(clip: &Clip, joint_map: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
         let anatomy = Anatomy::from_clip(clip, &Default::default()).or_else(|_| Anatomy::from_clip(clip, joint_map))?;
         let row = |frame: usize| distances(&anatomy.observe(clip, frame).markers);
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
 
-    /// How far a frame's markers are from the nearest of all rows, which may be its mirror image: mean difference of
-    /// the distances, leg lengths. `None` where either side has no rows, or the frame too few markers.
+    /// Distance of a frame's markers from the nearest row or its mirror image: mean absolute difference of the
+    /// distances, in leg lengths. `None` without rows, or if the frame has too few markers.
     pub fn nearest(&self, markers: &Markers) -> Option<f32> {
         let own = distances(markers);
         let known =
             || PAIRS.iter().enumerate().filter(|(_, (a, b))| [a, b].iter().all(|m| markers[**m as usize].is_some()));
         let (count, mirrored) = (known().count(), PAIRS.map(mirror_image));
-        let apart = |row: &DistanceRow, order: &dyn Fn(usize) -> usize| {
+        let difference = |row: &DistanceRow, order: &dyn Fn(usize) -> usize| {
             known().map(|(i, _)| (own[i] - row[order(i)]).abs()).sum::<f32>() / count as f32
         };
-        let nearer = |row: &DistanceRow| apart(row, &|i| i).min(apart(row, &|i| mirrored[i]));
+        let nearer = |row: &DistanceRow| difference(row, &|i| i).min(difference(row, &|i| mirrored[i]));
         (2 * count > PAIRS.len()).then(|| self.rows.iter().map(nearer).min_by(f32::total_cmp)).flatten()
     }
 
-    /// The first stretch of frames that both contain, if any.
+    /// The first stretch of frames contained in both, if any.
     pub fn shared_with(&self, other: &Self) -> Option<SharedFrames> {
-        // a path at a low rate cuts corners, so both directions are tried
+        // a path sampled at a low rate cuts corners, so both directions are tried
         let swapped = |s: SharedFrames| SharedFrames { own: s.other, other: s.own };
-        stretch_on(&self.rows, &other.rows).or_else(|| stretch_on(&other.rows, &self.rows).map(swapped))
+        stretch_along(&self.rows, &other.rows).or_else(|| stretch_along(&other.rows, &self.rows).map(swapped))
     }
 }
 
@@ -115,7 +115,7 @@ fn distances(markers: &Markers) -> DistanceRow {
     PAIRS.map(|(a, b)| (between(a, b) * unit) as f32)
 }
 
-/// Which pair lies on the other side of the body.
+/// Index of the mirrored pair.
 fn mirror_image((a, b): (Landmark, Landmark)) -> usize {
     let other = |landmark: Landmark| {
         let name = landmark.name();
@@ -129,27 +129,27 @@ fn mirror_image((a, b): (Landmark, Landmark)) -> usize {
     PAIRS.iter().position(|pair| *pair == (a, b) || *pair == (b, a)).unwrap_or(0)
 }
 
-/// Distance of a row from a path and the frame there, if below the greatest tolerance.
+/// Distance of a row from a path, and the nearest frame of the path.
 #[derive(Clone, Copy)]
-struct Meeting {
-    apart: f32,
+struct PathMatch {
+    distance: f32,
     frame: usize,
 }
 
-/// The first stretch of `rows` that follows the path through `path`.
-fn stretch_on(rows: &[DistanceRow], path: &[DistanceRow]) -> Option<SharedFrames> {
+/// The first stretch of `rows` that follows the polyline through `path`.
+fn stretch_along(rows: &[DistanceRow], path: &[DistanceRow]) -> Option<SharedFrames> {
     if path.len() < 2 {
         return None;
     }
-    let meetings: Vec<Option<Meeting>> = rows.iter().map(|row| meeting(row, path)).collect();
+    let matches: Vec<Option<PathMatch>> = rows.iter().map(|row| match_path(row, path)).collect();
     TOLERANCES.into_iter().find_map(|tolerance| {
-        let near = |index: usize| meetings[index].is_some_and(|m| m.apart <= tolerance);
+        let near = |index: usize| matches[index].is_some_and(|m| m.distance <= tolerance);
         let mut first = 0;
         while first < rows.len() {
             let length = (first..rows.len()).take_while(|index| near(*index)).count();
             let stretch = &rows[first..first + length];
-            if length >= LEAST_FRAMES && movement(stretch) >= MOVEMENT * tolerance {
-                let frames = || meetings[first..first + length].iter().flatten().map(|m| m.frame);
+            if length >= MIN_FRAMES && movement(stretch) >= MIN_MOVEMENT_RATIO * tolerance {
+                let frames = || matches[first..first + length].iter().flatten().map(|m| m.frame);
                 let other = (frames().min().unwrap_or(0), frames().max().unwrap_or(0));
                 return Some(SharedFrames { own: (first, first + length - 1), other });
             }
@@ -159,12 +159,12 @@ fn stretch_on(rows: &[DistanceRow], path: &[DistanceRow]) -> Option<SharedFrames
     })
 }
 
-fn meeting(row: &DistanceRow, path: &[DistanceRow]) -> Option<Meeting> {
-    let mut best: Option<Meeting> = None;
+fn match_path(row: &DistanceRow, path: &[DistanceRow]) -> Option<PathMatch> {
+    let mut best: Option<PathMatch> = None;
     for (frame, pair) in path.windows(2).enumerate() {
-        let bound = best.map_or(TOLERANCES[0], |b| b.apart);
-        if let Some((apart, share)) = nearness(row, &pair[0], &pair[1], bound) {
-            best = Some(Meeting { apart, frame: if share < 0.5 { frame } else { frame + 1 } });
+        let bound = best.map_or(TOLERANCES[0], |b| b.distance);
+        if let Some((distance, share)) = distance_to_segment(row, &pair[0], &pair[1], bound) {
+            best = Some(PathMatch { distance, frame: if share < 0.5 { frame } else { frame + 1 } });
         }
     }
     best
@@ -172,24 +172,24 @@ fn meeting(row: &DistanceRow, path: &[DistanceRow]) -> Option<Meeting> {
 
 /// Maximum-norm distance of a row from the segment between two others, and the position on the segment; only if below
 /// `bound`.
-fn nearness(row: &DistanceRow, from: &DistanceRow, to: &DistanceRow, bound: f32) -> Option<(f32, f32)> {
+fn distance_to_segment(row: &DistanceRow, from: &DistanceRow, to: &DistanceRow, bound: f32) -> Option<(f32, f32)> {
     let outside = |i: usize| row[i] < from[i].min(to[i]) - bound || row[i] > from[i].max(to[i]) + bound;
     if (0..FINGERPRINT_DISTANCES).any(outside) {
         return None;
     }
     let (mut along, mut length) = (0.0_f32, 0.0_f32);
     for i in 0..FINGERPRINT_DISTANCES {
-        let way = to[i] - from[i];
-        along += (row[i] - from[i]) * way;
-        length += way * way;
+        let step = to[i] - from[i];
+        along += (row[i] - from[i]) * step;
+        length += step * step;
     }
     let share = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
-    let apart =
+    let distance =
         (0..FINGERPRINT_DISTANCES).map(|i| (from[i] + share * (to[i] - from[i]) - row[i]).abs()).fold(0.0, f32::max);
-    (apart < bound).then_some((apart, share))
+    (distance < bound).then_some((distance, share))
 }
 
-/// The greatest change of a distance over a stretch.
+/// The largest range of any distance over a stretch.
 fn movement(rows: &[DistanceRow]) -> f32 {
     let of = |i: usize| {
         let values = || rows.iter().map(|row| row[i]);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_has_a_mirror_image_and_a_frame_is_near_itself_and_its_mirror_image_and_nothing_else() {
+    fn every_pair_has_a_mirror_image_and_a_frame_matches_only_itself_and_its_mirror_image() {
         for (index, pair) in PAIRS.into_iter().enumerate() {
             assert_eq!(mirror_image(PAIRS[mirror_image(pair)]), index, "{pair:?}");
         }
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_of_a_take_at_another_rate_is_found_whichever_is_finer() {
+    fn a_part_of_a_take_is_found_at_higher_and_lower_rates() {
         let take = jumps();
         let test = take.clone().crop(1000..1400).unwrap();
         for rate in [24.0, 30.0, 60.0, 97.3, 120.0, 240.0] {
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_shared_frames_are_enough_where_they_are_as_they_were() {
+    fn a_few_exactly_shared_frames_are_found() {
         let take = jumps();
         let test = fingerprint(&take.clone().crop(1000..1400).unwrap());
         let shared = fingerprint(&take.clone().crop(1395..1800).unwrap()).shared_with(&test).unwrap();
@@ -262,12 +262,12 @@ mod tests {
         assert_eq!(
             fingerprint(&take.crop(1400..1800).unwrap()).shared_with(&test),
             None,
-            "the very next frame is another one"
+            "the next frame is not shared"
         );
     }
 
     #[test]
-    fn a_take_that_was_moved_turned_and_scaled_is_the_same() {
+    fn a_moved_rotated_and_scaled_take_is_the_same() {
         let take = jumps().crop(1000..1400).unwrap();
         let mut moved = take.clone();
         let place = nalgebra::Isometry3::new(nalgebra::Vector3::new(3.0, -1.0, 0.2), nalgebra::Vector3::z() * 1.3);
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_stands_still_shares_nothing_with_another_who_does() {
+    fn takes_without_movement_share_nothing() {
         let still = MotionFingerprint { rows: vec![[1.0; FINGERPRINT_DISTANCES]; 100] };
         assert_eq!(still.shared_with(&still), None);
         assert_eq!(still.shared_with(&MotionFingerprint::default()), None);

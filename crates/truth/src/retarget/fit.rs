@@ -1,7 +1,7 @@
-//! Fits a body to given marker positions: another body's markers, or a subject's.
+//! Fits a body to marker positions of another body or a subject.
 
 use super::continuity::{Waypoint, solve_sequence};
-use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar};
+use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_several_starts};
 use crate::body::inverse_kinematics::{Goals, PoseSolution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
 
@@ -10,20 +10,20 @@ use crate::body::{Humanoid, Markers, Pose};
 pub struct Fit {
     /// The pose, inside the joint limits.
     pub pose: Pose,
-    /// Root mean square distance over the markers that both sides have, metres; 0 without any.
+    /// Root mean square distance over the markers present on both sides, metres; 0 without any.
     pub residual_rms_m: f64,
-    /// Steps of the solver.
+    /// Number of solver iterations.
     pub iterations: usize,
-    /// Distance per marker, metres, in the order of [`crate::body::LANDMARKS`]; `None` where either side lacks it.
+    /// Distance per marker, metres, in the order of [`crate::body::LANDMARKS`]; `None` if missing on either side.
     pub per_marker: [Option<f64>; 15],
 }
 
-/// The pose of `humanoid` whose markers come nearest to `targets` in least squares, within the joint limits. Angles
-/// that markers do not determine stay at `start`'s; `start`, a pose of this humanoid, may be far away.
+/// The pose of `humanoid` whose markers fit `targets` best in least squares, within the joint limits. Angles not
+/// determined by markers stay at those of `start`, a pose of this humanoid that may be far away.
 pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, options: &FitOptions) -> Fit {
     let mut solver = Solver::new(humanoid);
     let goals = marker_goals(humanoid, targets, priors(humanoid, start, options));
-    let solution = solve_from_afar(&mut solver, humanoid, &goals, targets, start, options.max_iterations);
+    let solution = solve_from_several_starts(&mut solver, humanoid, &goals, targets, start, options.max_iterations);
     measured(humanoid, targets, solution)
 }
 
@@ -31,7 +31,8 @@ pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, opti
 pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &Pose, options: &FitOptions) -> Vec<Fit> {
     let priors = priors(humanoid, start, options);
     let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, priors.clone())).collect();
-    let waypoints = goals.iter().zip(targets).map(|(goals, markers)| Waypoint { goals, markers, most: f64::INFINITY });
+    let waypoints =
+        goals.iter().zip(targets).map(|(goals, markers)| Waypoint { goals, markers, max_turn: f64::INFINITY });
     let solutions = solve_sequence(&mut Solver::new(humanoid), humanoid, waypoints, start, options);
     targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
@@ -51,7 +52,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// A pose well inside the limits, somewhere on the ground plane, facing anywhere.
+    /// A pose well inside the limits, at a random position and heading.
     fn random_pose(humanoid: &Humanoid, seed: u64) -> Pose {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut within = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
@@ -65,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn markers_of_a_far_pose_are_met_to_a_tenth_of_a_millimetre() {
+    fn markers_of_a_distant_pose_are_met_to_a_millimetre() {
         let body = shipped("tracker25").unwrap();
         for seed in 0..40 {
             let targets = body.markers(&body.link_frames(&random_pose(&body, seed)));
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sequence_of_markers_is_followed_and_a_missing_marker_is_left_out() {
+    fn a_sequence_of_markers_is_followed_without_a_missing_marker() {
         let body = shipped("tracker25").unwrap();
         let (from, to) = (random_pose(&body, 1), random_pose(&body, 2));
         let mut step = vec![0.0; body.step_len()];
@@ -96,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_knee_that_is_asked_to_bend_forward_stays_at_its_limit() {
+    fn a_hyperextended_knee_stays_at_its_limit() {
         let body = shipped("tracker25").unwrap();
         let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
         let mut broken = body.zero_pose();

@@ -1,5 +1,5 @@
-//! What a pose shall meet: markers where they are wanted, angles where markers leave them open; and the starts from
-//! which the solver finds it.
+//! Goals of pose fitting: marker positions, and priors for angles that markers do not determine; and the solver's start
+//! poses.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -7,16 +7,16 @@ use super::spine::equal_shares;
 use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
 use crate::body::{Humanoid, Landmark, Markers, Pose, from_axes};
 
-/// Weights for what markers do not determine.
+/// Weights of priors on angles, and the iteration limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Weight of one radian from the start pose's angles, as a marker distance in metres. It determines what markers do
-    /// not (the twist of a straight arm or a head) and hardly affects the rest.
+    /// Weight of one radian from the start pose's angles, as a marker distance in metres. It determines angles that
+    /// markers do not (the twist of a straight arm or a head) and hardly affects the others.
     pub stay_m_per_rad: f64,
-    /// The same for the change from the previous frame, in sequences; [`super::retarget`] uses it at 120 frames a
-    /// second and scales it with the square root of the rate, as for a random walk.
+    /// Weight of one radian from the previous frame, in sequences. [`super::retarget`] takes it as the value at 120
+    /// frames per second and scales it with the square root of the rate, as for a random walk.
     pub continuity_m_per_rad: f64,
-    /// Largest number of solver steps per frame.
+    /// Maximum number of solver iterations per frame.
     pub max_iterations: usize,
 }
 
@@ -26,18 +26,18 @@ impl Default for FitOptions {
     }
 }
 
-/// Goals that hold every angle at its value in a pose.
+/// Goals that hold every angle at its value in `pose`.
 pub(super) fn hold_angles(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
     pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
 }
 
-/// Priors: angles stay at a pose's values, and the joints of the spine share its bend.
+/// Priors: angles stay at the values in `pose`, and the joints of the spine share its bend equally.
 pub(super) fn priors(humanoid: &Humanoid, pose: &Pose, options: &FitOptions) -> Goals {
     let angles = hold_angles(pose, options.stay_m_per_rad);
     Goals { angles, differences: equal_shares(humanoid), ..Goals::default() }
 }
 
-/// Goals for every marker that both sides have, in addition to `priors`.
+/// Goals for every marker present on both sides, in addition to `priors`.
 pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals) -> Goals {
     let points = humanoid
         .markers
@@ -47,9 +47,9 @@ pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals
     Goals { points: points.collect(), ..priors }
 }
 
-/// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the
-/// start's angles, half-way to the middle of their ranges, and at the middle.
-pub(super) fn solve_from_afar(
+/// The best solution from several starts: the given pose, and the body aligned to the trunk's markers with its joints
+/// at the start's angles, half-way to the centres of their ranges, and at the centres.
+pub(super) fn solve_from_several_starts(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,
     goals: &Goals,
@@ -66,7 +66,7 @@ pub(super) fn solve_from_afar(
                 *angle += share * (middle - *angle);
             }
         }
-        if let Some(world_from_root) = root_on_trunk(humanoid, targets) {
+        if let Some(world_from_root) = root_aligned_to_trunk(humanoid, targets) {
             pose.world_from_root = world_from_root;
         }
         let solution = solver.solve(goals, &pose, max_iterations);
@@ -79,13 +79,13 @@ pub(super) fn solve_from_afar(
     best
 }
 
-/// The root's frame when the zero pose's trunk (hips and thorax) is aligned with the targets'.
-fn root_on_trunk(humanoid: &Humanoid, targets: &Markers) -> Option<Isometry3<f64>> {
+/// The root's frame that aligns the zero pose's trunk (hips and thorax) with that of the targets.
+fn root_aligned_to_trunk(humanoid: &Humanoid, targets: &Markers) -> Option<Isometry3<f64>> {
     let own = trunk_frame(&humanoid.markers(&humanoid.link_frames(&humanoid.zero_pose())))?;
     Some(trunk_frame(targets)? * own.inverse())
 }
 
-/// At the middle of the hips, Y towards the left hip, Z as nearly towards the thorax as that allows.
+/// Frame at the midpoint of the hips, with Y towards the left hip and Z as close to the thorax's direction as possible.
 fn trunk_frame(markers: &Markers) -> Option<Isometry3<f64>> {
     let place = |landmark: Landmark| markers[landmark as usize];
     let (left, right, thorax) = (place(Landmark::LeftHip)?, place(Landmark::RightHip)?, place(Landmark::Thorax)?);

@@ -1,19 +1,19 @@
-//! Estimates the ground from the soles of flat feet.
+//! Estimates the ground plane from the soles of flat feet.
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Motion};
 
-/// Share of the flat soles that may lie below the ground.
+/// Share of the soles of flat feet below the estimated ground.
 const BELOW_GROUND_SHARE: f64 = 0.2;
-/// Cosine of the greatest tilt of a foot that counts as flat: 15 degrees.
-const FLAT: f64 = 0.966;
-/// The ground's tilt is estimated only if soles are spread wider than this, metres.
-const TRUSTED_SPREAD: f64 = 0.3;
-/// A steeper slope, metres per metre, is not a tilted recording: stairs, or a body that never stands.
-const STEEPEST: f64 = 0.05;
+/// Cosine of the largest tilt of a flat foot: 15 degrees.
+const MIN_FLAT_COSINE: f64 = 0.966;
+/// The ground's slope is estimated only if soles are spread wider than this, metres.
+const MIN_SPREAD: f64 = 0.3;
+/// A steeper slope, metres per metre, is not a tilt of the recording but stairs, or a body that never stands.
+const MAX_SLOPE: f64 = 0.05;
 
-/// A plane `z = height + slope . (x, y) - centre`.
+/// The plane `z = height + slope . ((x, y) - centre)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Plane {
     centre: [f64; 2],
@@ -21,7 +21,7 @@ pub(super) struct Plane {
     height: f64,
 }
 
-/// Height of the lowest point of the feet's solids in every pose, metres; empty where the feet have none.
+/// Height of the lowest point of the feet's solids in every pose, metres; empty if the feet have none.
 pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
     let feet = humanoid.foot_links().concat();
     let mut frames = LinkFrames::default();
@@ -35,33 +35,33 @@ pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
 /// The correction that placed a motion on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Grounding {
-    /// By how much it was raised, metres.
+    /// Upward shift, metres.
     pub(super) raised: f64,
-    /// Rotation that levelled its ground, radians.
+    /// Angle of the rotation that levelled the ground, radians.
     pub(super) levelled: f64,
 }
 
-/// Smallest shift with a note, metres.
-const NOTED: f64 = 0.01;
+/// Least shift that is noted, metres.
+const MIN_NOTED_SHIFT: f64 = 0.01;
 
 impl Grounding {
-    /// A note on a motion that was shifted by a centimetre or more.
+    /// A note if the motion was shifted by a centimetre or more.
     pub(super) fn note(&self) -> Option<String> {
-        let way = if self.raised > 0.0 { "raised" } else { "lowered" };
-        (self.raised.abs() >= NOTED).then(|| {
+        let direction = if self.raised > 0.0 { "raised" } else { "lowered" };
+        (self.raised.abs() >= MIN_NOTED_SHIFT).then(|| {
             format!(
-                "the motion was {way} by {:.0} mm so that standing feet touch the ground",
+                "the motion was {direction} by {:.0} mm so that standing feet touch the ground",
                 1000.0 * self.raised.abs()
             )
         })
     }
 }
 
-/// Moves a motion so that its ground is z = 0: raised, and levelled if the soles show a tilt and `level` is set.
+/// Moves a motion so that its ground is at z = 0, and levels it if the soles show a tilt and `level` is set.
 pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: bool) -> Grounding {
     let Some(ground) = Plane::beneath(&soles(humanoid, motion)) else { return Grounding::default() };
     let [a, b] = ground.slope;
-    let is_trusted = level && a * a + b * b < STEEPEST * STEEPEST;
+    let is_trusted = level && a * a + b * b < MAX_SLOPE * MAX_SLOPE;
     let normal = if is_trusted { Vector3::new(-a, -b, 1.0) } else { Vector3::z() };
     let turn = UnitQuaternion::rotation_between(&normal, &Vector3::z()).unwrap_or_default();
     let pivot = Vector3::new(ground.centre[0], ground.centre[1], ground.height);
@@ -87,7 +87,7 @@ fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
             let upright = foot.first().map_or(0.0, |&link| up(link).z);
             let Some(lowest) = humanoid.lowest_point(&frames, foot) else { continue };
             all.push(lowest);
-            if upright > FLAT {
+            if upright > MIN_FLAT_COSINE {
                 flat.push(lowest);
             }
         }
@@ -96,9 +96,9 @@ fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
 }
 
 impl Plane {
-    /// The plane below which a set share of the points lies: quantile regression (`[Koenker 1978]`) by iteratively
+    /// The plane with a fixed share of the points below it: quantile regression (`[Koenker 1978]`) by iteratively
     /// reweighted least squares, with a penalty on the slope that dominates if the points are spread less than
-    /// [`TRUSTED_SPREAD`]. `None` without points.
+    /// [`MIN_SPREAD`]. `None` without points.
     fn beneath(points: &[Point3<f64>]) -> Option<Self> {
         let first = super::quantile(points.iter().map(|p| p.z).collect(), BELOW_GROUND_SHARE)?;
         let centre = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords) / points.len() as f64;
@@ -114,8 +114,8 @@ impl Plane {
                 right += row * (weight * point.z);
             }
             for (axis, slope) in plane.slope.iter().enumerate() {
-                let rise = (slope * TRUSTED_SPREAD).abs().max(1e-4);
-                normal[(axis, axis)] += points.len() as f64 * 0.5 * TRUSTED_SPREAD * TRUSTED_SPREAD / rise;
+                let rise = (slope * MIN_SPREAD).abs().max(1e-4);
+                normal[(axis, axis)] += points.len() as f64 * 0.5 * MIN_SPREAD * MIN_SPREAD / rise;
             }
             let solution = normal.try_inverse()? * right;
             plane = Self { slope: [solution.x, solution.y], height: solution.z, ..plane };
@@ -124,8 +124,8 @@ impl Plane {
     }
 }
 
-/// Shifts a motion over the ground so that the centre of the root's path (of its bounding box) is at the origin.
-/// Returns the shift, metres.
+/// Shifts a motion horizontally so that the centre of the bounding box of the root's path is at the origin. Returns the
+/// shift, metres.
 pub(super) fn centre_path(motion: &mut Motion) -> Vector3<f64> {
     let places = || motion.poses.iter().map(|pose| pose.world_from_root.translation.vector);
     let Some(first) = places().next() else { return Vector3::zeros() };
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_walk_on_a_tilted_floor_tells_the_tilt() {
+    fn a_walk_on_a_tilted_floor_gives_the_tilt() {
         // Soles on z = 0.4 + 0.02 x, half of them in the air.
         let points: Vec<Point3<f64>> = (0..200)
             .map(|i| {
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_on_the_spot_tells_a_height_but_hardly_a_tilt() {
+    fn a_body_on_the_spot_gives_the_height_but_hardly_a_tilt() {
         let points: Vec<Point3<f64>> =
             [-0.1, 0.1].into_iter().map(|x| Point3::new(x, 0.0, 0.3 + 0.04 * x)).cycle().take(50).collect();
         let plane = Plane::beneath(&points).unwrap();

@@ -6,13 +6,13 @@ use serde::Serialize;
 use super::anatomy::SubjectFrame;
 use crate::body::{Humanoid, Landmark, Markers};
 
-/// Lengths of a body's segments between its landmarks, metres; pairs are left and right. `None` where unknown.
+/// Segment lengths between a body's landmarks, metres; pairs are left and right. `None` if unknown.
 ///
-/// For a recording they are medians over frames, except trunk and neck, which bend: there the 90th percentile, because
-/// bending shortens them and nothing lengthens them.
+/// For a recording they are medians over frames, except for trunk and head, which are 90th percentiles because bending
+/// shortens them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SegmentLengths {
-    /// Middle of the hips to thorax (C7).
+    /// Midpoint of the hips to thorax (C7).
     pub trunk: Option<f64>,
     /// Thorax (C7) to top of the head.
     pub head: Option<f64>,
@@ -32,14 +32,14 @@ pub struct SegmentLengths {
     pub foot: [Option<f64>; 2],
 }
 
-/// Landmarks of one instant, and the balls of the left and of the right foot; metres.
+/// Landmarks at one instant, and the balls of the left and right foot, metres.
 type LandmarkPlaces = (Markers, [Option<Point3<f64>>; 2]);
 
 /// The ends of a length.
 type Ends = (Option<Point3<f64>>, Option<Point3<f64>>);
 
 impl SegmentLengths {
-    /// Of a body, at its zero pose.
+    /// The lengths of a body at its zero pose.
     pub fn from_body(humanoid: &Humanoid) -> Self {
         let frames = humanoid.link_frames(&humanoid.zero_pose());
         let toes = ["left_toes", "right_toes"]
@@ -47,7 +47,7 @@ impl SegmentLengths {
         Self::measure(&[(humanoid.markers(&frames), toes)])
     }
 
-    /// Of landmarks at one instant, and the balls of the left and of the right foot.
+    /// The lengths between landmarks at one instant; `toes` are the balls of the left and right foot.
     pub(super) fn from_places(markers: &Markers, toes: [Option<Point3<f64>>; 2]) -> Self {
         Self::measure(&[(*markers, toes)])
     }
@@ -58,22 +58,21 @@ impl SegmentLengths {
 
     /// The same lengths on both sides: the mean of left and right.
     pub fn symmetric(self) -> Self {
-        let level = |[left, right]: [Option<f64>; 2]| match (left, right) {
+        let mean = |[left, right]: [Option<f64>; 2]| match (left, right) {
             (Some(left), Some(right)) => [Some(0.5 * (left + right)); 2],
             (one, other) => [one.or(other); 2],
         };
         Self {
-            upper_arm: level(self.upper_arm),
-            forearm: level(self.forearm),
-            thigh: level(self.thigh),
-            shank: level(self.shank),
-            foot: level(self.foot),
+            upper_arm: mean(self.upper_arm),
+            forearm: mean(self.forearm),
+            thigh: mean(self.thigh),
+            shank: mean(self.shank),
+            foot: mean(self.foot),
             ..self
         }
     }
 
-    /// Length of the body from ankle to crown, stretched out: shank, thigh, trunk and head; `None` where one is
-    /// missing.
+    /// Length along the body from ankle to crown: shank, thigh, trunk and head; `None` if one is missing.
     pub fn ankle_to_crown(&self) -> Option<f64> {
         let mean = |[left, right]: [Option<f64>; 2]| Some(0.5 * (left? + right?));
         Some(mean(self.shank)? + mean(self.thigh)? + self.trunk? + self.head?)

@@ -1,8 +1,8 @@
-//! Retargeting: from a recording to a motion of a humanoid.
+//! Retargeting of a recording to a motion of a humanoid.
 //!
-//! The recorded skeleton's joints are matched to the body's landmarks by name, a template humanoid is scaled to the
-//! subject's segment lengths, and for every frame joint angles are found that reproduce the recorded landmark positions
-//! and the orientations of pelvis, thorax, head, hands and feet, within the joint limits and near the previous frame.
+//! The recorded joints are matched to the body's landmarks by name, and a template humanoid is scaled to the subject's
+//! segment lengths. For every frame, joint angles are fitted to the recorded landmark positions and the orientations of
+//! pelvis, thorax, head, hands and feet, within the joint limits and near the previous frame.
 //!
 //! ```no_run
 //! use skiagraph_truth::retarget::{RetargetOptions, retarget};
@@ -59,24 +59,24 @@ use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
 use crate::input::{excerpt, plain};
 use crate::mocap::Clip;
 
-/// Number of frames, spread over the clip, that are posed from positions only for the calibration of joint frames.
+/// Number of frames, spread over the clip, that are fitted to positions only, for the calibration of joint frames.
 const CALIBRATION_FRAMES: usize = 100;
 
 /// Options of retargeting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RetargetOptions {
-    /// Landmark name ([`Landmark::name`]) to the position in the recorded skeleton that it follows: `Joint`,
-    /// `Joint:tip`, or `Joint+Joint` for the middle. Overrides the match by name.
+    /// Map from landmark name ([`Landmark::name`]) to a position on the recorded skeleton: `Joint`, `Joint:tip`, or
+    /// `Joint+Joint` for the midpoint. Overrides matching by name.
     pub landmarks: BTreeMap<String, String>,
     /// Give left and right limbs the same lengths.
     pub symmetric: bool,
-    /// Raise the motion so that feet that lie flat stand on z = 0.
+    /// Shift the motion vertically so that flat feet are at z = 0.
     pub stand_on_ground: bool,
-    /// Also level the ground if the soles show that it was recorded with a tilt (up to 3 degrees).
+    /// Also level the ground if the soles show a tilt of the recording (up to 3 degrees).
     pub level_ground: bool,
-    /// Shift the motion so that the middle of the root's path is at the origin.
+    /// Shift the motion horizontally so that the centre of the root's path is at the origin.
     pub centre_path: bool,
-    /// How many times as fast as it was recorded the clip is: a note on jumps is about the recording; > 0.
+    /// Playback speed of the clip relative to the recording, > 0. Jumps are judged at the recorded speed.
     pub speed: f64,
     /// Weights of changes from the zero pose and from the previous frame.
     pub fit: FitOptions,
@@ -96,7 +96,7 @@ impl Default for RetargetOptions {
     }
 }
 
-/// A clip as a motion of a humanoid of the subject's size.
+/// A clip retargeted to a humanoid of the subject's size.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Retargeted {
@@ -104,17 +104,17 @@ pub struct Retargeted {
     pub humanoid: Humanoid,
     /// The scale factors.
     pub shape: BodyShape,
-    /// One pose a frame of the clip, at the clip's rate.
+    /// One pose per frame of the clip, at the clip's rate.
     pub motion: Motion,
     /// Quality measures.
     pub report: RetargetReport,
 }
 
-/// Most characters of a list of joints.
-const MOST_LISTED: usize = 2000;
+/// Maximum number of characters in a list of joints.
+const MAX_LISTED_CHARS: usize = 2000;
 
-/// A map to be pasted, whose values are to be filled in.
-fn map_to_fill_in(missing: &str) -> String {
+/// A `joint_map` with empty values, to be pasted and filled in.
+fn empty_joint_map(missing: &str) -> String {
     let entries: Vec<String> = missing.split(", ").map(|landmark| format!("{landmark} = \"\"")).collect();
     entries.join(", ")
 }
@@ -125,10 +125,10 @@ fn map_to_fill_in(missing: &str) -> String {
 pub enum RetargetError {
     /// A landmark cannot be found by name.
     #[error(
-        "no joint of the recording is recognised as: {missing}; name them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
+        "no joint of the recording is recognised as: {missing}; set them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
          \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
-        map_to_fill_in(missing),
-        plain(joints.chars().take(MOST_LISTED).collect::<String>())
+        empty_joint_map(missing),
+        plain(joints.chars().take(MAX_LISTED_CHARS).collect::<String>())
     )]
     MissingLandmarks {
         /// Landmarks that were not found.
@@ -143,7 +143,7 @@ pub enum RetargetError {
         known = LANDMARKS.map(Landmark::name).join(", ")
     )]
     UnknownLandmark(String),
-    /// An override names a joint that the recording does not have.
+    /// An override names a joint that the recording lacks.
     #[error(
         "landmark `{}`: the recording has no joint `{}`; its joints are: {}",
         excerpt(landmark),
@@ -153,7 +153,7 @@ pub enum RetargetError {
     UnknownJoint {
         /// The landmark.
         landmark: String,
-        /// The joint asked for.
+        /// The requested joint.
         joint: String,
         /// The skeleton's joints.
         joints: String,
@@ -163,23 +163,23 @@ pub enum RetargetError {
     EmptyClip(String),
     /// The humanoid lacks markers.
     #[error(
-        "robot `{}` has no marker for: {missing}, and they cannot be derived from its links' names or shape; for each, \
-        add an empty link marker_NAME on a fixed joint to its URDF",
+        "robot `{}` has no marker for: {missing}, and none can be derived from its link names or shape; for each, add an \
+         empty link marker_NAME on a fixed joint to its URDF",
         excerpt(humanoid)
     )]
     MissingMarkers {
-        /// Its name.
+        /// The robot's name.
         humanoid: String,
         /// Landmarks without a marker.
         missing: String,
     },
 }
 
-/// Retargets a clip to `template`, scaled to the subject. The template stands upright with its feet flat at its zero
-/// pose.
+/// Retargets a clip to `template`, scaled to the subject. At its zero pose the template must stand upright with flat
+/// feet.
 ///
 /// # Errors
-/// [`RetargetError`] when the clip is empty, its landmarks cannot be found, or the template has no markers.
+/// [`RetargetError`] if the clip is empty, its landmarks cannot be found, or the template lacks markers.
 pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> Result<Retargeted, RetargetError> {
     if clip.frames.is_empty() {
         return Err(RetargetError::EmptyClip(clip.name.clone()));
@@ -195,18 +195,18 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let calibration = SegmentCalibration::new(&humanoid, &subject, &posed);
     let hold = options.fit.continuity_m_per_rad * libm::sqrt(clip.frames_per_second / 120.0);
     let fit = FitOptions { continuity_m_per_rad: hold, ..options.fit };
-    let recorded = turning::recorded_turns(clip, &anatomy.joints());
+    let recorded = turning::recorded_rotations(clip, &anatomy.joints());
     let turns: Vec<f64> = recorded.iter().map(|turn| turn + turning::MARGIN / clip.frames_per_second).collect();
     let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &turns, &fit);
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
     report.notes.extend(clip.notes.iter().cloned());
-    report.notes.extend(residuals::leaps(&subject, clip.frames_per_second / options.speed));
+    report.notes.extend(residuals::jump_note(&subject, clip.frames_per_second / options.speed));
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
-        report
-            .notes
-            .push(format!("the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"));
+        report.notes.push(format!(
+            "the recording lacks the bone from the thorax joint to its children: a bone of {bone:.4} m was inserted"
+        ));
     }
     if options.stand_on_ground {
         let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
@@ -231,19 +231,18 @@ fn require_markers(template: &Humanoid) -> Result<(), RetargetError> {
     Err(RetargetError::MissingMarkers { humanoid: template.name.clone(), missing: missing.join(", ") })
 }
 
-/// Poses from landmarks only, for frames spread over the clip, including the first.
+/// Poses fitted to landmarks only, for frames spread over the clip, including the first.
 fn pose_from_positions(humanoid: &Humanoid, subject: &[SubjectFrame], options: &FitOptions) -> Vec<(usize, Pose)> {
     let stride = subject.len().div_ceil(CALIBRATION_FRAMES);
     let frames: Vec<usize> = (0..subject.len()).step_by(stride).collect();
     let targets: Vec<_> = frames.iter().map(|&frame| subject[frame].markers).collect();
-    // These frames are far apart, so continuity does not apply.
-    let apart = FitOptions { continuity_m_per_rad: 0.0, ..*options };
-    let fits = fit_motion_to_markers(humanoid, &targets, &humanoid.zero_pose(), &apart);
+    // these frames are far apart in time, so continuity does not apply
+    let independent = FitOptions { continuity_m_per_rad: 0.0, ..*options };
+    let fits = fit_motion_to_markers(humanoid, &targets, &humanoid.zero_pose(), &independent);
     frames.into_iter().zip(fits.into_iter().map(|fit| fit.pose)).collect()
 }
 
-/// The value below which this share of the values lies, linearly interpolated (type 7 of `[Hyndman 1996]`); `None`
-/// without values.
+/// Quantile with linear interpolation (type 7 of `[Hyndman 1996]`); `None` without values.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let position = share * values.len().checked_sub(1)? as f64;

@@ -1,29 +1,29 @@
-//! A body with a person's stature, mass, lengths and girths.
+//! Adapts a body to a person's stature, mass, lengths and girths.
 
 use super::{SegmentLengths, fit_shape};
 use crate::body::{BodyShape, Humanoid, Person, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment};
 
-/// Rounds in which stature and mass, which each change the other a little, are brought to what is wanted.
+/// Iterations over stature and mass, which affect each other slightly.
 const ROUNDS: usize = 6;
-/// Girths beyond these against the template's are no human's.
+/// Plausible factors on the template's girths.
 const GIRTHS: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-/// Lengths beyond these against the body's are a mistake.
+/// Plausible factors on the body's lengths.
 const LENGTHS: std::ops::RangeInclusive<f64> = 0.4..=2.5;
-/// Segments that grow with the stature and not with the mass: head, hands, feet.
-const LEAN: [usize; 3] = [0, 4, 7];
+/// Segments whose girth depends on stature but not on mass: head, hands, feet.
+const MASS_INDEPENDENT: [usize; 3] = [0, 4, 7];
 
-/// What a body shall be like; what is not said stays in proportion.
+/// Target proportions of a body; unset ones are scaled with the rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Physique {
-    /// From sole to crown, metres.
+    /// Height from sole to crown, metres.
     pub stature_m: Option<f64>,
-    /// Kilograms.
+    /// Mass, kilograms.
     pub mass_kg: Option<f64>,
-    /// Lengths by [`VARIED_LENGTHS`]: factors, before the stature is met.
+    /// Factors on the lengths of [`VARIED_LENGTHS`], before scaling to the stature.
     pub lengths: Option<[f64; 9]>,
-    /// Girths by [`VARIED_GIRTHS`]: factors, before the mass is met.
+    /// Factors on the girths of [`VARIED_GIRTHS`], before scaling to the mass.
     pub girths: Option<[f64; 8]>,
-    /// Lengths by [`VARIED_LENGTHS`] that are met themselves, metres.
+    /// Absolute lengths of [`VARIED_LENGTHS`], metres.
     pub lengths_m: [Option<f64>; 9],
 }
 
@@ -42,19 +42,19 @@ impl From<&Person> for Physique {
 /// The shape that gives `body` a physique.
 ///
 /// # Errors
-/// What cannot be met, in words.
+/// A message about the target that cannot be reached.
 pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape, String> {
     let own = SegmentLengths::from_body(body);
-    let stature = body.stature().ok_or("the body has no head and soles, so that its stature is not known")?;
+    let stature = body.stature().ok_or("the stature is unknown, because the body has no head or soles")?;
     let wanted = physique.stature_m.unwrap_or(stature);
     let mut growth = wanted / stature;
     let mut shape = BodyShape::identity(body);
     for _ in 0..ROUNDS {
-        let lengths = wanted_lengths(&own, physique, growth);
+        let lengths = target_lengths(&own, physique, growth);
         shape = fit_shape(body, &lengths);
-        thicken(body, physique, &mut shape)?;
+        set_girths(body, physique, &mut shape)?;
         let found = body.reshaped(&shape).stature().unwrap_or(wanted);
-        // a stature that follows from lengths that are said is left to them
+        // with given lengths only, the stature follows from them
         if physique.stature_m.is_none() && physique.lengths.is_none() {
             break;
         }
@@ -63,7 +63,7 @@ pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape,
     let factors = shape.links.iter().flat_map(|link| link.length.iter().copied());
     if let Some(far) = factors.into_iter().find(|factor| !LENGTHS.contains(factor)) {
         return Err(format!(
-            "a segment would be {far:.2} times as long as the body's; expected {} to {}",
+            "a segment would be {far:.2} times as long as the body's, expected a factor of {} to {}",
             LENGTHS.start(),
             LENGTHS.end()
         ));
@@ -71,8 +71,8 @@ pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape,
     Ok(shape)
 }
 
-/// The lengths that are wanted when all that is not said grows by `growth`.
-fn wanted_lengths(own: &SegmentLengths, physique: &Physique, growth: f64) -> SegmentLengths {
+/// Target lengths, where lengths without an absolute value are scaled by `growth`.
+fn target_lengths(own: &SegmentLengths, physique: &Physique, growth: f64) -> SegmentLengths {
     let factors = physique.lengths.unwrap_or([1.0; 9]);
     let of = |index: usize, own: Option<f64>| {
         own.map(|own| physique.lengths_m[index].unwrap_or(own * factors[index] * growth))
@@ -92,9 +92,9 @@ fn wanted_lengths(own: &SegmentLengths, physique: &Physique, growth: f64) -> Seg
     }
 }
 
-/// Sets girths so that the body has its mass: head, hands and feet are as its stature makes them, the others take the
-/// rest.
-fn thicken(body: &Humanoid, physique: &Physique, shape: &mut BodyShape) -> Result<(), String> {
+/// Sets girths so that the body has its mass: head, hands and feet depend on the stature only, the others are scaled to
+/// reach the mass.
+fn set_girths(body: &Humanoid, physique: &Physique, shape: &mut BodyShape) -> Result<(), String> {
     let factors = physique.girths.unwrap_or([1.0; 8]);
     debug_assert_eq!(VARIED_GIRTHS.len(), factors.len());
     let segments: Vec<Option<usize>> = (0..body.links.len()).map(|link| segment_of(body, link)).collect();
@@ -102,40 +102,40 @@ fn thicken(body: &Humanoid, physique: &Physique, shape: &mut BodyShape) -> Resul
         link.girth *= segment.map_or(1.0, |segment| factors[segment]);
     }
     let Some(wanted) = physique.mass_kg else { return Ok(()) };
-    // the mass is the links', whatever they wear
+    // without the skin: the mass is that of the links
     let thin = Humanoid { skin: None, ..body.clone() }.reshaped(shape);
     let mass = |lean: bool| -> f64 {
         let own = thin.links.iter().zip(&segments);
-        let own = own.filter(|(_, segment)| segment.is_some_and(|segment| LEAN.contains(&segment)) == lean);
+        let own = own.filter(|(_, segment)| segment.is_some_and(|segment| MASS_INDEPENDENT.contains(&segment)) == lean);
         own.filter_map(|(link, _)| link.inertia.as_ref()).map(|inertia| inertia.mass).sum()
     };
     let (lean, rest) = (mass(true), mass(false));
     if rest <= 0.0 {
-        return Err("the body's links have no mass, so that none can be met".to_owned());
+        return Err("a target mass cannot be reached, because the body's links have no mass".to_owned());
     }
     let growth = libm::sqrt(((wanted - lean) / rest).max(0.0));
     let girths = || shape.links.iter().zip(&segments);
-    let sound = girths().all(|(link, segment)| {
-        segment.is_some_and(|segment| LEAN.contains(&segment)) || GIRTHS.contains(&(link.girth * growth))
+    let is_plausible = girths().all(|(link, segment)| {
+        segment.is_some_and(|segment| MASS_INDEPENDENT.contains(&segment)) || GIRTHS.contains(&(link.girth * growth))
     });
-    if !sound {
+    if !is_plausible {
         return Err(format!(
-            "{wanted:.1} kg would make its girths {growth:.2} times those of a body of that stature and {:.1} kg; expected a \
-             mass within {} to {} times the girths",
+            "{wanted:.1} kg would make its girths {growth:.2} times those of a body of that stature with {:.1} kg, expected a \
+             factor of {} to {} on every girth",
             lean + rest,
             GIRTHS.start(),
             GIRTHS.end()
         ));
     }
     for (link, segment) in shape.links.iter_mut().zip(&segments) {
-        if !segment.is_some_and(|segment| LEAN.contains(&segment)) {
+        if !segment.is_some_and(|segment| MASS_INDEPENDENT.contains(&segment)) {
             link.girth *= growth;
         }
     }
     Ok(())
 }
 
-/// The segment of a link: its own, or that of the next link below it with geometry or mass.
+/// The segment of a link, or of its first descendant with geometry or mass.
 fn segment_of(body: &Humanoid, mut link: usize) -> Option<usize> {
     while body.links[link].solids.is_empty() && body.links[link].inertia.is_none() {
         link = 1 + body.joints.iter().position(|joint| joint.parent == link)?;
@@ -150,7 +150,7 @@ mod tests {
     use crate::retarget::with_skin;
 
     #[test]
-    fn people_have_their_stature_and_mass_to_a_millimetre_and_a_gram() {
+    fn stature_and_mass_are_reached_to_a_millimetre_and_a_gram() {
         let body = shipped("actor").unwrap();
         for seed in 0..12 {
             let person = Person::drawn(seed, 0, None, None);
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn children_of_every_age_have_their_stature_and_mass() {
+    fn statures_and_masses_of_children_are_reached() {
         let body = shipped("actor").unwrap();
         for age in [2.0, 5.0, 9.5, 14.0, 20.0] {
             for seed in 0..4 {
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_that_is_said_is_met_and_nothing_else_changes_with_it() {
+    fn an_absolute_length_is_reached_and_others_are_unchanged() {
         let body = shipped("actor").unwrap();
         let mut physique = Physique::default();
         physique.lengths_m[6] = Some(0.50);
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_skin_and_the_inertia_follow() {
+    fn skin_and_inertia_follow_the_mass() {
         let body = with_skin(&shipped("actor").unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
         let litres = |body: &Humanoid| {
             let frames = body.link_frames(&body.zero_pose());
@@ -200,7 +200,7 @@ mod tests {
         assert!(litres(&heavy) > 1.4 * litres(&light), "{} {}", litres(&heavy), litres(&light));
         let head = body.find_link("head").unwrap();
         let mass = |body: &Humanoid| body.links[head].inertia.as_ref().unwrap().mass;
-        assert!((mass(&heavy) - mass(&light)).abs() < 1e-9, "heads do not grow fat");
+        assert!((mass(&heavy) - mass(&light)).abs() < 1e-9, "heads do not depend on mass");
         let absurd = physique_shape(&body, &physique(12.0)).unwrap_err();
         assert!(absurd.contains("12.0 kg would make its girths"), "{absurd}");
     }

@@ -1,5 +1,5 @@
-//! Planted answers: the actor moves by known angles, its frames become a recording with odd joint axes, and retargeting
-//! must find the motion again.
+//! Tests with known answers: the actor moves by known angles, a recording with arbitrary joint axes is made from it,
+//! and retargeting must recover the motion.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -7,7 +7,7 @@ use super::{RetargetOptions, fit_shape, retarget};
 use crate::body::{Humanoid, Landmark, Motion, Pose, shipped};
 use crate::mocap::{Clip, Skeleton, SkeletonJoint};
 
-/// Recorded joint, its parent, and the actor's link whose frame it has.
+/// Recorded joint, its parent, and the corresponding link of the actor.
 const JOINTS: [(&str, Option<usize>, &str); 18] = [
     ("root", None, "pelvis"),
     ("chest", Some(0), "thorax"),
@@ -29,7 +29,7 @@ const JOINTS: [(&str, Option<usize>, &str); 18] = [
     ("right_toes", Some(16), "right_toes"),
 ];
 
-/// Somebody steps and swings the arms, sweeping every angle about the middle of a natural range.
+/// A stepping motion with swinging arms, in which every angle oscillates within a natural range.
 fn motion_of(body: &Humanoid, frames: usize) -> Motion {
     let pose = |frame: usize| {
         let phase = 0.12 * frame as f64;
@@ -51,7 +51,7 @@ fn motion_of(body: &Humanoid, frames: usize) -> Motion {
     Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
 }
 
-/// A recording of `body`: joints where its links are, turned by a constant rotation of their own.
+/// A recording of `body`: joints at its links, each with a constant rotation.
 fn recording_of(body: &Humanoid, motion: &Motion) -> Clip {
     let links = JOINTS.map(|(_, _, link)| body.find_link(link).unwrap());
     let odd = |joint: usize| {
@@ -86,23 +86,23 @@ fn recording_of(body: &Humanoid, motion: &Motion) -> Clip {
         skeleton,
         frames_per_second: motion.frames_per_second,
         frames: motion.poses.iter().map(frame).collect(),
-        notes: vec!["said by the reader".into()],
+        notes: vec!["a note of the reader".into()],
         cyclic: false,
     }
 }
 
-fn unmoved() -> RetargetOptions {
+fn without_grounding() -> RetargetOptions {
     RetargetOptions { stand_on_ground: false, ..RetargetOptions::default() }
 }
 
 #[test]
-fn a_motion_of_the_actor_is_found_again_to_a_millimetre() {
+fn a_motion_of_the_actor_is_recovered_to_a_millimetre() {
     let body = shipped("actor").unwrap();
     let motion = motion_of(&body, 120);
-    let found = retarget(&recording_of(&body, &motion), &body, &unmoved()).unwrap();
+    let found = retarget(&recording_of(&body, &motion), &body, &without_grounding()).unwrap();
     assert!(found.report.mean_residual_mm < 1.0, "{:?}", found.report.landmarks);
     assert!(found.report.landmarks.iter().all(|l| l.max_mm < 5.0), "{:?}", found.report.landmarks);
-    assert_eq!(found.report.notes, ["said by the reader"]);
+    assert_eq!(found.report.notes, ["a note of the reader"]);
     for (planted, pose) in motion.poses.iter().zip(&found.motion.poses) {
         for joint in ["left_knee_flexion", "right_knee_flexion", "left_elbow_flexion", "right_elbow_flexion"] {
             let index = body.find_degree_of_freedom(joint).unwrap();
@@ -124,7 +124,7 @@ fn a_taller_subject_gives_a_taller_body() {
     lengths.hip_width = lengths.hip_width.map(|w| 1.2 * w);
     let subject = template.reshaped(&fit_shape(&template, &lengths));
     let motion = motion_of(&subject, 60);
-    let found = retarget(&recording_of(&subject, &motion), &template, &unmoved()).unwrap();
+    let found = retarget(&recording_of(&subject, &motion), &template, &without_grounding()).unwrap();
     assert!(found.report.mean_residual_mm < 1.0, "{:?}", found.report.landmarks);
     let (own, planted) =
         (super::SegmentLengths::from_body(&found.humanoid), super::SegmentLengths::from_body(&subject));
@@ -140,7 +140,7 @@ fn a_taller_subject_gives_a_taller_body() {
 }
 
 #[test]
-fn the_same_clip_gives_the_same_bits_and_stands_on_the_ground() {
+fn results_are_reproducible_and_stand_on_the_ground() {
     let body = shipped("actor").unwrap();
     let clip = recording_of(&body, &motion_of(&body, 30));
     let options = RetargetOptions { centre_path: true, ..RetargetOptions::default() };
@@ -153,9 +153,9 @@ fn the_same_clip_gives_the_same_bits_and_stands_on_the_ground() {
     assert!((low + high).abs() < 1e-9, "{low} {high}");
 }
 
-/// Only played fast, a recording was said to jump.
+/// Jumps are judged at the recorded speed.
 #[test]
-fn a_recording_that_is_only_played_fast_does_not_jump() {
+fn a_recording_played_faster_does_not_jump() {
     let body = shipped("actor").unwrap();
     let mut motion = motion_of(&body, 4);
     // 5 m/s along x
@@ -164,14 +164,14 @@ fn a_recording_that_is_only_played_fast_does_not_jump() {
     }
     let clip = recording_of(&body, &motion).at_speed(4.0);
     let jumps = |speed: f64| {
-        let found = retarget(&clip, &body, &RetargetOptions { speed, ..unmoved() }).unwrap();
+        let found = retarget(&clip, &body, &RetargetOptions { speed, ..without_grounding() }).unwrap();
         found.report.notes.iter().any(|note| note.starts_with("the recording jumps"))
     };
     assert!(jumps(1.0) && !jumps(4.0));
 }
 
 #[test]
-fn one_frame_is_enough_and_none_is_refused() {
+fn one_frame_suffices_and_none_is_refused() {
     let body = shipped("actor").unwrap();
     let mut clip = recording_of(&body, &motion_of(&body, 1));
     assert_eq!(retarget(&clip, &body, &RetargetOptions::default()).unwrap().motion.poses.len(), 1);
@@ -181,7 +181,7 @@ fn one_frame_is_enough_and_none_is_refused() {
 }
 
 #[test]
-fn a_body_without_markers_is_refused_by_name() {
+fn a_missing_marker_is_refused_by_name() {
     let mut body = shipped("actor").unwrap();
     let clip = recording_of(&body, &motion_of(&body, 1));
     body.markers[Landmark::LeftKnee as usize] = None;

@@ -7,31 +7,31 @@ use super::anatomy::SubjectFrame;
 use super::goals::marker_distances;
 use crate::body::{Humanoid, LANDMARKS, Motion};
 
-/// Quality measures of a retargeting; millimetres if the name says so, else metres.
+/// Quality measures of a retargeting, in millimetres, metres or degrees according to the name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RetargetReport {
-    /// Mean over frames and landmarks of the distance between the body's landmark and the recorded one.
+    /// Mean distance between the body's landmarks and the recorded ones, over frames and landmarks.
     pub mean_residual_mm: f64,
     /// The same for each landmark.
     pub landmarks: Vec<LandmarkResidual>,
     /// Degrees of freedom that reached a limit in some frame.
     pub limit_hits: Vec<LimitHits>,
-    /// Height of the feet after all shifts; `None` where the feet have no solids.
+    /// Height of the feet after all shifts; `None` if the feet have no solids.
     pub foot_height: Option<FootHeight>,
-    /// By how much the motion was raised to stand on the ground.
+    /// Upward shift of the motion to the ground.
     pub ground_shift_m: f64,
-    /// By how much the motion was turned for its ground to be level.
+    /// Rotation of the motion that levels its ground.
     pub ground_levelled_deg: f64,
-    /// By how much (x, y) the motion was shifted to centre its path.
+    /// Horizontal shift (x, y) that centres the path.
     pub path_shift_m: [f64; 2],
-    /// The subject's segment lengths, as the body was asked to have them.
+    /// The subject's segment lengths, as used for scaling the body.
     pub lengths: SegmentLengths,
-    /// Notes of the clip's reader, and corrections of the retargeting.
+    /// Notes of the clip's reader and of the retargeting.
     pub notes: Vec<String>,
 }
 
-/// Distance of one landmark from its recorded place, over frames.
+/// Distance of a landmark from its recorded position, over frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LandmarkResidual {
     /// The landmark's name.
@@ -40,14 +40,14 @@ pub struct LandmarkResidual {
     pub mean_mm: f64,
     /// 95th percentile.
     pub p95_mm: f64,
-    /// Greatest.
+    /// Maximum.
     pub max_mm: f64,
 }
 
-/// How often a degree of freedom stood at a limit.
+/// How often a degree of freedom is at a limit.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LimitHits {
-    /// Its name.
+    /// Name of the degree of freedom.
     pub degree_of_freedom: String,
     /// Frames at the lower limit.
     pub lower_frames: usize,
@@ -60,11 +60,11 @@ pub struct LimitHits {
 pub struct FootHeight {
     /// Mean.
     pub mean_mm: f64,
-    /// Lowest; negative below the ground.
+    /// Minimum; negative below the ground.
     pub min_mm: f64,
 }
 
-/// A degree of freedom nearer to its limit than this stands at it, radians or metres.
+/// Tolerance for being at a limit, radians or metres.
 const AT_LIMIT: f64 = 1e-6;
 
 impl RetargetReport {
@@ -110,25 +110,25 @@ impl FootHeight {
     }
 }
 
-/// Greatest plausible speed of a landmark, m/s.
-const FASTEST: f64 = 15.0;
-/// How many frames a note lists.
+/// Maximum plausible speed of a landmark, m/s.
+const MAX_SPEED: f64 = 15.0;
+/// Maximum number of frames listed in a note.
 const LISTED: usize = 10;
 
-/// A note on the frames, from 0, into which the recording jumps, if any; the rate is that at which it was recorded, not
-/// that at which it is played.
-pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
-    let is_leap = |pair: &[SubjectFrame]| {
+/// A note on the frames, from 0, into which the recording jumps, if any. `frames_per_second` is the recorded rate, not
+/// that of playback.
+pub(super) fn jump_note(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
+    let is_jump = |pair: &[SubjectFrame]| {
         let moved =
             pair[0].markers.iter().zip(&pair[1].markers).filter_map(|(a, b)| Some((b.as_ref()? - a.as_ref()?).norm()));
-        moved.fold(0.0, f64::max) * frames_per_second > FASTEST
+        moved.fold(0.0, f64::max) * frames_per_second > MAX_SPEED
     };
-    let frames: Vec<usize> = (1..subject.len()).filter(|&i| is_leap(&subject[i - 1..=i])).collect();
+    let frames: Vec<usize> = (1..subject.len()).filter(|&i| is_jump(&subject[i - 1..=i])).collect();
     let listed: Vec<String> = frames.iter().take(LISTED).map(usize::to_string).collect();
     let more = if frames.len() > LISTED { format!(" and {} more", frames.len() - LISTED) } else { String::new() };
     (!frames.is_empty()).then(|| {
         format!(
-            "the recording jumps (a landmark moves faster than {FASTEST} m/s) into frame {}{more} (from 0, at the \
+            "the recording jumps (a landmark moves faster than {MAX_SPEED} m/s) into frame {}{more} (from 0, at the \
             resampled rate)",
             listed.join(", ")
         )

@@ -1,26 +1,26 @@
-//! A template body scaled to a subject's segment lengths.
+//! Scales a template body to a subject's segment lengths.
 
 use nalgebra::Vector3;
 
 use super::SegmentLengths;
 use crate::body::{BodyShape, Humanoid, Landmark, LinkFrames, LinkPoint, LinkShape};
 
-/// Body mass grows with stature squared (Quetelet's index), and mass is length times girth squared: girth grows with
-/// the square root of stature.
+/// Body mass is proportional to stature squared (Quetelet's index), and to length times girth squared, so girth is
+/// proportional to the square root of stature.
 const GIRTH_EXPONENT: f64 = 0.5;
 
-/// Contributions of a chain of links to a length: link, axis of its frame along the length, and share, metres.
+/// Contributions of a chain of links to a length: link, axis of its frame, and contribution, metres.
 type Contributions = Vec<(usize, usize, f64)>;
 
-/// Iterations for limbs that are oblique to the axes of their links, and the tolerance of their length.
+/// Iterations for limbs oblique to the axes of their links, and the relative tolerance of their lengths.
 const ROUNDS: usize = 4;
 const TOLERANCE: f64 = 1e-3;
 
-/// The shape that gives `template` the lengths `subject`.
+/// The shape that gives `template` the segment lengths of `subject`.
 ///
-/// Links along a chain between two landmarks share one factor along the axis that lies along the chain at the
-/// template's zero pose: of the trunk the body's Z, of widths its Y, of feet its X, of limbs their own direction. If
-/// two lengths determine one factor (hips and shoulders of a one-piece trunk), it is the least-squares compromise.
+/// Links along a chain between two landmarks share one factor along the axis closest to the chain's direction at the
+/// template's zero pose: the body's Z for the trunk, Y for widths, X for feet, and the limb's own direction for limbs.
+/// If two lengths determine one factor (hips and shoulders of a one-piece trunk), it is their least-squares compromise.
 /// Everything else scales with the distance from ankle to crown, and girths with its square root.
 pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
     let own = SegmentLengths::from_body(template);
@@ -45,7 +45,7 @@ pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
     shape
 }
 
-/// Landmarks at the ends of a limb's segment, and its lengths on both sides.
+/// Landmarks at the ends of a limb segment, and its lengths on both sides.
 type LimbSegment = (Landmark, Landmark, fn(&SegmentLengths) -> [Option<f64>; 2]);
 
 fn limb_segments(side: usize) -> [LimbSegment; 4] {
@@ -70,10 +70,10 @@ fn limb_landmarks(side: usize) -> [Landmark; 6] {
     }
 }
 
-/// Requirements on every link's factors: per axis the sum of weights and of weighted factors.
+/// Requirements on every link's length factors: per axis the sums of weights and of weighted factors.
 struct Claims<'a> {
     template: &'a Humanoid,
-    /// Of every link at the zero pose.
+    /// `root_from_link` of every link at the zero pose.
     root_from_links: LinkFrames,
     sums: Vec<[(f64, f64); 3]>,
 }
@@ -84,7 +84,7 @@ impl<'a> Claims<'a> {
         Self { template, root_from_links, sums: vec![[(0.0, 0.0); 3]; template.links.len()] }
     }
 
-    /// The way from one landmark to the other shall grow by `factor` along a direction of the root's frame.
+    /// Requires that the distance between two landmarks along a direction of the root's frame is scaled by `factor`.
     fn length(&mut self, from: Landmark, to: Landmark, direction: &Vector3<f64>, factor: Option<f64>) {
         let markers = &self.template.markers;
         let (Some(from), Some(to), Some(factor)) = (markers[from as usize], markers[to as usize], factor) else {
@@ -94,7 +94,7 @@ impl<'a> Claims<'a> {
         self.claim(&contributions, factor);
     }
 
-    /// The same along the way itself.
+    /// Requires that the distance between two landmarks is scaled by `factor`.
     fn limb(&mut self, from: Landmark, to: Landmark, factor: Option<f64>) {
         let contributions = self.limb_chain(from, to);
         if let Some(factor) = factor {
@@ -109,7 +109,7 @@ impl<'a> Claims<'a> {
         self.chain(from, to, &(place(&to) - place(&from)))
     }
 
-    /// The way from ankle to ball shall grow by `factor`, and the toes with it.
+    /// Requires that the foot, from ankle to ball, and its toes are scaled by `factor`.
     fn foot(&mut self, side: usize, ahead: &Vector3<f64>, factor: Option<f64>) {
         let Some(toes) = self.template.find_link(["left_toes", "right_toes"][side]) else { return };
         let (Some(foot), Some(factor)) = (self.template.parent(toes), factor) else { return };
@@ -136,7 +136,7 @@ impl<'a> Claims<'a> {
         }
     }
 
-    /// Stretches limbs iteratively to the subject's lengths; oblique limbs need several steps.
+    /// Scales limbs iteratively to the subject's lengths; oblique limbs need several iterations.
     fn correct_limbs(&self, shape: &mut BodyShape, subject: &SegmentLengths) {
         for _ in 0..ROUNDS {
             let reached = SegmentLengths::from_body(&self.template.reshaped(shape));
@@ -152,14 +152,15 @@ impl<'a> Claims<'a> {
         }
     }
 
-    /// The axis of a link's frame that lies nearest to a direction of the root's frame, and its sign along it.
+    /// The axis of a link's frame closest to a direction of the root's frame, and its sign.
     fn axis(&self, link: usize, direction: &Vector3<f64>) -> (usize, f64) {
         let here = self.root_from_links[link].rotation.inverse() * direction;
         let axis = here.iamax();
         (axis, if here[axis] < 0.0 { -1.0 } else { 1.0 })
     }
 
-    /// What each link adds, at the zero pose and along its axis nearest to a direction, to the way from `from` to `to`.
+    /// Each link's contribution to the distance from `from` to `to`, at the zero pose, along its axis closest to a
+    /// direction.
     fn chain(&self, from: LinkPoint, to: LinkPoint, direction: &Vector3<f64>) -> Contributions {
         let share = |link: usize, place: &Vector3<f64>, sense: f64| {
             let (axis, sign) = self.axis(link, direction);

@@ -1,29 +1,30 @@
-//! Whether a bound skin lies at the skeleton: left limbs at left bones, feet ahead, nothing far away.
+//! Checks that a bound skin matches the skeleton: left limbs at left bones, feet pointing forward, parts close to their
+//! bones.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::body::{Humanoid, Landmark, LinkFrames, Markers, Skin, SkinError};
 
-/// How far the middle of a limb's or the head's part of the skin may lie from its bone, as a share of the length from
-/// ankle to crown.
-const FARTHEST: f64 = 0.1;
+/// Maximum distance of the centre of a limb's or the head's skin from its bone, as a share of the length from ankle to
+/// crown.
+const MAX_DISTANCE: f64 = 0.1;
 
-/// Feet reach farther ahead of their ankles than behind them; a skin whose feet reach this many times as far behind
-/// faces backwards.
-const BACKWARDS: f64 = 1.5;
+/// Feet reach farther in front of the ankles than behind; a skin faces backwards if they reach this many times as far
+/// behind.
+const BACKWARDS_RATIO: f64 = 1.5;
 
-/// Shorter feet have no direction, metres.
-const LEAST_FOOT_M: f64 = 0.05;
+/// Least reach behind the ankles for which the direction is judged, metres.
+const MIN_FOOT_M: f64 = 0.05;
 
-/// The lower halves of limbs, left and right: from where to where.
+/// The lower halves of limbs, left and right: landmarks at both ends.
 const HALVES: [(&str, [[Landmark; 2]; 2]); 2] = [
     ("lower leg", [[Landmark::LeftKnee, Landmark::LeftAnkle], [Landmark::RightKnee, Landmark::RightAnkle]]),
     ("forearm", [[Landmark::LeftElbow, Landmark::LeftWrist], [Landmark::RightElbow, Landmark::RightWrist]]),
 ];
 
-/// Refuses a skin bound to `body` with its links at `bind` whose limbs lie at those of the other side, whose feet point
-/// backwards, or that lies away from the skeleton.
-pub(super) fn check_placed(skin: &Skin, body: &Humanoid, bind: &LinkFrames) -> Result<(), SkinError> {
+/// Rejects a skin bound to `body` with link frames `bind` whose limbs match those of the other side, whose feet point
+/// backwards, or whose parts are far from their bones.
+pub(super) fn check_placement(skin: &Skin, body: &Humanoid, bind: &LinkFrames) -> Result<(), SkinError> {
     let placed = PlacedSkin { skin, body, markers: body.markers(bind) };
     let refuse = |detail: String| SkinError::Landmarks { skin: skin.name.clone(), detail };
     for (what, [left, right]) in HALVES {
@@ -34,11 +35,11 @@ pub(super) fn check_placed(skin: &Skin, body: &Humanoid, bind: &LinkFrames) -> R
         for (side, own, bone, other) in
             [("left", of_left, &left_bone, &right_bone), ("right", of_right, &right_bone, &left_bone)]
         {
-            let astray = own.iter().filter(|vertex| other.distance(vertex) < bone.distance(vertex)).count();
-            if 2 * astray > own.len() {
+            let swapped = own.iter().filter(|vertex| other.distance(vertex) < bone.distance(vertex)).count();
+            if 2 * swapped > own.len() {
                 return Err(refuse(format!(
-                    "{astray} of the {} vertices of the {side} {what} lie nearer to the other one of `{}`: left and \
-                     right are swapped in its weights, joints or landmarks",
+                    "{swapped} of the {} vertices of the {side} {what} are nearer to the {what} of the other side of `{}`: left \
+                     and right are swapped in its weights, joints or landmarks",
                     own.len(),
                     body.name
                 )));
@@ -51,7 +52,7 @@ pub(super) fn check_placed(skin: &Skin, body: &Humanoid, bind: &LinkFrames) -> R
     {
         placed.check_near(&own, &bone, "head").map_err(refuse)?;
     }
-    placed.check_ahead().map_err(refuse)
+    placed.check_feet_forward().map_err(refuse)
 }
 
 /// A skin and the landmarks of its body in the bind pose.
@@ -78,8 +79,8 @@ impl PlacedSkin<'_> {
         Some(StraightBone([self.markers[from as usize]?, self.markers[to as usize]?]))
     }
 
-    /// The vertices that are mostly carried by the link of a landmark and those below it; `None` where that is the
-    /// trunk, or nothing.
+    /// The vertices mostly carried by the link of a landmark and its descendants; `None` if these include the trunk, or
+    /// carry no vertices.
     fn carried_from(&self, landmark: Landmark) -> Option<Vec<Point3<f64>>> {
         let top = self.body.markers[landmark as usize]?.link;
         let trunk = [Landmark::Pelvis, Landmark::Thorax].map(|l| self.body.markers[l as usize].map(|own| own.link));
@@ -95,37 +96,36 @@ impl PlacedSkin<'_> {
         (!own.is_empty()).then_some(own)
     }
 
-    /// From ankles over hips and neck to the crown, metres.
+    /// Length from the ankle along the bones to the crown, metres.
     fn height(&self) -> Option<f64> {
         let place = |landmark: Landmark| self.markers[landmark as usize];
-        let ways = [
+        let bones = [
             (Landmark::LeftAnkle, Landmark::LeftKnee),
             (Landmark::LeftKnee, Landmark::LeftHip),
             (Landmark::Pelvis, Landmark::Thorax),
             (Landmark::Thorax, Landmark::HeadTop),
         ];
-        ways.into_iter().map(|(a, b)| Some((place(a)? - place(b)?).norm())).sum()
+        bones.into_iter().map(|(a, b)| Some((place(a)? - place(b)?).norm())).sum()
     }
 
     fn check_near(&self, own: &[Point3<f64>], bone: &StraightBone, what: &str) -> Result<(), String> {
         let Some(height) = self.height() else { return Ok(()) };
         let sum = own.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
         let away = bone.distance(&Point3::from(sum / own.len() as f64));
-        match away <= FARTHEST * height {
-            true => Ok(()),
-            false => Err(format!(
-                "the middle of its {what} lies {:.0} mm from the {what} of `{}` in the pose in which the skin is bound, \
-                 expected at most {:.0} mm: the mesh leans, or was modelled in another pose; turn it upright, or give \
-                 its landmarks",
-                1000.0 * away,
-                self.body.name,
-                1000.0 * FARTHEST * height
-            )),
+        if away <= MAX_DISTANCE * height {
+            return Ok(());
         }
+        Err(format!(
+            "the centre of its {what} is {:.0} mm from the {what} of `{}` in the bind pose, expected at most {:.0} mm: the \
+             mesh leans, or was modelled in another pose; rotate it upright, or give its landmarks",
+            1000.0 * away,
+            self.body.name,
+            1000.0 * MAX_DISTANCE * height
+        ))
     }
 
-    /// Whether feet reach ahead of the ankles.
-    fn check_ahead(&self) -> Result<(), String> {
+    /// Rejects feet that point backwards.
+    fn check_feet_forward(&self) -> Result<(), String> {
         let place = |landmark: Landmark| self.markers[landmark as usize];
         let (Some(left), Some(right)) = (place(Landmark::LeftHip), place(Landmark::RightHip)) else { return Ok(()) };
         let Some(ahead) = (left - right).cross(&Vector3::z()).try_normalize(1e-6) else { return Ok(()) };
@@ -137,16 +137,16 @@ impl PlacedSkin<'_> {
                 (most, least) = (most.max(along), least.min(along));
             }
         }
-        match -least > LEAST_FOOT_M && -least > BACKWARDS * most {
-            true => Err(format!(
-                "its feet reach {:.0} mm behind the ankles and {:.0} mm ahead of them on `{}`: left and right are swapped \
-                 in its weights, joints or landmarks, or the mesh faces backwards",
-                -1000.0 * least,
-                1000.0 * most,
-                self.body.name
-            )),
-            false => Ok(()),
+        if -least <= MIN_FOOT_M || -least <= BACKWARDS_RATIO * most {
+            return Ok(());
         }
+        Err(format!(
+            "its feet reach {:.0} mm behind the ankles and {:.0} mm in front of them on `{}`: left and right are swapped in \
+             its weights, joints or landmarks, or the mesh faces backwards",
+            -1000.0 * least,
+            1000.0 * most,
+            self.body.name
+        ))
     }
 }
 
@@ -181,12 +181,12 @@ mod tests {
     }
 
     #[test]
-    fn skins_whose_sides_are_swapped_are_refused() {
+    fn skins_with_swapped_sides_are_refused() {
         for change in [swap_weights, swap_landmarks] {
             let message = refused(change);
-            // the body may not even reach landmarks that are swapped
-            let is_told = message.contains("left and right are swapped") || message.contains("right not swapped");
-            assert!(is_told, "{message}");
+            // the body may be unable to reach swapped landmarks
+            let is_named = message.contains("left and right are swapped") || message.contains("right not swapped");
+            assert!(is_named, "{message}");
         }
         let message = refused(|mesh| {
             swap_weights(mesh);
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_skin_that_leans_away_from_the_skeleton_is_refused() {
-        // where the actor's zero pose has it, turned about its soles
+        // the skin at the actor's zero pose, rotated about its soles
         let actor = shipped("actor").unwrap();
         let dressed = with_skin(&actor, &shipped_skin("person_coarse").unwrap()).unwrap();
         let frames = dressed.link_frames(&dressed.zero_pose());

@@ -1,33 +1,32 @@
-//! A skin on a body: the body takes the size and pose in which the skin's mesh was modelled, the mesh is bound to it,
-//! and both are brought back to the body's own size.
+//! Fits a skin to a body: the body is scaled and posed like the skin's mesh, the mesh is bound to it, and both are
+//! scaled back to the body's size.
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::skin_check::check_placed;
-use super::skin_landmarks::{check_fit, check_sides, check_upright, way_to_crown};
+use super::skin_check::check_placement;
+use super::skin_landmarks::{ankle_to_crown_path, check_fit, check_sides, check_upright};
 use super::{FitOptions, SegmentLengths, fit_shape, fit_to_markers};
 use crate::body::{
     BodyShape, Humanoid, LANDMARKS, Landmark, LinkFrames, LinkShape, Markers, Skin, SkinError, SkinMesh,
 };
 
-/// Heights of meshes that may be human, metres.
+/// Accepted heights of meshes, metres.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 
-/// How far the lowest vertex of a mesh without landmarks may lie from the soles of the body that it was modelled on,
-/// metres.
-const FARTHEST_SOLES_M: f64 = 0.15;
+/// Maximum height difference between the lowest vertex of a mesh without landmarks and the body's soles, metres.
+const MAX_SOLE_OFFSET_M: f64 = 0.15;
 
-/// Feet whose ankle is this far from their link's origin have no ankle joint, metres.
+/// A foot whose ankle marker is farther than this from its link's origin has no ankle joint, metres.
 const AT_ORIGIN: f64 = 0.03;
 
-/// `template` with the skin `mesh`, which is fitted by its landmarks. A mesh without landmarks is taken to be modelled
-/// on the template itself at its zero pose. The last of the body's notes tell a fit that is poor.
+/// Fits the skin `mesh` to `template` by its landmarks. A mesh without landmarks must be modelled on the template
+/// itself at its zero pose. A poor fit adds notes to the body.
 ///
 /// # Errors
-/// [`SkinError`] for weights of another skeleton, landmarks that are missing or of a body that lies, a body that cannot
-/// take the mesh's pose, and a mesh whose limbs do not lie at the body's.
+/// [`SkinError`] for weights of another skeleton, missing landmarks or those of a lying body, a body that cannot take
+/// the mesh's pose, and a mesh whose limbs do not match the body's.
 pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
     let bare = Humanoid { skin: None, ..template.clone() };
     let lowest = check_height(mesh)?;
@@ -36,14 +35,14 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
         let bind = bare.link_frames(&bare.zero_pose());
         check_soles(mesh, lowest, &bare, &bind)?;
         let skin = Skin::bound(mesh, &bare, &bind)?;
-        check_placed(&skin, &bare, &bind)?;
+        check_placement(&skin, &bare, &bind)?;
         return Ok(Humanoid { skin: Some(Arc::new(skin)), ..bare });
     }
     let (targets, toes) = targets(mesh)?;
     let refused = |detail: String| SkinError::Landmarks { skin: mesh.name.clone(), detail };
-    let way = way_to_crown(&targets);
-    check_upright(&targets, way).map_err(refused)?;
-    let of_sides = check_sides(&targets, way).map_err(refused)?;
+    let path = ankle_to_crown_path(&targets);
+    check_upright(&targets, path).map_err(refused)?;
+    let of_sides = check_sides(&targets, path).map_err(refused)?;
     let shape = fit_shape(&bare, &SegmentLengths::from_places(&targets, toes));
     let sized = bare.reshaped(&shape);
     let mut start = sized.standing_pose();
@@ -51,17 +50,17 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
         start.world_from_root.translation.vector = pelvis.coords;
     }
     let fit = fit_to_markers(&sized, &targets, &start, &FitOptions::default());
-    let note = check_fit(&template.name, &fit, way).map_err(refused)?;
+    let note = check_fit(&template.name, &fit, path).map_err(refused)?;
     let mut bind = sized.link_frames(&fit.pose);
     flatten_feet(&sized, &targets, toes, &mut bind);
     let skin = Skin::bound(mesh, &sized, &bind)?;
-    check_placed(&skin, &sized, &bind)?;
+    check_placement(&skin, &sized, &bind)?;
     let fitted = Humanoid { skin: Some(Arc::new(skin)), ..sized };
     let notes = bare.notes.iter().cloned().chain(of_sides).chain(note).collect();
     Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, notes, ..bare })
 }
 
-/// Refuses meshes that are no human's size; how low the mesh reaches.
+/// Rejects meshes without a human's size. Returns the height of the lowest vertex, metres.
 fn check_height(mesh: &SkinMesh) -> Result<f64, SkinError> {
     let ends = mesh.vertices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v.z), h.max(v.z)]);
     let height = ends[1] - ends[0];
@@ -76,25 +75,25 @@ fn check_height(mesh: &SkinMesh) -> Result<f64, SkinError> {
     Err(SkinError::Landmarks { skin: mesh.name.clone(), detail })
 }
 
-/// Refuses meshes without landmarks that do not stand where the body does.
+/// Rejects meshes without landmarks whose soles are not at the body's.
 fn check_soles(mesh: &SkinMesh, lowest: f64, body: &Humanoid, bind: &LinkFrames) -> Result<(), SkinError> {
     let links: Vec<usize> = (0..body.links.len()).collect();
     let Some(soles) = body.lowest_point(bind, &links) else { return Ok(()) };
-    if (lowest - soles.z).abs() <= FARTHEST_SOLES_M {
+    if (lowest - soles.z).abs() <= MAX_SOLE_OFFSET_M {
         return Ok(());
     }
     let detail = format!(
-        "has its lowest vertex at {lowest:.3} m and no landmarks; `{}`, on which such a mesh is modelled at the zero \
-         pose, has its soles at {:.3} m: move the mesh, or give its landmarks",
+        "has its lowest vertex at {lowest:.3} m and no landmarks, expected the soles of `{}` at its zero pose, at {:.3} m: \
+         move the mesh, or give its landmarks",
         body.name, soles.z
     );
     Err(SkinError::Landmarks { skin: mesh.name.clone(), detail })
 }
 
-/// Balls of the left and of the right foot.
+/// Balls of the left and right foot.
 type Toes = [Option<Point3<f64>>; 2];
 
-/// Landmarks of a mesh, and the balls of its feet.
+/// The landmarks of a mesh, and the balls of its feet.
 fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     let targets = LANDMARKS.map(|landmark| mesh.landmarks.get(landmark.name()).copied());
     let missing: Vec<&str> =
@@ -109,8 +108,8 @@ fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     Ok((targets, ["left_toes", "right_toes"].map(|name| mesh.landmarks.get(name).copied())))
 }
 
-/// Markers do not tell how feet are turned: in the bind pose they lie as at the zero pose, flat, and point to the balls
-/// of the mesh's feet.
+/// Markers do not determine the orientation of feet: in the bind pose they are flat, as at the zero pose, and point to
+/// the balls of the mesh's feet.
 fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkFrames) {
     let zero = body.link_frames(&body.standing_pose());
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle];
@@ -133,10 +132,10 @@ fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkF
     }
 }
 
-/// The shape that undoes another.
+/// The inverse of a shape.
 fn inverse(shape: &BodyShape) -> BodyShape {
-    let undone = |link: &LinkShape| LinkShape { length: link.length.map(|l| 1.0 / l), girth: 1.0 / link.girth };
-    BodyShape { links: shape.links.iter().map(undone).collect() }
+    let inverted = |link: &LinkShape| LinkShape { length: link.length.map(|l| 1.0 / l), girth: 1.0 / link.girth };
+    BodyShape { links: shape.links.iter().map(inverted).collect() }
 }
 
 #[cfg(test)]
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn the_built_in_person_fits_both_robots_and_stands_on_its_soles_like_their_solids() {
+    fn the_shipped_person_fits_both_robots_with_soles_at_those_of_their_solids() {
         for (robot, flat) in [("actor", true), ("tracker25", false)] {
             let bare = shipped(robot).unwrap();
             let body = with_skin(&bare, &shipped_skin("person").unwrap()).unwrap();
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_of_another_size_and_those_that_stand_elsewhere_are_refused() {
+    fn meshes_of_another_size_or_height_above_ground_are_refused() {
         let body = shipped("actor").unwrap();
         let refused = |mesh: &SkinMesh| with_skin(&body, mesh).unwrap_err().to_string();
         for factor in [0.001, 20.0] {
@@ -184,9 +183,8 @@ mod tests {
         assert!(refused(&mesh).contains("has its lowest vertex at"), "{}", refused(&mesh));
     }
 
-    /// A mesh with another axis up was laid down and drawn.
     #[test]
-    fn a_mesh_whose_landmarks_lie_or_stand_on_their_head_is_refused() {
+    fn a_mesh_with_lying_or_upside_down_landmarks_is_refused() {
         let body = shipped("actor").unwrap();
         let turned = |turn: fn(&Point3<f64>) -> Point3<f64>| {
             let mut mesh = shipped_skin("person_coarse").unwrap();
@@ -194,13 +192,16 @@ mod tests {
             with_skin(&body, &mesh).unwrap_err().to_string()
         };
         for turn in [|p: &Point3<f64>| Point3::new(p.x, p.z, -p.y), |p: &Point3<f64>| Point3::new(p.x, -p.y, -p.z)] {
-            let told = turned(turn);
-            assert!(told.contains("lies: its landmark head_top is") && told.contains("check `up`"), "{told}");
+            let message = turned(turn);
+            assert!(
+                message.contains("is not upright: its landmark head_top is") && message.contains("check `up`"),
+                "{message}"
+            );
         }
     }
 
     #[test]
-    fn the_skins_that_ship_fit_the_robots_that_ship_without_a_note() {
+    fn shipped_skins_fit_shipped_robots_without_notes() {
         for robot in ["actor", "tracker25", "tracker40"] {
             let body = with_skin(&shipped(robot).unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
             assert_eq!(body.notes, shipped(robot).unwrap().notes, "{robot}");
@@ -208,14 +209,14 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_without_some_landmarks_or_of_no_human_is_refused() {
+    fn a_mesh_with_missing_or_inhuman_landmarks_is_refused() {
         let body = shipped("actor").unwrap();
         let mut mesh = shipped_skin("person_coarse").unwrap();
         mesh.landmarks.remove("left_knee");
         assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("lacks the landmarks left_knee"));
         let mut mesh = shipped_skin("person_coarse").unwrap();
         mesh.landmarks.insert("left_knee".into(), Point3::new(0.0, 3.0, 4.0));
-        assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("correct hip or knee of a side"));
+        assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("correct hip or knee on one side"));
         let mut mesh = shipped_skin("person_coarse").unwrap();
         mesh.landmarks.insert("pelvis".into(), Point3::new(0.0123, 0.0, 1.1154));
         assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("of its landmarks (root mean square)"));

@@ -1,8 +1,8 @@
-//! Distribution of the trunk's bend over the joints of spine and neck.
+//! Distribution of the bend of spine and neck over their joints.
 //!
 //! Landmarks and orientations of pelvis, thorax and head determine the total bend of spine and neck, but hardly its
 //! distribution over the joints, so a fit can jump between distributions (55 degrees forward below and 25 back above,
-//! or the reverse). Therefore joints with the same axis are drawn towards equal angles.
+//! or vice versa). Joints with the same axis are therefore drawn towards equal angles.
 
 use nalgebra::Vector3;
 
@@ -11,10 +11,10 @@ use crate::body::{Humanoid, JointKind, Landmark};
 
 /// Weight of one radian of difference between two joints relative to landmark distances, metres.
 const METRES_PER_RADIAN: f64 = 0.03;
-/// Cosine of the greatest angle between axes that are the same: 18 degrees.
+/// Cosine of the largest angle between axes considered the same: 18 degrees.
 const SAME_AXIS: f64 = 0.95;
 
-/// Neighbouring degrees of freedom of the spine, and of the neck, that should have equal angles.
+/// Goals of equal angles for neighbouring degrees of freedom of the spine, and of the neck.
 pub(super) fn equal_shares(humanoid: &Humanoid) -> Vec<DifferenceGoal> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|marker| marker.link);
     let chains = [(Landmark::Pelvis, Landmark::Thorax), (Landmark::Thorax, Landmark::HeadTop)];
@@ -22,10 +22,10 @@ pub(super) fn equal_shares(humanoid: &Humanoid) -> Vec<DifferenceGoal> {
     chains.into_iter().filter_map(chain).flat_map(|hinges| neighbours(&hinges)).collect()
 }
 
-/// A degree of freedom and its axis at the zero pose, in the root's frame, turning what is further up.
+/// A degree of freedom, and its axis at the zero pose in the root's frame, signed for rotation of the upper part.
 type Hinge = (usize, Vector3<f64>);
 
-/// The hinges between two links, from the one to the other.
+/// The hinges on the path between two links, in order.
 fn hinges(humanoid: &Humanoid, from: usize, to: usize) -> Vec<Hinge> {
     let frames = humanoid.link_frames(&humanoid.zero_pose());
     let hinge = |link: usize, sense: f64| match &humanoid.joints[link - 1].kind {
@@ -50,7 +50,7 @@ fn hinges(humanoid: &Humanoid, from: usize, to: usize) -> Vec<Hinge> {
     down
 }
 
-/// Each hinge with the next one about the same axis.
+/// Pairs each hinge with the next one about the same axis.
 fn neighbours(hinges: &[Hinge]) -> Vec<DifferenceGoal> {
     let next = |(i, (a, axis)): (usize, &Hinge)| {
         let (b, other) = hinges[i + 1..].iter().find(|(_, other)| axis.dot(other).abs() > SAME_AXIS)?;
@@ -66,7 +66,7 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn lumbar_and_thoracic_joints_and_those_of_neck_and_head_share() {
+    fn lumbar_and_thoracic_joints_and_neck_and_head_share_their_bend() {
         let body = shipped("actor").unwrap();
         let name = |goal: &DifferenceGoal| goal.of.map(|dof| body.degrees_of_freedom[dof].name.clone());
         let shares: Vec<[String; 2]> = equal_shares(&body).iter().map(name).collect();

@@ -1,16 +1,16 @@
-//! Rotation speeds of the body compared with the recording.
+//! Compares rotation speeds of the body with the recording.
 
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::mocap::Clip;
 
 /// Allowed excess over the fastest recorded joint, rad/s, for interpolation and noise.
 pub(super) const MARGIN: f64 = 3.0;
-/// Recorded speeds are maxima over this many frames to either side: a fit may lag by as much.
+/// Recorded speeds are maxima over this many frames on either side, since a fit may lag by as much.
 const REACH: usize = 2;
 
-/// The greatest angle by which one of some recorded joints turns in the world from each frame to the next, radians:
-/// entry `i` of the step into frame `i`, the greatest over the neighbouring steps.
-pub(super) fn recorded_turns(clip: &Clip, joints: &[usize]) -> Vec<f64> {
+/// The largest world rotation of any of `joints` per step, radians: entry `i` is for the step into frame `i`, maximised
+/// over neighbouring steps.
+pub(super) fn recorded_rotations(clip: &Clip, joints: &[usize]) -> Vec<f64> {
     let mut turns = vec![0.0; clip.frames.len()];
     let mut before = None;
     for (frame, turn) in turns.iter_mut().enumerate() {
@@ -27,22 +27,22 @@ pub(super) fn recorded_turns(clip: &Clip, joints: &[usize]) -> Vec<f64> {
     (0..turns.len()).map(|i| window(i).iter().copied().fold(0.0, f64::max)).collect()
 }
 
-/// The link with geometry or mass that turns most in the world between two poses, and its rotation, radians.
-pub(super) fn greatest_turn(humanoid: &Humanoid, before: &LinkFrames, after: &LinkFrames) -> (usize, f64) {
+/// The link with geometry or mass that rotates most in the world between two poses, and its rotation, radians.
+pub(super) fn largest_rotation(humanoid: &Humanoid, before: &LinkFrames, after: &LinkFrames) -> (usize, f64) {
     let is_body = |link: &usize| !humanoid.links[*link].solids.is_empty() || humanoid.links[*link].inertia.is_some();
     let turn = |link: usize| (link, before[link].rotation.angle_to(&after[link].rotation));
     let turns = (0..humanoid.links.len()).filter(is_body).map(turn);
     turns.fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most })
 }
 
-/// How many frames a note lists.
+/// Maximum number of frames listed in a note.
 const LISTED: usize = 10;
 
-/// A note on the frames, from 0, into which the body turns faster than the recording by more than [`MARGIN`], if any.
+/// A note on the frames, from 0, into which the body rotates faster than the recording by more than [`MARGIN`], if any.
 pub(super) fn note(humanoid: &Humanoid, motion: &Motion, recorded: &[f64]) -> Option<String> {
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| humanoid.link_frames(pose)).collect();
     let excess = |i: usize| {
-        let (link, turn) = greatest_turn(humanoid, &frames[i - 1], &frames[i]);
+        let (link, turn) = largest_rotation(humanoid, &frames[i - 1], &frames[i]);
         (i, link, (turn - recorded[i]) * motion.frames_per_second)
     };
     let faster: Vec<_> = (1..frames.len()).map(excess).filter(|(.., excess)| *excess > MARGIN).collect();
@@ -63,7 +63,7 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn a_spine_that_pops_while_nothing_recorded_turns_is_noted_by_frame_and_link() {
+    fn a_jump_of_the_spine_that_is_not_recorded_is_noted_by_frame_and_link() {
         let body = shipped("actor").unwrap();
         let lumbar = body.find_degree_of_freedom("lumbar_flexion").unwrap();
         let mut poses = vec![body.zero_pose(); 6];

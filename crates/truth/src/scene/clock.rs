@@ -1,10 +1,10 @@
-//! Where everybody is at any time, between frames too.
+//! Poses of all figures at any time, also between frames.
 
 use super::{Distractor, GroundTruth};
 use crate::body::{LinkFrames, Motion};
 use crate::camera::TimedRig;
 
-/// Who is meant.
+/// A figure of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneFigure {
     /// The actor.
@@ -13,17 +13,17 @@ pub enum SceneFigure {
     Distractor(usize),
 }
 
-/// The links of the actor and of distractors at any time. At a frame's own time they are where the truth has them;
-/// between frames translations and angles go linearly and rotations along the shorter arc; before the first frame and
-/// after the last everybody stands still.
+/// Link frames of the actor and distractors at any time: exactly the truth's at frame times. Between frames,
+/// translations and angles are interpolated linearly and rotations along the shorter arc; before the first frame and
+/// after the last all figures stand still.
 pub struct SceneClock<'a> {
     truth: &'a GroundTruth,
-    /// The actor's motion and then every distractor's; empty where only frames are asked for.
+    /// The actor's motion, then every distractor's; empty if only frame times are needed.
     motions: Vec<Motion>,
 }
 
 impl<'a> SceneClock<'a> {
-    /// Of a truth that `filming` sees.
+    /// A clock of `truth` for the exposure times of `filming`.
     pub fn new(truth: &'a GroundTruth, filming: &TimedRig) -> Self {
         if !filming.leaves_frames() {
             return Self { truth, motions: Vec::new() };
@@ -36,12 +36,12 @@ impl<'a> SceneClock<'a> {
         Self { truth, motions: std::iter::once(actor).chain(truth.distractors.iter().map(of_other)).collect() }
     }
 
-    /// Whose time it is.
+    /// The underlying truth.
     pub fn truth(&self) -> &'a GroundTruth {
         self.truth
     }
 
-    /// Where the links of a figure are at `time_s`, seen from a frame that the truth must have.
+    /// Link frames of a figure at `time_s`. `frame` is the frame of the image, and must exist in the truth.
     pub fn links(&self, figure: SceneFigure, frame: usize, time_s: f64) -> LinkFrames {
         let (body, index) = match figure {
             SceneFigure::Actor => (&self.truth.actor, 0),

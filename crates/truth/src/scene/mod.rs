@@ -1,4 +1,4 @@
-//! The truth: an actor, a motion and a rig give exact [`GroundTruth`] for every frame.
+//! The truth: exact [`GroundTruth`] for every frame, from an actor, a motion and a rig.
 //!
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};

@@ -1,4 +1,4 @@
-//! The truth before cameras: what they see of it, and when.
+//! Which parts of the truth each camera sees, and when.
 
 use super::{Distractor, GroundTruth, SceneClock, SceneError, Shot, Sight};
 use crate::body::{Humanoid, LANDMARKS, Motion, Prop};
@@ -9,17 +9,17 @@ use crate::parallel;
 type MarkerFlags = Vec<[bool; LANDMARKS.len()]>;
 
 impl GroundTruth {
-    /// The ground truth of an actor that performs `motion` before the cameras of `rig`, bit-identical for any number of
-    /// threads. Poses, joints and markers are those of the frames; `in_view` and `visible` are of the moments at which
-    /// the cameras expose what they see, and false of a camera that takes no image in a frame.
+    /// The ground truth of an actor performing `motion`, seen by the cameras of `rig`; bit-identical for any number of
+    /// threads. Poses, joints and markers are those at the frame times; `in_view` and `visible` hold at the cameras'
+    /// exposure times, and are false for a camera without an image in a frame.
     ///
     /// # Errors
-    /// [`SceneError`] when the motion is empty, belongs to another body, is not finite, or nowhere in view.
+    /// [`SceneError`] if the motion is empty, belongs to another body, is not finite, or is never in view.
     pub fn from_motion(actor: Humanoid, motion: &Motion, rig: impl Into<TimedRig>) -> Result<Self, SceneError> {
         Self::among(actor, motion, rig, Vec::new(), Vec::new())
     }
 
-    /// As [`Self::from_motion`], with props and other people.
+    /// Like [`Self::from_motion`], with props and other people.
     ///
     /// # Errors
     /// As [`Self::from_motion`], and [`SceneError::WrongDistractor`].
@@ -30,7 +30,7 @@ impl GroundTruth {
         props: Vec<Prop>,
         distractors: Vec<Distractor>,
     ) -> Result<Self, SceneError> {
-        let (mut truth, rig) = (Self::unwatched(actor, motion, props, distractors)?, rig.into());
+        let (mut truth, rig) = (Self::without_cameras(actor, motion, props, distractors)?, rig.into());
         let clock = SceneClock::new(&truth, &rig);
         let views = parallel::map(truth.frames.len(), |frame| views(&clock, &rig, frame));
         for (frame, (in_view, visible)) in truth.frames.iter_mut().zip(views) {
@@ -43,8 +43,7 @@ impl GroundTruth {
         Ok(truth)
     }
 
-    /// Numbers of the frames in which no camera has any joint or marker in its image; whether it takes an image then or
-    /// not.
+    /// Frames in which no camera has any joint or marker in its field of view, whether or not it takes an image.
     pub fn unseen_frames(&self, rig: &TimedRig) -> Vec<usize> {
         let is_unseen = |frame: &usize| {
             let frame = &self.frames[*frame];
@@ -55,7 +54,7 @@ impl GroundTruth {
     }
 }
 
-/// Which markers the cameras have in view in a frame, and which they see.
+/// Which markers are in view of each camera in a frame, and which are visible.
 fn views(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> (MarkerFlags, MarkerFlags) {
     let mut shot = Shot::new(clock, rig, frame);
     let mut sight = |camera, marker| {
@@ -80,7 +79,7 @@ mod tests {
     use nalgebra::{Isometry3, Point3};
 
     #[test]
-    fn truth_is_what_kinematics_and_projection_say() {
+    fn truth_agrees_with_kinematics_and_projection() {
         let truth = GroundTruth::from_motion(person(), &walk(5), &rig()).unwrap();
         assert_eq!(truth.motion(), walk(5));
         assert_relative_eq!(truth.frames[3].time_s, 3.0 / 60.0);
@@ -93,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn motions_that_make_no_truth_are_refused_with_the_frame() {
+    fn invalid_motions_are_refused_with_the_frame() {
         let refused = |motion: &Motion| GroundTruth::from_motion(person(), motion, &rig()).unwrap_err();
         let mut motion = walk(3);
         motion.poses[2].joint_angles[0] = f64::NAN;
@@ -107,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_subject_that_no_camera_sees_is_an_error_and_one_that_leaves_is_reported() {
+    fn a_subject_never_in_view_is_an_error_and_one_that_leaves_is_reported() {
         let mut motion = walk(4);
         motion.poses[3].world_from_root = Isometry3::translation(300.0, 0.0, 0.0);
         let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_that_is_a_frame_late_sees_what_is_seen_a_frame_later_and_one_without_an_image_sees_nothing() {
+    fn a_late_camera_sees_the_next_frame_and_a_slow_one_nothing_without_an_image() {
         let still = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
         let late = CameraTiming { offset_s: 1.0 / 60.0, ..CameraTiming::default() };
         let slow = CameraTiming { every: 3, ..CameraTiming::default() };
@@ -143,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rolling_shutter_shows_a_point_in_the_row_that_is_exposed_when_the_point_is_in_it() {
+    fn a_rolling_shutter_shows_a_point_in_the_row_exposed_at_that_time() {
         let rolling = CameraTiming { line_delay_s: 1e-4, ..CameraTiming::default() };
         let filming = TimedRig::new(rig(), Vec::new(), vec![rolling; 3]).unwrap();
         let truth = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
@@ -155,7 +154,7 @@ mod tests {
             for joint in 0..truth.actor.joints.len() {
                 let seen = shot.joint(index, joint).unwrap();
                 let row = seen.pixel.unwrap().y.floor();
-                // the other road: the pose of that row's time
+                // independently: the pose at that row's time
                 let pose = motion.at_frame(&truth.actor, 3.0 + 60.0 * 1e-4 * row).unwrap();
                 let place = truth.actor.link_frames(&pose)[joint + 1].translation.vector.into();
                 let pixel = camera.project(&place).unwrap();

@@ -1,4 +1,4 @@
-//! Where the cameras' images of one frame show points of the actor.
+//! Projects points of the actor into the cameras' images of one frame.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -11,40 +11,39 @@ use super::{Occluders, SceneClock, Sight};
 use crate::body::LinkFrames;
 use crate::camera::{Camera, TimedRig};
 
-/// How often the row in which a point is seen is looked for anew: the motion of a body between rows is so small that
-/// two or three times suffice.
-const MOST_LOOKS: usize = 12;
+/// Limit on the iterations that find the row of a point: bodies move so little between rows that two or three suffice.
+const MAX_ITERATIONS: usize = 12;
 
 /// A point of the actor in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShotPoint {
-    /// Where the point was in the world when its row was exposed, metres.
+    /// World position of the point when its row was exposed, metres.
     pub place: Point3<f64>,
-    /// The camera as it was then.
+    /// The camera at that time.
     pub camera: Camera,
-    /// Where it is in the image, lens included; `None` before the near plane. It may lie outside the image.
+    /// Image position, with lens distortion; may be outside the image. `None` in front of the near plane.
     pub pixel: Option<Point2<f64>>,
-    /// The row in which it is.
+    /// The row that shows the point.
     row: u32,
-    /// The links that it belongs to.
+    /// The links that the point belongs to.
     own: [usize; 2],
 }
 
-/// The images of one frame, looked at camera by camera. A rolling shutter shows a point in the row that is exposed when
-/// the point is in it: row and time are found by turns. A point above or below the image is shown when the first or
-/// last row is exposed.
+/// The images of one frame, processed camera by camera. With a rolling shutter, a point's row and its exposure time
+/// depend on each other and are found by fixed-point iteration. A point above or below the image takes the time of the
+/// first or last row.
 pub struct Shot<'a> {
     clock: &'a SceneClock<'a>,
     rig: &'a TimedRig,
     frame: usize,
-    /// The camera that was looked through last, and what was needed of its rows so far.
+    /// The camera of the last query; `rows` caches its rows.
     camera: usize,
     rows: BTreeMap<u32, ExposedRow<'a>>,
-    /// As it was asked for last: cameras that expose at one time see one scene.
+    /// The scene of the last query: cameras that expose at the same time share it.
     scene: Option<Rc<ExposedScene<'a>>>,
 }
 
-/// Everybody at one time.
+/// All figures at one time.
 struct ExposedScene<'a> {
     time_s: f64,
     links: LinkFrames,
@@ -55,38 +54,38 @@ struct ExposedScene<'a> {
 struct ExposedRow<'a> {
     camera: Camera,
     scene: Rc<ExposedScene<'a>>,
-    /// Those of the body's surface as the camera sees it.
+    /// Image bounds of the triangles of the body's surface.
     bounds: OnceCell<Vec<[f64; 4]>>,
 }
 
 impl<'a> Shot<'a> {
-    /// The images of a frame, which the truth must have.
+    /// The images of a frame, which must exist in the truth.
     pub fn new(clock: &'a SceneClock<'a>, rig: &'a TimedRig, frame: usize) -> Self {
         Self { clock, rig, frame, camera: 0, rows: BTreeMap::new(), scene: None }
     }
 
-    /// A joint of the actor as a camera sees it, both of which must be there; `None` where the camera takes no image.
+    /// A joint of the actor in a camera's image, both of which must exist; `None` if the camera takes no image.
     pub fn joint(&mut self, camera: usize, joint: usize) -> Option<ShotPoint> {
         let parent = self.clock.truth().actor.joints[joint].parent;
         self.point(camera, [parent, joint + 1], |links| links[joint + 1].translation.vector.into())
     }
 
-    /// A marker of the actor; `None` where the body has none or the camera takes no image.
+    /// A marker of the actor; `None` if the body lacks it or the camera takes no image.
     pub fn marker(&mut self, camera: usize, marker: usize) -> Option<ShotPoint> {
         let own = self.clock.truth().actor.markers[marker]?;
         self.point(camera, [own.link; 2], |links| links[own.link] * own.point_in_link)
     }
 
-    /// How a camera sees a point that it was found to show.
+    /// How a camera sees a point returned by [`Self::joint`] or [`Self::marker`].
     pub fn sight(&mut self, camera: usize, point: &ShotPoint) -> Sight {
         let (clock, frame) = (self.clock, self.frame);
         let seen = self.row(camera, point.row);
-        let occluders = seen.scene.occluders.get_or_init(|| occluders_of(clock, frame, &seen.scene));
+        let occluders = seen.scene.occluders.get_or_init(|| occluders_in(clock, frame, &seen.scene));
         let bounds = seen.bounds.get_or_init(|| occluders.bounds(&seen.camera));
-        occluders.seen_within(&seen.camera, bounds).to(&point.place, &point.own)
+        occluders.sight_lines_with_bounds(&seen.camera, bounds).to(&point.place, &point.own)
     }
 
-    /// A point that belongs to the links `own` of the actor.
+    /// A point that belongs to links `own` of the actor.
     fn point(
         &mut self,
         camera: usize,
@@ -98,7 +97,7 @@ impl<'a> Shot<'a> {
         }
         let last = self.rig.exposures(camera) - 1;
         let mut row = 0;
-        for _ in 0..if last == 0 { 0 } else { MOST_LOOKS } {
+        for _ in 0..if last == 0 { 0 } else { MAX_ITERATIONS } {
             let seen = self.row(camera, row);
             let Some(pixel) = seen.camera.project(&place(&seen.scene.links)) else { break };
             let next = pixel.y.clamp(0.0, f64::from(last)) as u32;
@@ -131,8 +130,8 @@ impl<'a> Shot<'a> {
     }
 }
 
-/// What may hide points of the actor.
-fn occluders_of<'a>(clock: &'a SceneClock<'a>, frame: usize, scene: &ExposedScene<'a>) -> Occluders<'a> {
+/// Everything that may hide points of the actor.
+fn occluders_in<'a>(clock: &'a SceneClock<'a>, frame: usize, scene: &ExposedScene<'a>) -> Occluders<'a> {
     let truth = clock.truth();
     let links = |other| clock.links(SceneFigure::Distractor(other), frame, scene.time_s);
     let others: Vec<LinkFrames> = (0..truth.distractors.len()).map(links).collect();

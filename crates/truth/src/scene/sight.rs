@@ -1,4 +1,4 @@
-//! How a camera sees a joint or marker.
+//! Visibility of joints and markers.
 
 use std::borrow::Cow;
 
@@ -7,26 +7,26 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::body::{Humanoid, LinkFrames, Prop, Ray, Skin};
 use crate::camera::Camera;
 
-/// How a camera sees a point of the body. Points lie inside the body: the geometry of a point's own links and solids
-/// that hold the point do not hide it.
+/// How a camera sees a point of the body. Points lie inside the body: geometry of their own links and solids that
+/// contain them do not hide them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Sight {
-    /// In the image, and nothing between it and the camera.
+    /// In the image and not hidden.
     InView = 0,
-    /// In the image, and hidden by the body, whatever else is there.
+    /// In the image but hidden by the body, possibly by other objects too.
     SelfOccluded = 1,
-    /// In the image, and hidden by a prop or a distractor alone.
+    /// In the image but hidden by a prop or distractor only.
     Occluded = 2,
-    /// Outside the image, or before the near plane.
+    /// Outside the image, or in front of the near plane.
     OutOfView = 3,
 }
 
-/// What may stand between a camera and points of a body: the body's surface in one pose, props, and other people.
+/// Geometry that may hide points of a body from a camera: the body's surface in one pose, props, and other people.
 ///
-/// The surface is what cameras see: the solids, or the skin of a body that has one. A solid hides a point if the line
-/// from the point to the camera enters it; a skin, if the line enters the body again through a triangle of a link that
-/// is not the point's own. Props and other people hide even what they hold.
+/// The surface is the skin of a body that has one, else its solids. A solid hides a point if the line from the point to
+/// the camera enters it; a skin does if the line enters the body through a triangle of a link that is not the point's
+/// own. Props and other people also hide points inside them.
 pub struct Occluders<'a> {
     own: PosedBody<'a>,
     props: &'a [Prop],
@@ -43,39 +43,39 @@ struct PosedBody<'a> {
     outwards: bool,
 }
 
-/// A camera among occluders.
+/// Lines of sight of a camera among occluders.
 pub struct SightLines<'a> {
     occluders: &'a Occluders<'a>,
     camera: &'a Camera,
     centre: Point3<f64>,
-    /// Bounds in ideal image coordinates of the skin's triangles: least and greatest x and y.
+    /// Bounds of the skin's triangles in ideal image coordinates: minimum and maximum x, then y.
     bounds: Cow<'a, [[f64; 4]]>,
 }
 
 impl<'a> Occluders<'a> {
-    /// Of a body with its links at `frames`, among props.
+    /// A body with link frames `frames`, and props.
     pub fn new(body: &'a Humanoid, frames: &LinkFrames, props: &'a [Prop]) -> Self {
         Self { own: PosedBody::new(body, frames), props, others: Vec::new() }
     }
 
-    /// With other people whose links are at these places.
+    /// Adds other people with their link frames.
     pub(super) fn with_others<'l>(mut self, others: impl Iterator<Item = (&'a Humanoid, &'l LinkFrames)>) -> Self {
         self.others.extend(others.map(|(body, links)| PosedBody::new(body, links)));
         self
     }
 
-    /// As seen by a camera.
+    /// Lines of sight of a camera.
     pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
         SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Owned(self.own.bounds(camera)) }
     }
 
-    /// Bounds of the surface's triangles as a camera sees them.
+    /// Bounds of the surface's triangles in a camera's ideal image coordinates.
     pub(super) fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
         self.own.bounds(camera)
     }
 
-    /// As [`Self::seen_by`], with bounds that are known.
-    pub(super) fn seen_within(&'a self, camera: &'a Camera, bounds: &'a [[f64; 4]]) -> SightLines<'a> {
+    /// Like [`Self::seen_by`], with known bounds.
+    pub(super) fn sight_lines_with_bounds(&'a self, camera: &'a Camera, bounds: &'a [[f64; 4]]) -> SightLines<'a> {
         SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Borrowed(bounds) }
     }
 }
@@ -119,15 +119,17 @@ impl SightLines<'_> {
             return Sight::OutOfView;
         }
         let sight = Ray { origin: *point, direction: self.centre - point };
-        let own_figure = &self.occluders.own;
-        let by_body = match &own_figure.body.skin {
+        let body_in_pose = &self.occluders.own;
+        let by_body = match &body_in_pose.body.skin {
             Some(skin) => self.is_behind_skin(skin, &sight, own),
-            None => own_figure.is_behind_solid(&sight, own),
+            None => body_in_pose.is_behind_solid(&sight, own),
         };
-        match by_body {
-            true => Sight::SelfOccluded,
-            false if self.occluders.is_behind_something(&sight) => Sight::Occluded,
-            false => Sight::InView,
+        if by_body {
+            Sight::SelfOccluded
+        } else if self.occluders.is_occluded_by_others(&sight) {
+            Sight::Occluded
+        } else {
+            Sight::InView
         }
     }
 
@@ -148,18 +150,18 @@ impl SightLines<'_> {
 }
 
 impl PosedBody<'_> {
-    /// Whether the line from a point to the camera enters a solid of another link that does not hold the point.
+    /// Whether the line from a point to the camera enters a solid of another link that does not contain the point.
     fn is_behind_solid(&self, sight: &Ray, own: &[usize]) -> bool {
         let others = self.body.links.iter().zip(&self.links_from_world).enumerate();
         others.filter(|(link, _)| !own.contains(link)).any(|(_, (link, link_from_world))| {
             let sight = sight.transformed(link_from_world);
-            // an entry at 0 is a solid that holds the point, one beyond 1 lies behind the camera
+            // an entry at 0 means that the solid contains the point, one beyond 1 is behind the camera
             link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s > 0.0 && s <= 1.0))
         })
     }
 
-    /// Whether the line from a point to the camera meets the body at all.
-    fn is_met(&self, sight: &Ray) -> bool {
+    /// Whether the line from a point to the camera intersects the body.
+    fn is_hit(&self, sight: &Ray) -> bool {
         if let Some(skin) = &self.body.skin {
             return skin.triangles().iter().any(|triangle| {
                 let corners = triangle.map(|corner| self.vertices[corner as usize]);
@@ -174,14 +176,14 @@ impl PosedBody<'_> {
 }
 
 impl Occluders<'_> {
-    /// Whether a prop or another person stands between a point and the camera.
-    fn is_behind_something(&self, sight: &Ray) -> bool {
+    /// Whether a prop or another person hides a point from the camera.
+    fn is_occluded_by_others(&self, sight: &Ray) -> bool {
         let by_prop = self.props.iter().any(|prop| prop.solid.ray_entry(sight).is_some_and(|s| s <= 1.0));
-        by_prop || self.others.iter().any(|other| other.is_met(sight))
+        by_prop || self.others.iter().any(|other| other.is_hit(sight))
     }
 }
 
-/// Six times the volume inside a skin, negative where its triangles are clockwise from outside.
+/// Six times the volume of a skin, negative if its triangles are clockwise from outside.
 fn signed_volume(skin: &Skin, vertices: &[Point3<f64>]) -> f64 {
     let about = vertices.first().map_or(Vector3::zeros(), |v| v.coords);
     let corner = |index: u32| vertices[index as usize].coords - about;
@@ -193,7 +195,7 @@ fn signed_volume(skin: &Skin, vertices: &[Point3<f64>]) -> f64 {
 fn enters([a, b, c]: &[Point3<f64>; 3], outwards: bool, ray: &Ray) -> bool {
     let (p, q) = (b - a, c - a);
     let across = ray.direction.cross(&q);
-    // the determinant is minus the product of direction and normal: positive where the ray meets the front
+    // the determinant is minus the dot product of direction and normal: positive where the ray hits the front
     let determinant = p.dot(&across);
     if determinant == 0.0 || (determinant > 0.0) != outwards {
         return false;
@@ -231,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_solid_around_a_marker_does_not_hide_it() {
-        // the elbow lies inside upper arm and forearm alike
+        // the elbow is inside both upper arm and forearm
         assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
         assert!(visible(Point3::new(-4.0, 0.0, 1.0), Landmark::LeftElbow));
     }
@@ -251,13 +253,13 @@ mod tests {
     }
 
     #[test]
-    fn somebody_in_the_way_hides_the_actor_as_a_prop_does_and_is_nobody_s_truth() {
+    fn a_distractor_hides_the_actor_like_a_prop_and_does_not_change_its_truth() {
         let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
         let among = |x: f64| {
             let mut poses = walk(2).poses;
             poses.iter_mut().for_each(|pose| pose.world_from_root.translation.x += x);
-            let passer_by = Distractor { name: "passer-by".into(), body: person(), poses };
-            GroundTruth::among(person(), &walk(2), &rig, Vec::new(), vec![passer_by]).unwrap()
+            let distractor = Distractor { name: "passer-by".into(), body: person(), poses };
+            GroundTruth::among(person(), &walk(2), &rig, Vec::new(), vec![distractor]).unwrap()
         };
         let alone = GroundTruth::from_motion(person(), &walk(2), &rig).unwrap();
         let sights = |truth: &GroundTruth| {
@@ -268,7 +270,7 @@ mod tests {
             (0..LANDMARKS.len()).filter_map(sight).collect::<Vec<_>>()
         };
         let (before, behind, without) = (among(1.0), among(-1.0), sights(&alone));
-        assert_eq!(sights(&behind), without, "who stands behind hides nothing");
+        assert_eq!(sights(&behind), without, "a distractor behind hides nothing");
         for (hidden, free) in sights(&before).into_iter().zip(without) {
             assert!(hidden == free || (free, hidden) == (Sight::InView, Sight::Occluded), "{free:?} {hidden:?}");
         }
@@ -278,12 +280,12 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_enters_a_triangle_from_its_front_alone() {
+    fn a_ray_enters_a_triangle_only_from_its_front() {
         let corners = [Point3::new(0.0, 0.0, 0.0), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
         let ray = |z: f64, to: f64| Ray { origin: Point3::new(0.2, 0.2, z), direction: Vector3::new(0.0, 0.0, to) };
         assert!(enters(&corners, true, &ray(1.0, -2.0)), "its normal is +Z");
         assert!(!enters(&corners, true, &ray(-1.0, 2.0)) && enters(&corners, false, &ray(-1.0, 2.0)));
         assert!(!enters(&corners, true, &ray(1.0, -0.9)), "it ends before the triangle");
-        assert!(!enters(&corners, true, &ray(-0.1, -2.0)), "the triangle lies behind its start");
+        assert!(!enters(&corners, true, &ray(-0.1, -2.0)), "the triangle is behind its start");
     }
 }

@@ -1,4 +1,4 @@
-//! Ground truth: everything that is known exactly.
+//! Ground truth: the exact state of the scene.
 
 use nalgebra::Point3;
 
@@ -11,24 +11,24 @@ use crate::input::excerpt;
 pub struct GroundTruth {
     /// The actor's body.
     pub actor: Humanoid,
-    /// The props; they belong to the background and hide what is behind them.
+    /// The props; they are part of the background and hide what is behind them.
     pub props: Vec<Prop>,
-    /// Other people: they hide the actor, and silhouettes show them too. Nothing of them is estimated.
+    /// Other people: they hide the actor and appear in silhouettes, but are not estimated.
     pub distractors: Vec<Distractor>,
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_second: f64,
-    /// One entry a frame.
+    /// One entry per frame.
     pub frames: Vec<TruthFrame>,
 }
 
-/// Somebody besides the actor: cameras see them and they hide the actor, but nothing of them is to be estimated.
+/// A person other than the actor: visible to cameras and hiding the actor, but not estimated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distractor {
-    /// For people.
+    /// Display name.
     pub name: String,
-    /// Their body.
+    /// The body.
     pub body: Humanoid,
-    /// Their poses, one a frame, each with an angle for every degree of freedom; after the last they stand still.
+    /// One pose per frame, with an angle for every degree of freedom; the last pose is held.
     pub poses: Vec<Pose>,
 }
 
@@ -41,16 +41,15 @@ pub struct TruthFrame {
     pub pose: Pose,
     /// `world_from_link` of every link of the actor.
     pub link_frames: LinkFrames,
-    /// Where each joint of the actor is in the world (origin of the link that it moves), metres.
+    /// World position of each joint of the actor (the origin of its child link), metres.
     pub joint_positions: Vec<Point3<f64>>,
     /// HumanEva's markers on the actor.
     pub markers: Markers,
-    /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
+    /// `[camera][marker]`: whether the marker is inside the camera's image and beyond the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and not hidden by the body's surface (its skin, where it has
-    /// one), a prop or a distractor. Markers lie inside the body, so the geometry of a marker's own link and solids
-    /// that contain the marker do not count; all other geometry that the line to the camera enters does
-    /// ([`super::Occluders`]).
+    /// `[camera][marker]`: whether the marker is in view and not hidden by the body's surface (its skin if it has one),
+    /// a prop or a distractor. Markers lie inside the body, so geometry of a marker's own link and solids that contain
+    /// the marker do not hide it; all other geometry that the line to the camera enters does ([`super::Occluders`]).
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 
@@ -61,8 +60,8 @@ pub enum SceneError {
     /// The motion is empty, belongs to another body or is not finite.
     #[error(transparent)]
     Motion(#[from] ContactError),
-    /// A distractor without a pose, or with poses of another body.
-    #[error("distractor {:?}: expected at least one pose, each with the {degrees} angles of its body", excerpt(name))]
+    /// A distractor without poses, or with poses of another body.
+    #[error("distractor {:?}: expected at least one pose, each with {degrees} joint angles", excerpt(name))]
     WrongDistractor {
         /// The distractor's name.
         name: String,
@@ -82,8 +81,8 @@ pub enum SceneError {
 }
 
 impl GroundTruth {
-    /// The truth of what happens, whoever sees it: `in_view` and `visible` are of no camera.
-    pub(super) fn unwatched(
+    /// The truth without cameras: `in_view` and `visible` are empty.
+    pub(super) fn without_cameras(
         actor: Humanoid,
         motion: &Motion,
         props: Vec<Prop>,
@@ -111,7 +110,7 @@ impl GroundTruth {
 }
 
 impl Distractor {
-    /// Where their links are in a frame; `None` without any pose.
+    /// Link frames in a frame; `None` without any pose.
     pub fn link_frames(&self, frame: usize) -> Option<LinkFrames> {
         let pose = self.poses.get(frame).or(self.poses.last())?;
         Some(self.body.link_frames(pose))

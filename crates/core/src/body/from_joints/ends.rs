@@ -1,23 +1,23 @@
-//! The ends of a body: feet with toes, hands with fingers, and what is nothing of these.
+//! The ends of a body: feet with toes, hands with fingers, and other end links.
 
 use nalgebra::{Point3, Vector3};
 
 use super::super::bodily_links::ANKLE;
 use super::thickness::STATURE;
-use super::{LIMB_ENDS, Limner, SAME_JOINT, SAME_PLACE};
+use super::{CapsuleBuilder, LIMB_ENDS, SAME_JOINT, SAME_PLACE};
 
-/// Mass of a body of [`STATURE`] in litres of water.
+/// Volume of a body of [`STATURE`], litres (at the density of water).
 const LITRES: f64 = 73.0;
 
-/// Lengths in shares of the stature: a hand from wrist to fingers; a foot behind the ankle and from it to the ball;
-/// toes.
+/// Lengths as shares of the stature: a hand from wrist to fingers; a foot behind the ankle, and from the ankle to the
+/// ball; toes.
 const HAND: f64 = 0.09;
 const HEEL: f64 = 0.022;
 const BALL: f64 = 0.085;
 const TOES: f64 = 0.035;
-/// Longest end link that is nothing of these.
+/// Length of the longest other end link.
 const LONGEST_END: f64 = 0.12;
-/// Centres of mass that are nearer to their joint tell no direction.
+/// Centres of mass nearer to their joint than this define no direction.
 const NEAR_JOINT: f64 = 0.01;
 
 /// Radii, metres at [`STATURE`].
@@ -26,12 +26,12 @@ const HEEL_RADIUS: f64 = 0.036;
 const BALL_RADIUS: f64 = 0.030;
 const TOES_RADII: [f64; 2] = [0.024, 0.020];
 const LEAST_RADIUS: f64 = 0.008;
-/// Greatest radius of an end link, of its length.
+/// Greatest radius of an end link relative to its length.
 const STOUTEST: f64 = 0.4;
 
-impl Limner<'_> {
-    /// From heel to ball on the height of a person's sole, with toes where they have a joint.
-    pub(super) fn draw_feet(&mut self) {
+impl CapsuleBuilder<'_> {
+    /// From heel to ball at the height of a person's sole, with toes if they have a joint.
+    pub(super) fn add_feet(&mut self) {
         for [_, landmark] in LIMB_ENDS[1] {
             let Some(ankle) = self.last_at(landmark) else { continue };
             let girth = self.thickness.girth;
@@ -43,19 +43,19 @@ impl Limner<'_> {
             };
             let ball = on_sole(to_ball.x, to_ball.y, BALL_RADIUS);
             let heel = on_sole(-self.share(HEEL), 0.0, HEEL_RADIUS);
-            self.draw(ankle.link, [heel, ball], [HEEL_RADIUS, BALL_RADIUS].map(|radius| radius * girth));
+            self.add(ankle.link, [heel, ball], [HEEL_RADIUS, BALL_RADIUS].map(|radius| radius * girth));
             let instep = on_sole(0.4 * to_ball.x, 0.4 * to_ball.y, BALL_RADIUS);
             let radii = [self.thickness.radius_at(&ankle.place), BALL_RADIUS * girth];
-            self.draw(ankle.link, [ankle.place, instep], radii);
+            self.add(ankle.link, [ankle.place, instep], radii);
             if let Some(toes) = toes {
                 let tip = on_sole(to_ball.x + self.share(TOES), to_ball.y, TOES_RADII[1]);
                 let joint = on_sole(to_ball.x, to_ball.y, TOES_RADII[0]);
-                self.draw(toes, [joint, tip], TOES_RADII.map(|radius| radius * girth));
+                self.add(toes, [joint, tip], TOES_RADII.map(|radius| radius * girth));
             }
         }
     }
 
-    /// The link below the foot whose joint lies ahead of the ankle.
+    /// The link below the foot with its joint in front of the ankle.
     fn toes(&self, foot: usize, ankle: &Point3<f64>) -> Option<usize> {
         self.standing.children(foot).find(|&toes| {
             let offset = self.standing.origin(toes) - ankle;
@@ -63,8 +63,8 @@ impl Limner<'_> {
         })
     }
 
-    /// To the joints of the fingers, else along the forearm or towards the hand's centre of mass.
-    pub(super) fn draw_hands(&mut self) {
+    /// Towards the joints of the fingers, else along the forearm or towards the hand's centre of mass.
+    pub(super) fn add_hands(&mut self) {
         for [elbow, wrist] in LIMB_ENDS[0] {
             let (Some(elbow), Some(wrist)) = (self.landmark(elbow), self.last_at(wrist)) else { continue };
             let Some(forearm) = (wrist.place - elbow.place).try_normalize(1e-9) else { continue };
@@ -79,13 +79,13 @@ impl Limner<'_> {
                 tips.push(wrist.place + ahead * self.share(HAND));
             }
             let radii = PALM_RADII.map(|radius| radius * self.thickness.girth);
-            tips.into_iter().for_each(|tip| self.draw(wrist.link, [wrist.place, tip], radii));
+            tips.into_iter().for_each(|tip| self.add(wrist.link, [wrist.place, tip], radii));
         }
     }
 
-    /// Links with mass that nothing was drawn for (fingers, ears, shields): to their next joint, else twice as far as
-    /// their centre of mass, as thick as their share of a body's mass makes them.
-    pub(super) fn draw_other_ends(&mut self) {
+    /// Links with mass and no capsule so far (fingers, ears, shields): to their next joint, else to twice the distance
+    /// of their centre of mass, with a thickness by their share of the body's mass.
+    pub(super) fn add_other_ends(&mut self) {
         let standing = self.standing;
         let ankles = LIMB_ENDS[1].into_iter().filter_map(|[_, ankle]| self.last_at(ankle));
         let sole = ankles.map(|ankle| ankle.place.z - self.share(ANKLE)).fold(f64::INFINITY, f64::min);
@@ -105,11 +105,11 @@ impl Limner<'_> {
             // parts of a foot do not reach below its sole
             let above_sole = if sole.is_finite() { (lowest - sole).max(0.0) } else { f64::INFINITY };
             let radius = radius.min(above_sole.max(LEAST_RADIUS * self.thickness.girth));
-            self.draw(link, [origin, origin + along * (length - radius).max(0.0)], [radius; 2]);
+            self.add(link, [origin, origin + along * (length - radius).max(0.0)], [radius; 2]);
         }
     }
 
-    /// Of a capsule of that length with the link's share of the volume of a person.
+    /// Radius of a capsule of this length with the link's share of a person's volume.
     fn radius_by_mass(&self, link: usize, length: f64) -> f64 {
         let (body, girth) = (self.standing.body, self.thickness.girth);
         let share = body.links[link].inertia.as_ref().map_or(0.0, |own| own.mass / body.total_mass());

@@ -1,6 +1,6 @@
 //! Solids from the skeleton alone: tapered capsules from every link's joint to the joints of its children.
 //!
-//! Radii are a person's ([`thickness`]). Links at the ends get a foot, a hand, toes or a head ([`ends`]).
+//! Radii are those of a person ([`thickness`]). End links get a foot, a hand, toes or a head ([`ends`]).
 
 mod ends;
 mod thickness;
@@ -12,12 +12,12 @@ use super::{Humanoid, Landmark, LinkPoint, Solid};
 use crate::raster::TaperedCapsule;
 use thickness::Thickness;
 
-/// Lengths in shares of the stature. Nearer joints are one.
+/// As a share of the stature: nearer joints are treated as one.
 const SAME_PLACE: f64 = 0.005;
-/// Joints nearer to a landmark than this are there.
+/// Joints nearer to a landmark than this coincide with it.
 const SAME_JOINT: f64 = 0.03;
 
-/// Middle and end of the left and right arm, and of the legs.
+/// Middle and end landmarks of the left and right arm, and of the legs.
 const LIMB_ENDS: [[[Landmark; 2]; 2]; 2] = {
     use Landmark as L;
     [
@@ -26,16 +26,16 @@ const LIMB_ENDS: [[[Landmark; 2]; 2]; 2] = {
     ]
 };
 
-/// Landmarks that a bone leads to where there is no joint: a wrist without a hand, a trunk without a neck.
+/// Landmarks at the end of a bone without a joint: a wrist without a hand, a trunk without a neck.
 const BONE_ENDS: [Landmark; 5] =
     [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::Thorax];
 
 impl Humanoid {
-    /// The same skeleton with tapered capsules from joint to joint in place of its solids; masses, inertias, joints and
-    /// markers are kept, a skin is not. For a robot without its meshes, or of which little is drawn.
+    /// The same skeleton with its solids replaced by tapered capsules from joint to joint; masses, inertias, joints
+    /// and markers are kept, a skin is removed. For a robot without its meshes or with few solids.
     pub fn with_solids_from_joints(&self) -> Self {
         let standing = StandingBody::new(self);
-        let capsules = Limner::new(&standing).drawn();
+        let capsules = CapsuleBuilder::new(&standing).build();
         let mut body = Self { skin: None, ..self.clone() };
         for (link, own) in body.links.iter_mut().zip(capsules) {
             link.solids = own.into_iter().map(Solid::TaperedCapsule).collect();
@@ -44,24 +44,24 @@ impl Humanoid {
     }
 }
 
-/// Draws the capsules of a standing body.
-struct Limner<'a> {
+/// Builds the capsules of a standing body.
+struct CapsuleBuilder<'a> {
     standing: &'a StandingBody<'a>,
     thickness: Thickness,
-    /// Of every link, in its frame.
+    /// Capsules of every link, in its frame.
     capsules: Vec<Vec<TaperedCapsule>>,
-    /// Of every link, whether it is a hand or a foot, or hangs on one.
+    /// For every link, whether it is a hand or a foot, or below one.
     is_end: Vec<bool>,
 }
 
-/// A point of a standing body with the link that carries it.
+/// A point of a standing body and its link.
 #[derive(Clone, Copy)]
 struct CarriedPoint {
     link: usize,
     place: Point3<f64>,
 }
 
-impl<'a> Limner<'a> {
+impl<'a> CapsuleBuilder<'a> {
     fn new(standing: &'a StandingBody<'a>) -> Self {
         let links = standing.body.links.len();
         let thickness = Thickness::new(standing);
@@ -76,29 +76,29 @@ impl<'a> Limner<'a> {
         limner
     }
 
-    fn drawn(mut self) -> Vec<Vec<TaperedCapsule>> {
-        self.draw_bones();
-        self.draw_head();
-        self.draw_feet();
-        self.draw_hands();
-        self.draw_other_ends();
+    fn build(mut self) -> Vec<Vec<TaperedCapsule>> {
+        self.add_bones();
+        self.add_head();
+        self.add_feet();
+        self.add_hands();
+        self.add_other_ends();
         self.capsules
     }
 
-    /// Metres from a share of the stature.
+    /// Converts a share of the stature to metres.
     fn share(&self, share: f64) -> f64 {
         share * self.standing.stature
     }
 
-    /// Draws a capsule on a link.
-    fn draw(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
+    /// Adds a capsule to a link.
+    fn add(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
         let frame = &self.standing.frames[link];
         let [a, b] = [from, to].map(|point| frame.inverse_transform_point(&point));
         self.capsules[link].push(TaperedCapsule { a, b, radius_a, radius_b });
     }
 
-    /// From every joint to those below it.
-    fn draw_bones(&mut self) {
+    /// Capsules from every joint to those below it.
+    fn add_bones(&mut self) {
         let standing = self.standing;
         for link in (0..standing.body.links.len()).filter(|&link| standing.is_bodily[link]) {
             if self.is_end[link] {
@@ -109,16 +109,16 @@ impl<'a> Limner<'a> {
             targets.extend(self.bone_ends_on(link, &targets));
             targets.retain(|target| (target - origin).norm() > self.share(SAME_PLACE));
             for target in &targets {
-                self.draw(link, [origin, *target], self.thickness.radii(&origin, target));
+                self.add(link, [origin, *target], self.thickness.radii(&origin, target));
             }
             let is_hinge = targets.is_empty() && standing.children(link).next().is_some();
             if is_hinge && standing.has_mass(link) {
-                self.draw(link, [origin, origin], [self.thickness.radius_at(&origin); 2]);
+                self.add(link, [origin, origin], [self.thickness.radius_at(&origin); 2]);
             }
         }
     }
 
-    /// Landmarks that a link carries without a joint there.
+    /// Landmarks of a link that have no joint.
     fn bone_ends_on(&self, link: usize, joints: &[Point3<f64>]) -> Vec<Point3<f64>> {
         let ends = BONE_ENDS.into_iter().filter_map(|landmark| self.landmark(landmark));
         let apart = |place: &Point3<f64>| joints.iter().all(|joint| (joint - place).norm() > self.share(SAME_JOINT));
@@ -126,7 +126,7 @@ impl<'a> Limner<'a> {
     }
 
     /// From the neck, or the head's own joint, to the crown.
-    fn draw_head(&mut self) {
+    fn add_head(&mut self) {
         let (Some(crown), Some(neck)) = (self.landmark(Landmark::HeadTop), self.landmark(Landmark::Thorax)) else {
             return;
         };
@@ -137,7 +137,7 @@ impl<'a> Limner<'a> {
         let radii = self.thickness.radii(&base, &crown.place);
         let up = (crown.place - base).try_normalize(1e-9).unwrap_or(Vector3::z());
         let middle = crown.place - up * radii[1].min(0.5 * (crown.place - base).norm());
-        self.draw(crown.link, [base, middle], radii);
+        self.add(crown.link, [base, middle], radii);
     }
 
     fn landmark(&self, landmark: Landmark) -> Option<CarriedPoint> {

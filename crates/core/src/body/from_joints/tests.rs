@@ -10,7 +10,7 @@ fn capsules(body: &Humanoid, link: &str) -> Vec<TaperedCapsule> {
 }
 
 #[test]
-fn every_link_of_the_robots_that_ship_is_drawn_from_its_joints_and_nothing_else_changes() {
+fn every_link_of_built_in_robots_gets_capsules_and_nothing_else_changes() {
     for (name, _) in SHIPPED_ROBOTS {
         let own = shipped(name).unwrap();
         let drawn = own.with_solids_from_joints();
@@ -29,7 +29,7 @@ fn every_link_of_the_robots_that_ship_is_drawn_from_its_joints_and_nothing_else_
 }
 
 #[test]
-fn a_limb_reaches_from_its_joint_to_the_next_and_is_as_thick_as_a_persons() {
+fn a_limb_extends_from_its_joint_to_the_next_with_a_persons_thickness() {
     let body = shipped("actor").unwrap().with_solids_from_joints();
     let [thigh] = capsules(&body, "left_thigh")[..] else { panic!("one capsule") };
     let knee = body.joints[body.find_link("left_shank").unwrap() - 1].parent_from_joint.translation.vector;
@@ -39,9 +39,9 @@ fn a_limb_reaches_from_its_joint_to_the_next_and_is_as_thick_as_a_persons() {
     assert_eq!(capsules(&body, "pelvis").len(), 3);
 }
 
-/// The outline is that of a person: crown, soles, hands and toes are where those of the drawn actor are.
+/// The outline is that of a person: crown, soles, hands and toes are where those of the actor are.
 #[test]
-fn the_body_from_joints_is_as_large_as_the_one_that_somebody_drew() {
+fn the_body_from_joints_is_as_large_as_the_modelled_one() {
     let own = shipped("actor").unwrap();
     let drawn = own.with_solids_from_joints();
     let along = |body: &Humanoid, turn: nalgebra::UnitQuaternion<f64>| {
@@ -81,9 +81,9 @@ fn left_and_right_are_mirrored() {
     }
 }
 
-/// Of a robot in other units the radii are those of the body that it becomes: girths grow with the root of the stature.
+/// Radii of a robot in other units are those of the scaled body: girths grow with the square root of the stature.
 #[test]
-fn a_robot_of_four_times_the_size_is_a_person_once_it_is_scaled() {
+fn a_robot_of_four_times_the_size_matches_a_person_after_scaling() {
     let own = shipped("actor").unwrap();
     let scaled = |body: &Humanoid, length: f64, girth: f64| {
         let shape = LinkShape { length: Vector3::repeat(length), girth };
@@ -99,7 +99,7 @@ fn a_robot_of_four_times_the_size_is_a_person_once_it_is_scaled() {
 }
 
 #[test]
-fn a_sensor_is_not_drawn_and_a_heavy_end_link_reaches_twice_as_far_as_its_centre_of_mass() {
+fn sensors_get_no_capsules_and_heavy_end_links_extend_to_twice_the_distance_of_their_centre_of_mass() {
     let mut body = shipped("actor").unwrap();
     let hang = |body: &mut Humanoid, name: &str, on: usize, mass: Option<f64>| {
         let mut joint = body.joints[0].clone();
@@ -124,7 +124,7 @@ fn a_sensor_is_not_drawn_and_a_heavy_end_link_reaches_twice_as_far_as_its_centre
 }
 
 #[test]
-fn a_trunk_of_one_piece_reaches_its_neck_and_a_forearm_without_a_wrist_gets_a_hand() {
+fn a_one_piece_trunk_extends_to_the_neck_and_a_forearm_without_a_wrist_gets_a_hand() {
     let body = shipped("tracker25").unwrap().with_solids_from_joints();
     let forearm = capsules(&body, "left_forearm");
     assert_eq!(forearm.len(), 2, "forearm and hand: {forearm:?}");
@@ -136,7 +136,7 @@ fn a_trunk_of_one_piece_reaches_its_neck_and_a_forearm_without_a_wrist_gets_a_ha
 }
 
 #[test]
-fn a_skeleton_of_a_file_needs_no_meshes() {
+fn a_skeleton_from_a_file_needs_no_meshes() {
     let (_, text) = SHIPPED_ROBOTS[0];
     let mesh = "<mesh filename=\"gone.stl\"/>";
     let text = with_meshes_for_spheres(text, mesh);
@@ -146,7 +146,7 @@ fn a_skeleton_of_a_file_needs_no_meshes() {
     assert!(body.notes.iter().any(|note| note.contains("capsules from joint to joint")), "{:?}", body.notes);
 }
 
-/// The text with a mesh for every sphere.
+/// Replaces every sphere in the text by a mesh.
 fn with_meshes_for_spheres(text: &str, mesh: &str) -> String {
     let mut parts = text.split("<sphere");
     let mut changed = parts.next().unwrap_or_default().to_owned();

@@ -1,4 +1,4 @@
-//! How thick a person is around a bone.
+//! Thickness of a person around bones.
 
 use nalgebra::Point3;
 
@@ -29,12 +29,13 @@ const BONES: [(Landmark, Landmark, f64, f64); 14] = {
 /// Stature at which radii are stated, metres.
 pub(super) const STATURE: f64 = 1.75;
 
-/// Lengths in shares of the stature. Bones that are nearer than this to a point are equally near.
+/// As a share of the stature: bones whose distances to a point differ by less than this are equally near.
 const SAME_PLACE: f64 = 0.005;
-/// An end of a capsule that is farther from its bone has the radius of the bone there.
+/// The end of a capsule farther than this from its bone gets the bone's radius there.
 const OFF_BONE: f64 = 0.03;
 
-/// Radii of a bone of a body without landmarks: of its length, and least and greatest, metres at [`STATURE`].
+/// Radii of a bone of a body without landmarks: relative to its length, and the least and greatest, metres at
+/// [`STATURE`].
 const LONE_STOUTNESS: f64 = 0.16;
 const LONE_RADII: [f64; 2] = [0.028, 0.085];
 
@@ -42,7 +43,7 @@ const LONE_RADII: [f64; 2] = [0.028, 0.085];
 pub(super) struct Thickness {
     bones: Vec<StoutBone>,
     stature: f64,
-    /// Metres for a metre at [`STATURE`]: girths grow with the square root of the stature.
+    /// Scale factor relative to [`STATURE`]: girths grow with the square root of the stature.
     pub(super) girth: f64,
 }
 
@@ -55,7 +56,7 @@ impl Thickness {
         Self { bones: bones.collect(), stature: standing.stature, girth: libm::sqrt(standing.stature / STATURE) }
     }
 
-    /// Radii at both ends of a capsule: those of the bone that its middle is nearest to.
+    /// Radii at both ends of a capsule: those of the bone nearest to its middle.
     pub(super) fn radii(&self, from: &Point3<f64>, to: &Point3<f64>) -> [f64; 2] {
         let middle = nalgebra::center(from, to);
         let Some(bone) = self.bones.iter().min_by(|a, b| a.distance(&middle).total_cmp(&b.distance(&middle))) else {
@@ -70,7 +71,7 @@ impl Thickness {
         })
     }
 
-    /// Of the bone that a point is nearest to; of equally near ones the thinner.
+    /// Radius of the bone nearest to a point; the thinner one of equally near bones.
     pub(super) fn radius_at(&self, point: &Point3<f64>) -> f64 {
         let nearest = self.bones.iter().map(|bone| bone.distance(point)).fold(f64::INFINITY, f64::min);
         let near = self.bones.iter().filter(|bone| bone.distance(point) <= nearest + SAME_PLACE * self.stature);
@@ -78,7 +79,7 @@ impl Thickness {
         if radius.is_finite() { radius * self.girth } else { self.lone_radius(0.0) }
     }
 
-    /// Of a bone of a body without landmarks.
+    /// Radius of a bone of a body without landmarks.
     fn lone_radius(&self, length: f64) -> f64 {
         let [least, most] = LONE_RADII.map(|radius| radius * self.girth);
         (LONE_STOUTNESS * length).clamp(least, most)

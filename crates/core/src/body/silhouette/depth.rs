@@ -13,16 +13,16 @@ pub struct DepthImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Depth along the camera's z axis of the nearest solid at or beyond the near plane, metres; infinite where there
-    /// is none.
+    /// Depth along the camera's z axis of the nearest solid at or beyond the near plane, metres; infinite if there is
+    /// none.
     pub depth: Vec<f32>,
-    /// Index of the link whose solid it is, plus 1; 0 where there is none.
+    /// Index of that solid's link, plus 1; 0 if there is none.
     pub part: Vec<u32>,
 }
 
 impl SilhouettePainter {
-    /// Depth and link by the rays of all pixels, lens included. Equals the silhouette, except for pixels whose centre
-    /// lies on an outline up to rounding.
+    /// Depth and link by the rays of all pixels, lens included. Agrees with the silhouette, except for pixels whose
+    /// centre is on an outline up to rounding.
     pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
         if let Some(skin) = &humanoid.skin {
             return self.depth_of_skin(skin, frames);
@@ -30,12 +30,12 @@ impl SilhouettePainter {
         self.depth_of(humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()))
     }
 
-    /// As [`Self::depth`], of the props; the part is the prop's index plus 1.
+    /// As [`Self::depth`], for props; the part is the prop's index plus 1.
     pub fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
         self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
     }
 
-    /// The part is the link that carries most of the triangle.
+    /// The part is the dominant link of the triangle.
     fn depth_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
         skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
@@ -92,9 +92,9 @@ impl DepthImage {
         }
     }
 
-    /// Clears the pixels of this image's silhouette that `screen` hides; all are of the same camera. A pixel on an
-    /// outline that is in the silhouette but not in this image (see [`SilhouettePainter::depth`]) counts as the
-    /// farthest.
+    /// Clears the pixels of this image's silhouette that are hidden by `screen`; all are of the same camera. A pixel
+    /// on an outline that is in the silhouette but not in this image (see [`SilhouettePainter::depth`]) is treated as
+    /// infinitely far.
     pub fn clear_hidden(&self, screen: &DepthImage, silhouette: &mut Mask) {
         for (index, (screen, own)) in screen.depth.iter().zip(&self.depth).enumerate() {
             if screen < own {
@@ -103,7 +103,7 @@ impl DepthImage {
         }
     }
 
-    /// Sets a pixel of a mask of the same size by its place in row order.
+    /// Sets a pixel of a mask of the same size by its index in row order.
     fn set(&self, mask: &mut Mask, index: usize, value: bool) {
         mask.set(index as u32 % self.width, index as u32 / self.width, value);
     }

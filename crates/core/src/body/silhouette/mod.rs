@@ -1,9 +1,9 @@
-//! The silhouette that a camera sees of a body, lens distortion included.
+//! The silhouette of a body as seen by a camera, lens distortion included.
 //!
-//! A pixel belongs to it iff the ray through the pixel's centre meets the part of any solid at or beyond the near
-//! plane. Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands
-//! per second). For everything else the rays of all pixels in the solid's bounds are tested, which is exact for any
-//! lens. A body with a skin is seen as that skin.
+//! A pixel is set iff the ray through its centre meets the part of any solid at or beyond the near plane. Tapered
+//! capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands per second).
+//! For everything else the rays of all pixels near the solid are tested, which is exact for any lens. A body with a
+//! skin is drawn as that skin.
 
 mod depth;
 mod pixel_rays;
@@ -22,7 +22,7 @@ use pixel_rays::PixelRays;
 pub use surface::{SkinPoint, SurfacePixel};
 
 /// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: the input
-/// of [`CapsulePainter`] and of trackers' energies. Other solids are left out.
+/// of [`CapsulePainter`] and of trackers' energies. Other solids are ignored.
 pub fn capsules_in_camera(
     humanoid: &Humanoid,
     frames: &LinkFrames,
@@ -40,7 +40,7 @@ pub fn capsules_in_camera(
     }
 }
 
-/// Adds the silhouette of a body to `mask`, which has the camera's size. To draw many, keep a [`SilhouettePainter`].
+/// Adds the silhouette of a body to `mask`, which has the camera's size. Use a [`SilhouettePainter`] to draw many.
 pub fn draw_silhouette(humanoid: &Humanoid, frames: &LinkFrames, camera: &Camera, mask: &mut Mask) {
     SilhouettePainter::new(camera).paint(humanoid, frames, mask);
 }
@@ -82,7 +82,7 @@ impl SilhouettePainter {
         }
     }
 
-    /// Puts the camera elsewhere, world to camera, metres.
+    /// Moves the camera to this world-to-camera transform, metres.
     pub fn place(&mut self, camera_from_world: &Isometry3<f64>) {
         self.camera.camera_from_world = *camera_from_world;
     }
@@ -105,7 +105,7 @@ impl SilhouettePainter {
         }
     }
 
-    /// The silhouette of a body with its links at `frames`, alone on a mask of the camera's size.
+    /// The silhouette of a body with its links at `frames`, on a new mask of the camera's size.
     pub fn silhouette(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Mask {
         let mut mask = Mask::new(self.camera.pinhole.width, self.camera.pinhole.height);
         self.paint(humanoid, frames, &mut mask);

@@ -48,7 +48,7 @@ impl IdealRectangle {
 
     const NOWHERE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
-    /// The smallest rectangle around the rays of a strip; those without direction (NaN) add nothing.
+    /// The smallest rectangle around the rays of a strip; rays without a direction (NaN) are ignored.
     fn around(strip: &RayStrip) -> Self {
         let [low, high] = [Self::NOWHERE.low, Self::NOWHERE.high];
         let least = |i: usize| strip[i].iter().fold(low[i], |least, v| if *v < least { *v } else { least });
@@ -69,11 +69,11 @@ impl IdealRectangle {
 pub(super) struct PixelRays {
     width: u32,
     height: u32,
-    /// Strips in a row of the image.
+    /// Strips per row of the image.
     strips_a_row: usize,
-    /// Row by row; NaN where the lens shows nothing, and beyond the right edge.
+    /// Row by row; NaN where the lens model has no inverse, and beyond the right edge.
     strips: Vec<RayStrip>,
-    /// What each strip sees.
+    /// The view of each strip.
     views: Vec<IdealRectangle>,
     tiles: Vec<Tile>,
 }
@@ -93,13 +93,13 @@ impl PixelWindow {
         self.width as usize * self.height as usize
     }
 
-    /// The place of a pixel in it, row by row.
+    /// The index of a pixel in it, row by row.
     #[inline]
     pub(super) fn place(&self, x: u32, y: u32) -> usize {
         (y - self.top) as usize * self.width as usize + (x - self.left) as usize
     }
 
-    /// The pixel at a place.
+    /// The pixel at an index.
     pub(super) fn pixel(&self, place: usize) -> (u32, u32) {
         let width = self.width as usize;
         (self.left + (place % width) as u32, self.top + (place / width) as u32)
@@ -147,13 +147,13 @@ impl PixelRays {
         Self { width, height, strips_a_row, strips, views, tiles }
     }
 
-    /// The ray of one pixel, NaN where the lens shows nothing.
+    /// The ray of one pixel, NaN where the lens model has no inverse.
     pub(super) fn ray(&self, x: u32, y: u32) -> [f64; 2] {
         let [us, vs] = &self.strips[y as usize * self.strips_a_row + (x / TILE) as usize];
         [us[(x % TILE) as usize], vs[(x % TILE) as usize]]
     }
 
-    /// A rectangle with every pixel that looks into one of these views.
+    /// A rectangle that contains every pixel whose ray is in one of these views.
     pub(super) fn window(&self, views: impl Iterator<Item = IdealRectangle>) -> PixelWindow {
         let (mut low, mut high) = ([self.width, self.height], [0, 0]);
         for view in views {
@@ -172,7 +172,7 @@ impl PixelRays {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
     }
 
-    /// Sets the pixels of a mask of the camera's size that see `capsule` at or beyond z = `near`, which are in `view`.
+    /// Sets the pixels of a mask of the camera's size that see `capsule`, which is in `view`, at or beyond z = `near`.
     pub(super) fn paint_capsule(&self, capsule: &TaperedCapsule, view: &IdealRectangle, near: f64, mask: &mut Mask) {
         let is_full = |mask: &Mask, x: u32, y: u32| mask.row(y)[x as usize / 64] >> (x % 64) & 0xffff == 0xffff;
         let (places, chosen) = self.strips_in(view, |x, y| !is_full(mask, x, y));
@@ -184,7 +184,7 @@ impl PixelRays {
     }
 
     /// Calls `visit` with every pixel that sees `capsule`, which is in `view`, at or beyond z = `near`, and the least
-    /// depth at which it does.
+    /// depth of it there.
     pub(super) fn each_entry(
         &self,
         capsule: &TaperedCapsule,
@@ -202,7 +202,7 @@ impl PixelRays {
         }
     }
 
-    /// The strips that look into `view`: their first pixels, and their places among all, of those that are `wanted`.
+    /// The strips that overlap `view` and are `wanted`: their first pixels, and their indices among all strips.
     fn strips_in(&self, view: &IdealRectangle, wanted: impl Fn(u32, u32) -> bool) -> (Vec<(u32, u32)>, Vec<u32>) {
         let tiles = self.tiles.iter().filter(|tile| tile.view.meets(view));
         let strips = tiles.flat_map(|tile| {
@@ -223,7 +223,7 @@ impl PixelRays {
 }
 
 impl Tiles<'_> {
-    /// Calls `visit` with every pixel of these tiles that looks into `view`, and its ray (z = 1).
+    /// Calls `visit` with every pixel of these tiles whose ray is in `view`, and its ray (z = 1).
     pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
         for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
             for (x, y, [u, v]) in self.rays.pixels(tile.left, tile.top) {

@@ -6,9 +6,8 @@ use super::pixel_rays::{IdealRectangle, PixelRays, Reach};
 use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
-/// Calls `visit` with every pixel that sees `solid` at or beyond z = `near`, and the least depth z at which it does.
-/// Pixels that see several triangles of a mesh are visited for each. The last argument is the triangle, 0 of other
-/// solids.
+/// Calls `visit` with every pixel that sees `solid` at or beyond z = `near`, and the least depth z there. Pixels that
+/// see several triangles of a mesh are visited for each. The last argument is the triangle, 0 for other solids.
 pub(super) fn each_depth(
     solid: &Solid,
     camera_from_link: &Isometry3<f64>,
@@ -30,10 +29,10 @@ pub(super) fn each_depth(
     }
     let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
-    // one product of a matrix a pixel in place of two by quaternions
+    // one matrix product per pixel in place of two quaternion products
     let (turn, centre) = (link_from_camera.rotation.to_rotation_matrix(), link_from_camera.translation.vector);
     rays.tiles(&view).each_pixel(&view, |x, y, direction| {
-        // The direction's z is 1: lengths along the ray count in depth.
+        // The direction's z is 1: lengths along the ray are depths.
         let direction = turn * direction;
         let ray = Ray { origin: Point3::from(centre + direction * near), direction };
         if let Some(beyond) = solid.ray_entry(&ray) {
@@ -47,7 +46,7 @@ pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &Pix
     match solid {
         Solid::TaperedCapsule(capsule) => {
             let capsule = capsule.transformed(camera_from_link);
-            // The solid is convex: the ray meets its part beyond the near plane iff it leaves it there.
+            // The solid is convex: the ray meets the part beyond the near plane iff it exits there.
             if let Some(view) = reach_of_capsule(&capsule).view(near) {
                 rays.paint_capsule(&capsule, &view, near, mask);
             }
@@ -91,8 +90,8 @@ fn reach_of_capsule(capsule: &TaperedCapsule) -> Reach {
     )
 }
 
-/// The surface of a mesh (vertices in the camera's frame), with the number of the triangle; if the near plane cuts a
-/// closed mesh, its far side is visible.
+/// Visits the surface of a mesh (vertices in the camera's frame), with the index of the triangle; if the near plane
+/// cuts a closed mesh, its far side is visible.
 pub(super) fn each_depth_of_mesh(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -129,7 +128,7 @@ impl Facing {
         Self { edges, normal, offset: normal.dot(&a.coords) }
     }
 
-    /// Depth at which the line along `ray` (z = 1) crosses the triangle, its edges included; `None` where it does not.
+    /// Depth at which the line along `ray` (z = 1) crosses the triangle, including its edges; `None` if it does not.
     fn depth_along(&self, ray: &Vector3<f64>) -> Option<f64> {
         let sides = self.edges.map(|edge| edge.dot(ray));
         let within = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);

@@ -1,4 +1,4 @@
-//! The surface point that every pixel sees.
+//! The surface point seen by every pixel.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
@@ -13,29 +13,29 @@ pub struct SurfacePixel {
     pub x: u32,
     /// Row.
     pub y: u32,
-    /// Index of the link; of a prop, the prop's.
+    /// Index of the link or prop.
     pub part: usize,
     /// Depth along the camera's z axis, metres.
     pub depth: f64,
-    /// The point in the link's frame; of a prop in the world.
+    /// The point in the link's frame; for a prop, in the world.
     pub point_in_link: Point3<f64>,
     /// Outward normal in the world, towards the camera.
     pub normal_in_world: Unit<Vector3<f64>>,
-    /// Of a body with a skin, where on the skin the point is: it moves with the skin, not with one link.
+    /// For a body with a skin, the point on the skin: it moves with the skin, not with one link.
     pub on_skin: Option<SkinPoint>,
 }
 
 /// A point on a skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinPoint {
-    /// Its triangle.
+    /// Index of the triangle.
     pub triangle: u32,
-    /// Its barycentric coordinates: shares of the triangle's corners.
+    /// Barycentric coordinates: shares of the triangle's corners.
     pub shares: [f64; 3],
 }
 
 impl SkinPoint {
-    /// The point of the plane of triangle `[a, b, c]` that is nearest to `p`.
+    /// The point of the plane of triangle `[a, b, c]` nearest to `p`.
     fn new(triangle: u32, [a, b, c]: &[Point3<f64>; 3], p: &Point3<f64>) -> Self {
         let normal = (b - a).cross(&(c - a));
         let share = |q: &Point3<f64>, r: &Point3<f64>| (q - p).cross(&(r - p)).dot(&normal) / normal.norm_squared();
@@ -43,7 +43,7 @@ impl SkinPoint {
         Self { triangle, shares: [first, second, 1.0 - first - second] }
     }
 
-    /// Where it is when the vertices of `skin` are at `vertices`.
+    /// Its position with the vertices of `skin` at `vertices`.
     pub fn at(&self, skin: &Skin, vertices: &[Point3<f64>]) -> Option<Point3<f64>> {
         let corners = skin.triangles().get(self.triangle as usize)?;
         let term = |(corner, share): (&u32, f64)| Some(vertices.get(*corner as usize)?.coords * share);
@@ -51,7 +51,7 @@ impl SkinPoint {
     }
 }
 
-/// What a pixel saw last.
+/// The nearest surface found so far at a pixel.
 #[derive(Clone, Copy)]
 struct Nearest {
     depth: f64,
@@ -63,8 +63,8 @@ struct Nearest {
 const NOTHING: Nearest = Nearest { depth: f64::INFINITY, part: u32::MAX, solid: 0, facet: 0 };
 
 impl SilhouettePainter {
-    /// The surface of a body pixel by pixel, by rays through their centres, row by row; pixels that show none are left
-    /// out. The same pixels as [`Self::depth`] has.
+    /// The surface of a body seen at pixel centres, row by row; pixels that show none are omitted. The same pixels as
+    /// in [`Self::depth`].
     pub fn surface(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Vec<SurfacePixel> {
         if let Some(skin) = &humanoid.skin {
             return self.surface_of_skin(skin, frames);
@@ -74,14 +74,14 @@ impl SilhouettePainter {
         self.surface_of(&parts)
     }
 
-    /// As [`Self::surface`], of the props.
+    /// As [`Self::surface`], for props.
     pub fn surface_of_props(&mut self, props: &[Prop]) -> Vec<SurfacePixel> {
         let parts: Vec<_> =
             props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())).collect();
         self.surface_of(&parts)
     }
 
-    /// Of a skin: the part is the link that carries most of the triangle, the normal the triangle's.
+    /// For a skin: the part is the dominant link of the triangle, the normal is the triangle's.
     fn surface_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> Vec<SurfacePixel> {
         let near = self.camera.pinhole.near;
         let world_from_camera = self.camera.camera_from_world.inverse();
@@ -104,7 +104,7 @@ impl SilhouettePainter {
             let on_skin = Some(SkinPoint::new(pixel.facet, &corners, &in_camera));
             let [a, b, c] = corners;
             let normal = Unit::new_normalize((b - a).cross(&(c - a)));
-            // a mesh is seen from either side
+            // a mesh is visible from either side
             let normal = if normal.dot(&in_camera.coords) > 0.0 { -normal } else { normal };
             let point_in_link = frames[part].inverse() * (world_from_camera * in_camera);
             let normal_in_world = world_from_camera * normal;
@@ -128,7 +128,7 @@ impl SilhouettePainter {
             for (index, solid) in solids.iter().enumerate() {
                 solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth, facet| {
                     let pixel = &mut nearest[window.place(x, y)];
-                    // as depth images compare, so that ties fall alike
+                    // the same comparison as for depth images, so that ties are resolved equally
                     if (depth as f32) < pixel.depth as f32 {
                         *pixel = Nearest { depth, part: part as u32, solid: index as u32, facet };
                     }
@@ -146,7 +146,7 @@ impl SilhouettePainter {
             let (solids, world_from_link) = &parts[part];
             let normal = world_from_link * solids[pixel.solid as usize].normal_at(&point_in_link, pixel.facet as usize);
             let away = (camera_from_world * normal).dot(&in_camera.coords) > 0.0;
-            // a mesh is seen from either side
+            // a mesh is visible from either side
             let normal_in_world = if away { -normal } else { normal };
             SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world, on_skin: None }
         })

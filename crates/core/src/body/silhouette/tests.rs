@@ -6,8 +6,8 @@ use crate::body::{Link, Ray, shipped};
 use crate::camera::{Distortion, FieldOfView};
 use crate::rng::{Purpose, stream};
 
-/// A camera `distance` metres from the world's origin, looking at it; at yaw 0 it sees the body's front. Beyond the
-/// origin (negative distance) it looks on, away from it.
+/// A camera `distance` metres from the world's origin, looking at it; at yaw 0 it sees the body's front. At negative
+/// distances it looks away from the origin.
 fn camera(width: u32, yaw: f64, distance: f64, distortion: Distortion) -> Camera {
     let outwards = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
     let eye = Point3::from(outwards * distance);
@@ -29,7 +29,7 @@ fn iou(a: &Mask, b: &Mask) -> f64 {
     common / (a.count() as f64 + b.count() as f64 - common)
 }
 
-/// The second road: every pixel's ray against every solid.
+/// An independent method: every pixel's ray against every solid.
 fn by_every_ray(body: &Humanoid, frames: &LinkFrames, camera: &Camera) -> Mask {
     let world_from_camera = camera.camera_from_world.inverse();
     Mask::from_fn(camera.pinhole.width, camera.pinhole.height, |x, y| {
@@ -64,7 +64,7 @@ fn cube_mesh(h: f64) -> Solid {
 }
 
 #[test]
-fn the_two_robots_cast_nearly_the_same_shadow_when_standing() {
+fn the_two_standing_robots_have_nearly_the_same_silhouette() {
     let (tracker, actor) = (shipped("tracker25").unwrap(), shipped("actor").unwrap());
     for yaw in [0.0, 0.8, 1.6, 2.5, 3.1] {
         let camera = camera(640, yaw, 3.5, Distortion::default());
@@ -100,7 +100,7 @@ fn solids_of_every_kind_agree_with_every_pixel_ray() {
             pose.world_from_root =
                 Isometry3::new(Vector3::new(turn(), turn(), turn()), Vector3::new(turn(), turn(), turn()));
             let distortion = if round % 2 == 0 { lens() } else { Distortion::default() };
-            // From well before the body to inside it.
+            // From well in front of the body to inside it.
             let camera = camera(160, turn(), 0.5 * f64::from(round % 4), distortion);
             let frames = body.link_frames(&pose);
             let (drawn, expected) = (mask_of(&body, &frames, &camera), by_every_ray(&body, &frames, &camera));
@@ -113,7 +113,7 @@ fn solids_of_every_kind_agree_with_every_pixel_ray() {
 }
 
 #[test]
-fn a_body_behind_the_camera_casts_no_shadow() {
+fn a_body_behind_the_camera_has_no_silhouette() {
     let body = shipped("actor").unwrap();
     let frames = body.link_frames(&body.zero_pose());
     for distortion in [Distortion::default(), lens()] {

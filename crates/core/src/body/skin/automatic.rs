@@ -1,8 +1,8 @@
 //! Weights by distance to the links' solids.
 //!
 //! A link's share of a vertex falls with the fourth power of the vertex's distance from the link's solids. Only the
-//! nearest link and links joined to it count: without that, hands that hang beside thighs are bound to them, and one
-//! thigh to the other. Two passes of smoothing over the mesh's edges follow.
+//! nearest link and its neighbours contribute: otherwise hands hanging beside the thighs would be bound to them, and
+//! one thigh to the other. Two passes of smoothing over the mesh's edges follow.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,10 @@ use super::segments::keep_greatest;
 use super::{Influence, MOST_INFLUENCES};
 use crate::body::{Humanoid, LinkFrames, Solid};
 
-/// Distances count as at least this, metres: a vertex inside several solids belongs to the one it is deepest in least
-/// abruptly.
+/// Least distance used, metres: it keeps weights smooth for vertices inside several solids.
 const LEAST_DISTANCE: f64 = 0.005;
 
-/// Passes of smoothing.
+/// Number of smoothing passes.
 const PASSES: usize = 2;
 
 /// The influences of every vertex, with the body's links at `bind`.
@@ -50,7 +49,8 @@ pub(super) fn weights(
     Ok(influences)
 }
 
-/// For every solid_links link, by its place in the list, itself and those joined to it, over links without solid.
+/// For every link in `solid_links`, by its index there, the link itself and those joined to it, skipping links without
+/// solids.
 fn neighbours(body: &Humanoid, solid_links: &[usize]) -> Vec<Vec<usize>> {
     let mut neighbours: Vec<Vec<usize>> = (0..solid_links.len()).map(|index| vec![index]).collect();
     for (index, &link) in solid_links.iter().enumerate() {
@@ -92,7 +92,7 @@ fn from_solid(solid: &Solid, point: &Point3<f64>) -> f64 {
     }
 }
 
-/// Every vertex takes the mean of its own influences and those of its neighbours.
+/// Replaces every vertex's influences by the mean of its own and those of its neighbours.
 fn smoothed(influences: &[Vec<Influence>], triangles: &[[u32; 3]]) -> Vec<Vec<Influence>> {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); influences.len()];
     for triangle in triangles {
@@ -126,12 +126,12 @@ mod tests {
     use crate::body::shipped;
 
     #[test]
-    fn a_vertex_in_the_middle_of_a_limb_is_that_limbs_and_hands_do_not_hold_on_to_thighs() {
+    fn limb_vertices_belong_to_their_limb_and_hands_are_not_bound_to_thighs() {
         let body = shipped("actor").unwrap();
         let frames = body.link_frames(&body.zero_pose());
         let link = |name: &str| body.find_link(name).unwrap();
         let at = |name: &str, z: f64| frames[link(name)] * Point3::new(0.0, 0.0, z);
-        // beside the hanging hand, on the thigh's side, nearer to the hand
+        // beside the hanging hand, on the side of the thigh, nearer to the hand
         let hand = at("left_hand", -0.08) - nalgebra::Vector3::y() * 0.03;
         let points = [at("left_thigh", -0.2), at("right_forearm", -0.13), hand];
         let found = weights(&body, &frames, &points, &[]).unwrap();

@@ -1,11 +1,11 @@
-//! Where the vertices are when the links have moved.
+//! Vertex positions after the links have moved.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{Blending, Skin};
 use crate::body::LinkFrames;
 
-/// What one link adds to a vertex: `R point + weight t`, with the link's rotation `R` and place `t`.
+/// The contribution of one link to a vertex: `R point + weight t`, with the link's rotation `R` and translation `t`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SkinTerm {
     link: u32,
@@ -70,7 +70,8 @@ impl Skin {
         }));
     }
 
-    /// The vertices of which one of `links` carries most, with the links at `frames`: the link and the place, world.
+    /// The vertices whose dominant link is one of `links`, with the links at `frames`: the link and the position,
+    /// world.
     pub(crate) fn deformed_parts<'a>(
         &'a self,
         frames: &'a LinkFrames,
@@ -114,7 +115,7 @@ impl DualQuaternion {
     }
 }
 
-/// A point moved by the blend of some motions, whose weights sum to 1 (`[Kavan 2007]`). Rotations are blended on the
+/// A point moved by a blend of motions, with weights summing to 1 (`[Kavan 2007]`). Rotations are blended in the
 /// hemisphere of the first.
 fn blended<'a>(shares: impl Iterator<Item = (&'a DualQuaternion, f64)>, point: &Point3<f64>) -> Point3<f64> {
     let mut pivot: Option<Quaternion<f64>> = None;
@@ -136,7 +137,7 @@ mod tests {
     use super::*;
     use crate::body::skin::Influence;
 
-    /// A tube about x of radius 1 between two links that meet at the origin, the ring there shared equally.
+    /// A tube of radius 1 along x between two links that meet at the origin, with the ring there shared equally.
     fn tube() -> Skin {
         let ring = |x: f64| {
             (0..12).map(move |k| {
@@ -158,7 +159,7 @@ mod tests {
         Skin::assemble("tube", vertices, triangles, &influences, vec![Isometry3::identity(); 2])
     }
 
-    /// Radius of the shared ring when the second link is turned, in the plane of the ring's own axis.
+    /// Radius of the shared ring after rotating the second link, in the plane of the ring's own axis.
     fn middle_radius(skin: &Skin, turn: UnitQuaternion<f64>) -> f64 {
         let frames = LinkFrames(vec![Isometry3::identity(), Isometry3::from_parts(Vector3::zeros().into(), turn)]);
         let mut vertices = Vec::new();
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn linear_blending_collapses_a_twisted_ring_to_the_cosine_of_half_the_angle_and_dual_quaternions_do_not() {
+    fn linear_blending_collapses_a_twisted_ring_by_the_cosine_of_half_the_angle_and_dual_quaternions_do_not() {
         for degrees in [0.0_f64, 45.0, 90.0, 150.0, 179.0] {
             let twist = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), degrees.to_radians());
             let expected = libm::cos(0.5 * degrees.to_radians());
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bend_collapses_in_the_same_way_and_is_cured_in_the_same_way() {
+    fn bending_collapses_a_ring_likewise_and_dual_quaternions_do_not() {
         for degrees in [30.0_f64, 90.0, 150.0] {
             let bend = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), degrees.to_radians());
             let expected = libm::cos(0.5 * degrees.to_radians());

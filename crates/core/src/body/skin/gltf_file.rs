@@ -1,11 +1,11 @@
-//! glTF 2.0 (`.gltf`, `.glb`): all meshes that the joints of one figure move, in one skin, with its joints and weights.
-//! Of a file with a default scene only what that shows is read.
-//! The `gltf` crate reads and validates the document.
+//! Reads glTF 2.0 (`.gltf`, `.glb`): all meshes moved by the joints of one figure become one skin, with its joints and
+//! weights. If the file has a default scene, only its contents are read. The `gltf` crate parses and validates the
+//! document.
 //!
-//! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the
-//! file without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`.
-//! Joints become body segments by their names; fingers and other joints without a segment of their own belong to the
-//! nearest joint above that has one. The landmarks that bind the skin to a body are the origins of the joints.
+//! glTF has Y up and metres; bodies face +Z. The mesh is read in the pose of its nodes, as programs show the file
+//! without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`. Joints
+//! become body segments by their names; fingers and other joints without a segment belong to the nearest joint above
+//! them that has one. The landmarks that bind the skin to a body are the origins of the joints.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,25 +19,25 @@ use super::joint_names::{ORIGINS, Vocabulary};
 use super::mesh::{MOST_TRIANGLES, MOST_VERTICES, SkinError, SkinMesh};
 use crate::input::{excerpt, foreign, unquoted};
 
-/// Most joints that a skin may have.
+/// Greatest number of joints of a skin.
 const MOST_JOINTS: usize = 10_000;
-/// Most skins that a figure may have: one of every garment.
+/// Greatest number of skins of a figure: one per garment.
 const MOST_SKINS: usize = 100;
-/// Most meshes that a message names.
+/// Greatest number of meshes named in a message.
 const MOST_NAMED: usize = 8;
-/// Most nodes that a file may have.
+/// Greatest number of nodes in a file.
 const MOST_NODES: usize = 1_000_000;
-/// Heights from ankle to crown that a body may have, metres: a file in centimetres is not taken for a giant.
+/// Accepted heights from ankle to crown, metres: rejects files in centimetres.
 const HEIGHTS: std::ops::RangeInclusive<f64> = 0.3..=3.0;
 
-/// Reads a file's bytes; `read` gives the bytes of buffers that it names.
+/// Parses a file; `read` returns the contents of referenced buffer files.
 pub(super) fn parse(
     file: &str,
     bytes: &[u8],
     read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
 ) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    // the crate subtracts the header's length from what a .glb says its own is
+    // the crate subtracts the header's length from the length that a .glb states
     let length = bytes.get(8..12).and_then(|own| own.first_chunk()).map_or(0, |own| u32::from_le_bytes(*own));
     if bytes.starts_with(b"glTF") && length < 12 {
         return Err(malformed("expected glTF 2.0, found a header without content".to_owned()));
@@ -80,7 +80,7 @@ pub(super) fn parse(
     mesh.checked(file)
 }
 
-/// How a mesh is called in messages: as its node, else as itself, else by its number.
+/// Name of a mesh in messages: its node's name, else its own, else its index.
 fn name_of(node: &gltf::Node<'_>) -> String {
     let mesh = node.mesh();
     let name = node.name().or_else(|| mesh.as_ref().and_then(gltf::Mesh::name));
@@ -88,7 +88,7 @@ fn name_of(node: &gltf::Node<'_>) -> String {
     name.map_or_else(|| format!("mesh {number}"), |name| format!("mesh `{}`", excerpt(name)))
 }
 
-/// The names of some meshes, the first few of many.
+/// The names of meshes, abbreviated if there are many.
 fn names_of<'a>(nodes: impl Iterator<Item = &'a gltf::Node<'a>>) -> String {
     let mut names: Vec<String> = nodes.map(name_of).collect();
     let more = names.len().saturating_sub(MOST_NAMED);
@@ -99,7 +99,7 @@ fn names_of<'a>(nodes: impl Iterator<Item = &'a gltf::Node<'a>>) -> String {
     names.join(", ")
 }
 
-/// The nodes with meshes: those that the default scene shows, and the others. Without a default scene all are shown.
+/// The nodes with meshes: those shown by the default scene, and the others. Without a default scene all are shown.
 fn with_meshes(document: &gltf::Document) -> (Vec<gltf::Node<'_>>, Vec<gltf::Node<'_>>) {
     let mut is_shown = vec![document.default_scene().is_none(); document.nodes().len()];
     let mut waiting: Vec<gltf::Node<'_>> = document.default_scene().into_iter().flat_map(|own| own.nodes()).collect();
@@ -111,12 +111,12 @@ fn with_meshes(document: &gltf::Document) -> (Vec<gltf::Node<'_>>, Vec<gltf::Nod
     document.nodes().filter(|node| node.mesh().is_some()).partition(|node| is_shown[node.index()])
 }
 
-/// A note of meshes that are left out, and why.
+/// A note on omitted meshes with the reason.
 fn left_out(nodes: &[gltf::Node<'_>], why: &str) -> Option<String> {
-    (!nodes.is_empty()).then(|| format!("left out, for {why}: {}", names_of(nodes.iter())))
+    (!nodes.is_empty()).then(|| format!("meshes left out because {why}: {}", names_of(nodes.iter())))
 }
 
-/// The document, validated, and the binary chunk of a `.glb`.
+/// The validated document, and the binary chunk of a `.glb`.
 fn document(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
     let (text, blob) = if bytes.starts_with(b"glTF") {
         let glb = gltf::Glb::from_slice(bytes).map_err(foreign)?;
@@ -125,15 +125,18 @@ fn document(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
         (bytes.to_vec(), None)
     };
     let root: gltf::json::Root = gltf::json::deserialize::from_slice(&text).map_err(unquoted)?;
-    // the validation looks attributes up without asking whether they are there
+    // the validation looks up attributes without checking that they exist
     let attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|own| own.attributes.values());
     if let Some(astray) = attributes.map(|index| index.value()).find(|index| *index >= root.accessors.len()) {
-        return Err(format!("an attribute is accessor {astray}; there are {}, from 0", root.accessors.len()));
+        return Err(format!(
+            "an attribute refers to accessor {astray}; expected 0 to {}",
+            root.accessors.len().saturating_sub(1)
+        ));
     }
     Ok((gltf::Document::from_json(root).map_err(foreign)?, blob))
 }
 
-/// The bytes of every buffer: the file's own, or a file beside it.
+/// The bytes of every buffer, from the file itself or from a separate file.
 fn buffers(
     file: &str,
     document: &gltf::Document,
@@ -141,33 +144,42 @@ fn buffers(
     read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
 ) -> Result<Buffers, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    let of = |buffer: gltf::Buffer<'_>| {
-        let bytes = match buffer.source() {
-            gltf::buffer::Source::Bin => {
-                blob.map(<[u8]>::to_vec).ok_or_else(|| malformed("the binary chunk is missing".to_owned()))?
-            }
-            gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
-                return Err(malformed("holds its buffers as text (data:); save it as .glb".to_owned()));
-            }
-            gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
-                let uri = excerpt(uri);
-                return Err(malformed(format!("names the buffer `{uri}`; expected a file in its own folder or below")));
-            }
-            gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
-        };
-        if bytes.len() < buffer.length() {
-            let (found, expected) = (bytes.len(), buffer.length());
-            return Err(malformed(format!("buffer {}: expected {expected} bytes, found {found}", buffer.index())));
-        }
-        Ok(bytes)
-    };
     if document.buffers().len() > 16 {
         return Err(malformed(format!("{} buffers; expected at most 16", document.buffers().len())));
     }
-    document.buffers().map(of).collect()
+    document.buffers().map(|buffer| buffer_bytes(file, &buffer, blob, read)).collect()
 }
 
-/// A URI with `%20` and the like as the bytes that they stand for; what then is no text stays as it is.
+fn buffer_bytes(
+    file: &str,
+    buffer: &gltf::Buffer<'_>,
+    blob: Option<&[u8]>,
+    read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
+) -> Result<Vec<u8>, SkinError> {
+    let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
+    let bytes = match buffer.source() {
+        gltf::buffer::Source::Bin => {
+            blob.map(<[u8]>::to_vec).ok_or_else(|| malformed("the binary chunk is missing".to_owned()))?
+        }
+        gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
+            return Err(malformed("buffers embedded as text (data:) are not supported; save it as .glb".to_owned()));
+        }
+        gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
+            let uri = excerpt(uri);
+            return Err(malformed(format!(
+                "buffer `{uri}` is outside the file's folder; expected a file in its own folder or below"
+            )));
+        }
+        gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
+    };
+    if bytes.len() < buffer.length() {
+        let (found, expected) = (bytes.len(), buffer.length());
+        return Err(malformed(format!("buffer {}: expected {expected} bytes, found {found}", buffer.index())));
+    }
+    Ok(bytes)
+}
+
+/// Decodes percent-encoding (`%20`) in a URI; returned unchanged if the result is not valid text.
 fn decoded(uri: &str) -> String {
     let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
     while let [first, tail @ ..] = rest {
@@ -198,10 +210,10 @@ fn add(
         return Err(format!("expected triangles, found {:?}", primitive.mode()));
     }
     if primitive.get(&Semantic::Joints(1)).is_some() {
-        return Err("more than four joints a vertex (JOINTS_1); limit them to four when exporting".to_owned());
+        return Err("more than four joints per vertex (JOINTS_1); limit them to four when exporting".to_owned());
     }
     let of = |semantic: Semantic, name: &str| {
-        primitive.get(&semantic).ok_or_else(|| format!("a mesh without {name}; export it with skinning"))
+        primitive.get(&semantic).ok_or_else(|| format!("the mesh has no {name}; export it with skinning"))
     };
     let spare = MOST_VERTICES.saturating_sub(mesh.vertices.len());
     let positions: Vec<[f64; 3]> =
@@ -214,7 +226,7 @@ fn add(
         rows(&of(Semantic::Weights(0), "WEIGHTS_0")?, buffers, (&shares, Dimensions::Vec4), spare)?;
     if carriers.len() != positions.len() || shares.len() != positions.len() {
         let (a, b, c) = (positions.len(), carriers.len(), shares.len());
-        return Err(format!("{a} positions, {b} joints and {c} weights; expected as many of each"));
+        return Err(format!("{a} positions, {b} joints and {c} weights; expected equal numbers"));
     }
     let first = mesh.vertices.len() as u32;
     let places: Vec<Point3<f64>> = positions.iter().map(|place| Point3::from(*place)).collect();
@@ -240,38 +252,38 @@ fn add(
         }
         None => (0..positions.len() as u32).collect(),
     };
-    let corner = |index: u32| index.checked_add(first).ok_or_else(|| "an index too large".to_owned());
+    let corner = |index: u32| index.checked_add(first).ok_or_else(|| "an index is too large".to_owned());
     for triple in indices.as_chunks::<3>().0 {
         mesh.triangles.push([corner(triple[0])?, corner(triple[1])?, corner(triple[2])?]);
     }
     Ok(())
 }
 
-/// From Y up and facing +Z to X forward, Y left, Z up.
+/// Converts from Y up and facing +Z to X forward, Y left, Z up.
 fn forward(place: nalgebra::Vector3<f64>) -> Point3<f64> {
     Point3::new(place.z, place.x, place.y)
 }
 
 /// A joint of a skin.
 struct SkinJoint {
-    /// Body segment that it belongs to.
+    /// Its body segment.
     segment: String,
-    /// From the mesh's own frame to where the joint has it.
+    /// Transform from the mesh's own frame to the joint's posed position.
     place_from_mesh: Matrix4<f64>,
 }
 
 /// The joints of all skins of one figure.
 struct FigureJoints {
-    /// By the number of a skin, its joints by their number in it.
+    /// For every skin, by its index, its joints by their index in it.
     of_skins: BTreeMap<usize, Vec<SkinJoint>>,
-    /// Origins of joints that begin a segment.
+    /// Origins of the joints that begin a segment.
     origins: BTreeMap<String, Point3<f64>>,
     names: Vec<String>,
     notes: Vec<String>,
 }
 
 impl FigureJoints {
-    /// Of the skins of these nodes, which must be of one skeleton.
+    /// The joints of these nodes' skins, which must belong to one skeleton.
     fn of(document: &gltf::Document, skinned: &[gltf::Node<'_>], buffers: &Buffers) -> Result<Self, String> {
         let skins: BTreeMap<usize, gltf::Skin<'_>> =
             skinned.iter().filter_map(|node| node.skin()).map(|skin| (skin.index(), skin)).collect();
@@ -291,7 +303,7 @@ impl FigureJoints {
                 }
             }
             if nodes.get(index).map_or(0, Vec::len) > MOST_JOINTS {
-                return Err(format!("a skin of more than {MOST_JOINTS} joints"));
+                return Err(format!("a skin has more than {MOST_JOINTS} joints"));
             }
         }
         let tree = NodeTree::of(document)?;
@@ -325,12 +337,12 @@ impl FigureJoints {
         }
         if !unknown.is_empty() {
             let unknown = excerpt(&unknown.join(", "));
-            joints.notes.push(format!("joints that move with the nearest known one above them: {unknown}"));
+            joints.notes.push(format!("joints that move with the nearest known joint above them: {unknown}"));
         }
         Ok(joints)
     }
 
-    /// Where the landmarks of a body are.
+    /// Positions of the body's landmarks.
     fn landmarks(&self, mesh: &SkinMesh) -> Result<BTreeMap<String, Point3<f64>>, String> {
         let mut landmarks = BTreeMap::new();
         let mut missing = Vec::new();
@@ -365,20 +377,20 @@ impl FigureJoints {
             let names = excerpt(&self.names.join(", "));
             return Err(format!(
                 "no joint is recognised as {}; its joints are: {names}; rename them as Mixamo, Unreal or CMU do, or \
-                 export the mesh as OBJ and name its landmarks in a .toml",
+                 export the mesh as OBJ and define its landmarks in a .toml",
                 missing.join(", ")
             ));
         }
         let Some(crown) = landmarks.get("head_top") else {
-            return Err("its joint of the head is recognised, but no vertex has more than half of its weight there, so \
-                        where its crown is remains unknown; give the head its weights, or export the mesh as OBJ and name \
-                        its landmarks in a .toml"
+            return Err("the head joint is recognised, but no vertex has more than half of its weight there, so the \
+            position of the crown is unknown; give the head its weights, or export the mesh as OBJ and define \
+            its landmarks in a .toml"
                 .to_owned());
         };
         let height = crown.z - landmarks["left_ankle"].z.min(landmarks["right_ankle"].z);
         if !HEIGHTS.contains(&height) {
             return Err(format!(
-                "a body of {height:.3} m from ankle to crown along Y; expected {} to {}: glTF is metres with Y up",
+                "the body measures {height:.3} m from ankle to crown along Y; expected {} to {}: glTF uses metres with Y up",
                 HEIGHTS.start(),
                 HEIGHTS.end()
             ));
@@ -387,7 +399,7 @@ impl FigureJoints {
     }
 }
 
-/// The inverse bind matrices of a skin of so many joints.
+/// The inverse bind matrices of a skin with this many joints.
 fn inverse_bind_matrices(skin: &gltf::Skin<'_>, buffers: &Buffers, joints: usize) -> Result<Vec<[f64; 16]>, String> {
     let inverse: Vec<[f64; 16]> = match skin.inverse_bind_matrices() {
         Some(accessor) => rows(&accessor, buffers, (&[DataType::F32], Dimensions::Mat4), MOST_JOINTS)?,
@@ -396,7 +408,7 @@ fn inverse_bind_matrices(skin: &gltf::Skin<'_>, buffers: &Buffers, joints: usize
     if inverse.len() == joints {
         Ok(inverse)
     } else {
-        Err(format!("{joints} joints and {} inverse bind matrices", inverse.len()))
+        Err(format!("{joints} joints and {} inverse bind matrices; expected equal numbers", inverse.len()))
     }
 }
 
@@ -438,7 +450,7 @@ fn check_one_figure(
         node.skin().is_some_and(|skin| waiting.iter().any(|(other, _)| *other == skin.index()))
     };
     Err(format!(
-        "meshes of several skeletons: {} and, apart from them, {}; expected one figure: export one of them",
+        "meshes of several skeletons: {}, and separately {}; expected one figure: export one of them",
         names_of(skinned.iter().filter(|node| !is_other(node))),
         names_of(skinned.iter().filter(is_other))
     ))

@@ -1,15 +1,16 @@
-//! Numbers of a glTF file's accessors. The `gltf` crate's own iterators assume that types, counts and places are right
-//! and panic where they are not; here they are checked.
+//! Reads numbers from a glTF file's accessors. The `gltf` crate's own iterators assume that types, counts and offsets
+//! are valid and panic otherwise; here they are checked.
 
 use gltf::accessor::{DataType, Dimensions};
 
 /// The bytes of every buffer of a file.
 pub(super) type Buffers = Vec<Vec<u8>>;
 
-/// Rows of numbers: of as many elements as the accessor has, each of `N` numbers.
+/// The accessor's elements as rows of `N` numbers each.
 ///
 /// # Errors
-/// What is wrong with the accessor, and what was expected: `types` of numbers, `dimensions`, at most `most` elements.
+/// What is wrong with the accessor, and what was expected: numbers of one of `types`, `dimensions`, at most `most`
+/// elements.
 pub(super) fn rows<const N: usize>(
     accessor: &gltf::Accessor<'_>,
     buffers: &Buffers,
@@ -65,7 +66,7 @@ fn number(kind: DataType, bytes: &[u8]) -> f64 {
     }
 }
 
-/// What stands for 1 in normalised numbers.
+/// The value that represents 1 in normalised numbers.
 fn greatest(kind: DataType) -> f64 {
     match kind {
         DataType::I8 => f64::from(i8::MAX),

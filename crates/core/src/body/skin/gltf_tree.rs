@@ -1,4 +1,4 @@
-//! How the nodes of a glTF file hang together, and where they are.
+//! Hierarchy and world transforms of a glTF file's nodes.
 
 use std::collections::BTreeMap;
 
@@ -7,24 +7,24 @@ use nalgebra::Matrix4;
 /// The nodes of a file.
 pub(super) struct NodeTree {
     parents: Vec<Option<usize>>,
-    /// World from node, by the node's number.
+    /// World-from-node transform, by the node's index.
     world: Vec<Matrix4<f64>>,
     /// Parents before their children.
     order: Vec<usize>,
 }
 
 impl NodeTree {
-    /// How many nodes.
+    /// Number of nodes.
     pub(super) fn count(&self) -> usize {
         self.parents.len()
     }
 
-    /// World from node.
+    /// World-from-node transform.
     pub(super) fn world(&self, node: usize) -> Matrix4<f64> {
         self.world.get(node).copied().unwrap_or_else(Matrix4::identity)
     }
 
-    /// For every node the topmost of `marked` that it is or hangs on, directly or over any others.
+    /// For every node the topmost `marked` node among itself and its ancestors.
     pub(super) fn tops(&self, marked: &[bool]) -> Vec<Option<usize>> {
         let mut tops = vec![None; self.parents.len()];
         for &node in &self.order {
@@ -33,7 +33,7 @@ impl NodeTree {
         tops
     }
 
-    /// For every node its own segment, or that of the nearest node above that has one.
+    /// For every node its own segment, or that of the nearest ancestor that has one.
     pub(super) fn nearest_segments<'a>(&self, own: &'a BTreeMap<usize, String>) -> Vec<Option<&'a str>> {
         let mut segments = vec![None; self.parents.len()];
         for &node in &self.order {
@@ -43,7 +43,7 @@ impl NodeTree {
         segments
     }
 
-    /// The tree of a file; a message for a node of two parents and for a circle.
+    /// The tree of a file; an error for a node with two parents or a cycle.
     pub(super) fn of(document: &gltf::Document) -> Result<Self, String> {
         let nodes: Vec<gltf::Node<'_>> = document.nodes().collect();
         let mut parents = vec![None; nodes.len()];
@@ -69,7 +69,7 @@ impl NodeTree {
         if order.len() == nodes.len() {
             Ok(Self { parents, world, order })
         } else {
-            Err("nodes that are their own ancestors".to_owned())
+            Err("some nodes are their own ancestors".to_owned())
         }
     }
 }

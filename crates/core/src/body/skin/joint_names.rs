@@ -1,4 +1,4 @@
-//! Which body segment a joint of a skinned file is, by its name as common programs spell it.
+//! Recognises body segments from joint names of skinned files in the conventions of common programs.
 
 /// Landmarks at the origins of segments, without their side.
 pub(super) const ORIGINS: [(&str, &str); 7] = [
@@ -11,23 +11,23 @@ pub(super) const ORIGINS: [(&str, &str); 7] = [
     ("toes", "toes"),
 ];
 
-/// How a skeleton names its joints.
+/// Naming convention of a skeleton's joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Vocabulary {
-    /// By the bone that begins there: `LeftUpLeg`, `LeftLeg`, `LeftFoot`.
+    /// By the bone that begins at the joint: `LeftUpLeg`, `LeftLeg`, `LeftFoot`.
     Bones,
     /// By the joint itself: `LeftHip`, `LeftKnee`, `LeftAnkle`.
     Hinges,
 }
 
 impl Vocabulary {
-    /// The vocabulary of a skeleton: only one that names joints has knees.
+    /// The convention of a skeleton: names by joint include a knee.
     pub(super) fn of<'a>(mut names: impl Iterator<Item = &'a str>) -> Self {
         let is_knee = |name: &str| matches!(parts(name), (Some(_), part) if part == "knee");
         if names.any(is_knee) { Self::Hinges } else { Self::Bones }
     }
 
-    /// The body segment that a joint's name says; `None` for fingers, tips and anything unknown.
+    /// The body segment of a joint's name; `None` for fingers, tips and anything unknown.
     pub(super) fn segment(self, name: &str) -> Option<String> {
         let (side, part) = parts(name);
         let segment = match (side, part.as_str()) {
@@ -75,7 +75,7 @@ fn hinge(part: &str) -> Option<&'static str> {
     })
 }
 
-/// Side of a name, and the rest of it in lower case without name space, prefixes of exporters and punctuation.
+/// Side of a name, and the rest in lower case without name space, exporter prefixes and punctuation.
 fn parts(name: &str) -> (Option<&'static str>, String) {
     let name = name.rsplit([':', '|']).next().unwrap_or_default().to_ascii_lowercase();
     let name = ["def-", "j_bip_c_", "j_bip_", "mixamorig_", "mixamorig", "bip01_", "bip01 "]
@@ -86,7 +86,7 @@ fn parts(name: &str) -> (Option<&'static str>, String) {
     (side, rest.chars().filter(char::is_ascii_alphanumeric).collect())
 }
 
-/// Side and rest of a name in lower case: `leftarm`, `l_arm`, `arm.l`, `upperarm_l`.
+/// Side and rest of a lower-case name: `leftarm`, `l_arm`, `arm.l`, `upperarm_l`.
 fn side_of(name: &str) -> (Option<&'static str>, &str) {
     for (side, letter) in [("left", 'l'), ("right", 'r')] {
         let divided = |c: char| matches!(c, '_' | '.' | '-' | ' ');
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn joints_of_many_programs_become_segments_and_fingers_do_not() {
+    fn joints_of_many_programs_are_recognised_as_segments_and_fingers_are_not() {
         for (name, segment) in [
             ("mixamorig:LeftUpLeg", "left_thigh"),
             ("mixamorig:Spine1", "thorax"),

@@ -1,21 +1,21 @@
-//! The masses of a body by its skin.
+//! Masses of a body from its skin.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::segment_solids::{SegmentMoments, moments_of_links};
 use crate::body::{Humanoid, Inertia, Link};
 
-/// Parts below this are no segments, cubic metres: a link that carries no more keeps what it has.
+/// Parts below this volume are not segments, cubic metres: their links keep their mass properties.
 const LEAST_VOLUME: f64 = 1e-6;
 
 impl Humanoid {
-    /// The same body with the masses of its skin: every link gets the mass, the centre and the rotational inertia of
-    /// the part of the skin that it carries, in the bind pose, where the skin is not bent. The density is the same
-    /// everywhere, and such that the body keeps its [`Self::total_mass`]; lungs, which make trunks lighter than limbs,
-    /// are not modelled. Links that carry no part of the skin keep what they have. Second moments by the tetrahedra of
-    /// every triangle (`[Ericson 2005]`); the cuts between links are cones to the middle of the cut.
+    /// The same body with masses from its skin: every link gets the mass, centre of mass and rotational inertia of its
+    /// part of the skin in the bind pose, where the skin is not bent. The density is uniform and chosen so that the
+    /// body keeps its [`Self::total_mass`]; lungs, which make trunks lighter than limbs, are not modelled. Links
+    /// without a part of the skin keep their mass properties. Second moments are computed from the tetrahedra of all
+    /// triangles (`[Ericson 2005]`); the cuts between links are cones to the middle of the cut.
     ///
-    /// A body without a skin, without mass, or whose skin holds nothing stays as it is.
+    /// A body without a skin or mass, or whose skin encloses no volume, is unchanged.
     #[must_use]
     pub fn with_masses_of_skin(&self) -> Self {
         self.weighed_by_skin().unwrap_or_else(|| self.clone())
@@ -24,7 +24,7 @@ impl Humanoid {
     fn weighed_by_skin(&self) -> Option<Self> {
         let skin = self.skin.as_ref()?;
         let (mut moments, about) = moments_of_links(skin, self.links.len());
-        // turned inside out, the signs of all parts change alike
+        // if the surface is inside out, the signs of all parts change alike
         if moments.iter().map(|own| own.volume).sum::<f64>() < 0.0 {
             moments.iter_mut().for_each(|own| *own = own.reversed());
         }
@@ -62,7 +62,7 @@ struct SegmentSolid {
 }
 
 impl SegmentSolid {
-    /// `None` of what is no solid: nothing, or a surface that is folded through itself.
+    /// `None` for an empty part or a surface folded through itself.
     fn new(moments: &SegmentMoments, about: &Point3<f64>) -> Option<Self> {
         if moments.volume < LEAST_VOLUME {
             return None;
@@ -70,9 +70,9 @@ impl SegmentSolid {
         let centre: Vector3<f64> = moments.first / moments.volume;
         let spread = moments.second - centre * centre.transpose() * moments.volume;
         let spread = 0.5 * (spread + spread.transpose());
-        let sound = spread.symmetric_eigenvalues().iter().all(|value| *value > 0.0);
+        let valid = spread.symmetric_eigenvalues().iter().all(|value| *value > 0.0);
         let tensor = Matrix3::from_diagonal_element(spread.trace()) - spread;
-        sound.then_some(Self { volume: moments.volume, centre: about + centre, tensor })
+        valid.then_some(Self { volume: moments.volume, centre: about + centre, tensor })
     }
 }
 
@@ -85,8 +85,8 @@ mod tests {
     use crate::body::skin::{Influence, Skin};
     use crate::body::{SkinMesh, shipped, shipped_skin};
 
-    /// A surface of revolution about z through `(radius, height)`, closed at its poles, and how far along the profile
-    /// every vertex is.
+    /// A surface of revolution about z through `(radius, height)`, closed at its poles, and the index along the
+    /// profile of every vertex.
     fn turned(profile: &[[f64; 2]], around: u32) -> (Vec<Point3<f64>>, Vec<[u32; 3]>, Vec<usize>) {
         let mut vertices = vec![Point3::new(0.0, 0.0, profile[0][1])];
         let mut ring_of = vec![0];
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_has_the_mass_centre_and_inertia_of_a_ball_whichever_way_it_is_turned() {
+    fn a_ball_has_the_mass_centre_and_inertia_of_a_ball_in_any_orientation() {
         let (radius, centre) = (0.3, Vector3::new(0.4, -0.1, 1.2));
         let profile: Vec<[f64; 2]> = (0..=200)
             .map(|i| {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_capsule_that_two_links_share_falls_into_a_cylinder_and_a_ball_at_each_end() {
+    fn a_capsule_shared_by_two_links_is_split_into_a_cylinder_and_a_ball_at_each_end() {
         // a cylinder of 0.8 m with half balls; the cut is at 0.2 m of its height
         let (radius, half): (f64, f64) = (0.1, 0.4);
         let ball = |i: i32, at: f64| {
@@ -164,7 +164,7 @@ mod tests {
         profile.extend((100..=200).map(|i| ball(i, half)));
         let (vertices, triangles, ring_of) = turned(&profile, 160);
         let cut = profile.iter().position(|[_, height]| (height - 0.2).abs() < 1e-9).unwrap();
-        // a triangle goes with two of its corners: the edge of the cut lies on the ring or half a ring beside it
+        // a triangle follows two of its corners: the edge of the cut is on the ring or half a ring beside it
         let bare = shipped("tracker25").unwrap();
         let [lower, upper] = ["left_thigh", "right_thigh"].map(|name| bare.find_link(name).unwrap());
         let link_of = |vertex: usize| if ring_of[vertex] <= cut { lower } else { upper };
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_has_the_centre_of_the_volume_and_its_mass_where_links_meet_in_any_way_and_holes_are_closed() {
+    fn the_total_centre_of_mass_is_that_of_the_volume_for_any_division_and_holes_are_closed() {
         let person = shipped("actor").unwrap();
         for (name, cut_open) in [("person", false), ("person_coarse", false), ("person_coarse", true)] {
             let mut mesh = shipped_skin(name).unwrap();
@@ -206,7 +206,7 @@ mod tests {
             let found = body.with_masses_of_skin();
             assert!((found.total_mass() - body.total_mass()).abs() < 1e-9);
             let centre = found.centre_of_mass(&bind).unwrap();
-            // a volume takes holes for closed to another point
+            // the volume closes holes to another point
             let within = if cut_open { 0.02 } else { 1e-9 };
             let as_before = found.links.iter().zip(&body.links).filter(|(is, was)| is.inertia.is_some() && is == was);
             let as_before: Vec<&str> = as_before.map(|(link, _)| link.name.as_str()).collect();
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_without_skin_or_mass_or_in_a_flat_skin_stays_as_it_is() {
+    fn a_body_without_skin_or_mass_or_with_a_flat_skin_is_unchanged() {
         let body = shipped("actor").unwrap();
         assert_eq!(body.with_masses_of_skin(), body);
         let flat = SkinMesh {

@@ -1,4 +1,4 @@
-//! A mesh with weights, as files have it, checked.
+//! A checked mesh with weights, as read from files.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use nalgebra::Point3;
 
 use crate::input::{excerpt, plain};
 
-/// Most vertices and triangles of a skin: what deforming and drawing them takes grows with them.
+/// Greatest number of vertices of a skin; the cost of deforming and drawing grows with it.
 pub(super) const MOST_VERTICES: usize = 500_000;
 /// See [`MOST_VERTICES`].
 pub(super) const MOST_TRIANGLES: usize = 1_000_000;
@@ -15,7 +15,7 @@ pub(super) const MOST_TRIANGLES: usize = 1_000_000;
 /// Greatest coordinate, metres.
 const FARTHEST: f64 = 100.0;
 
-/// How far the weights of a vertex may be from a sum of 1; they are then divided by their sum. Files round to three or
+/// Greatest deviation from 1 of a vertex's sum of weights, which are then normalised. Files are rounded to three or
 /// four decimals.
 const SUM_TOLERANCE: f64 = 0.02;
 
@@ -28,11 +28,11 @@ pub struct SkinMesh {
     pub vertices: Vec<Point3<f64>>,
     /// Indices into the vertices.
     pub triangles: Vec<[u32; 3]>,
-    /// By name of a body segment (or link): vertices and their weights. `None`: to be found by distance.
+    /// Vertices and their weights, by name of a body segment (or link). `None`: weights are computed by distance.
     pub weights: Option<BTreeMap<String, Vec<(u32, f64)>>>,
-    /// Where landmarks of the body are in the mesh, by name ([`crate::body::Landmark::name`]), metres.
+    /// Positions of the body's landmarks in the mesh, by name ([`crate::body::Landmark::name`]), metres.
     pub landmarks: BTreeMap<String, Point3<f64>>,
-    /// What was assumed or mended.
+    /// Notes on assumptions and corrections.
     pub notes: Vec<String>,
 }
 
@@ -44,29 +44,29 @@ pub enum SkinError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// The file's content is not a skin.
+    /// The file's content is not a valid skin.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
         /// The file.
         file: String,
-        /// What is wrong, and what was expected.
+        /// The problem, and what was expected.
         detail: String,
     },
-    /// No skin of that name ships.
+    /// There is no built-in skin of this name.
     #[error("`{}` is neither a built-in skin ({known}) nor a file", excerpt(name))]
     NotShipped {
         /// The name.
         name: String,
-        /// The names of those that do.
+        /// The names of the built-in skins.
         known: String,
     },
     /// The skin belongs to another skeleton.
     #[error(
         "skin `{}` has weights for {}, which `{}` does not have{}; rename the groups of the weights, \
-         or leave the weights out to have them found by distance",
+        or remove the weights to have them computed by distance",
         excerpt(skin),
         excerpt(segments),
         excerpt(body),
@@ -79,25 +79,25 @@ pub enum SkinError {
         segments: String,
         /// The body.
         body: String,
-        /// Which landmarks the body lacks, if any, and which links it has, in words.
+        /// Description of the landmarks that the body lacks, if any, and of its links.
         body_has: String,
     },
-    /// The body has no solids that distances could be taken to.
-    #[error("`{}` has no solids, so weights cannot be found by distance; give the skin a file of weights", excerpt(.0))]
+    /// The body has no solids from which distances could be measured.
+    #[error("`{}` has no solids, so weights cannot be computed by distance; give the skin a file of weights", excerpt(.0))]
     NoSolids(String),
-    /// The skin's landmarks do not fix the body's pose.
+    /// The skin's landmarks do not determine the body's pose.
     #[error("skin `{}`: {}", excerpt(skin), plain(detail))]
     Landmarks {
         /// The skin.
         skin: String,
-        /// What is wrong.
+        /// The problem.
         detail: String,
     },
 }
 
 impl SkinMesh {
-    /// Checks sizes, indices, numbers and weights; weights that sum to nearly 1 are brought to it. `file` is its name
-    /// in messages.
+    /// Checks sizes, indices, numbers and weights; weights that sum to nearly 1 are normalised. `file` names it in
+    /// messages.
     pub(super) fn checked(mut self, file: &str) -> Result<Self, SkinError> {
         let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
         for (found, most, what) in
@@ -112,11 +112,14 @@ impl SkinMesh {
         }
         let places = self.vertices.iter().chain(self.landmarks.values());
         if let Some(far) = places.flat_map(|p| p.iter()).find(|c| c.is_nan() || c.abs() > FARTHEST) {
-            return Err(malformed(format!("a coordinate of {far} m; expected a body within {FARTHEST} m, in metres")));
+            return Err(malformed(format!("a coordinate is {far} m; expected a body within {FARTHEST} m, in metres")));
         }
         let count = self.vertices.len();
         if let Some(triangle) = self.triangles.iter().find(|t| t.iter().any(|corner| *corner as usize >= count)) {
-            return Err(malformed(format!("a triangle of vertices {triangle:?}; there are {count}, from 0")));
+            return Err(malformed(format!(
+                "a triangle has vertices {triangle:?}; expected 0 to {}",
+                count.saturating_sub(1)
+            )));
         }
         if let Some(weights) = &mut self.weights {
             normalise(weights, count).map_err(malformed)?;
@@ -125,13 +128,13 @@ impl SkinMesh {
     }
 }
 
-/// Checks weights and divides those of every vertex by their sum.
+/// Checks weights and normalises those of every vertex.
 fn normalise(weights: &mut BTreeMap<String, Vec<(u32, f64)>>, vertices: usize) -> Result<(), String> {
     let mut sums = vec![0.0; vertices];
     for (segment, pairs) in weights.iter() {
         for (vertex, weight) in pairs {
             let sum = sums.get_mut(*vertex as usize).ok_or_else(|| {
-                format!("`{}`: a weight of vertex {vertex}, from 0; the mesh has {vertices}", excerpt(segment))
+                format!("`{}`: weight of vertex {vertex}, but the mesh has {vertices}, from 0", excerpt(segment))
             })?;
             if !(*weight >= 0.0 && *weight <= 1.0 + SUM_TOLERANCE) {
                 return Err(format!("`{}`: vertex {vertex} has weight {weight}; expected 0 to 1", excerpt(segment)));
@@ -142,7 +145,7 @@ fn normalise(weights: &mut BTreeMap<String, Vec<(u32, f64)>>, vertices: usize) -
     if let Some(bare) = sums.iter().position(|sum| *sum == 0.0) {
         let bares = sums.iter().filter(|sum| **sum == 0.0).count();
         return Err(format!(
-            "vertex {bare}, from 0, has no weight ({bares} of {vertices} have none); give every vertex some"
+            "vertex {bare}, from 0, has no weight ({bares} of {vertices} have none); give every vertex a weight"
         ));
     }
     if let Some(off) = sums.iter().position(|sum| (sum - 1.0).abs() > SUM_TOLERANCE) {
@@ -174,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_brought_to_a_sum_of_1_and_others_are_refused_by_vertex() {
+    fn weights_are_normalised_and_invalid_ones_are_refused_with_their_vertex() {
         let near = triangle(&[("a", &[(0, 0.5), (1, 1.0), (2, 0.3)]), ("b", &[(0, 0.499), (2, 0.701)])]);
         let weights = near.checked("m").unwrap().weights.unwrap();
         assert!((weights["a"][0].1 + weights["b"][0].1 - 1.0).abs() < 1e-15);
@@ -183,7 +186,7 @@ mod tests {
         let bare = triangle(&[("a", &[(0, 1.0), (2, 1.0)])]);
         assert!(message(bare).contains("vertex 1, from 0, has no weight (1 of 3 have none)"));
         let beyond = triangle(&[("a", &[(7, 1.0)])]);
-        assert!(message(beyond).contains("a weight of vertex 7, from 0; the mesh has 3"));
+        assert!(message(beyond).contains("weight of vertex 7, but the mesh has 3"));
         for wrong in [f64::NAN, -0.1, f64::INFINITY, 2.0] {
             assert!(message(triangle(&[("a", &[(0, wrong), (1, 1.0), (2, 1.0)])])).contains("expected 0 to 1"));
         }
@@ -194,10 +197,10 @@ mod tests {
         let whole = || triangle(&[("a", &[(0, 1.0), (1, 1.0), (2, 1.0)])]);
         let mut nan = whole();
         nan.vertices[1].y = f64::NAN;
-        assert!(message(nan).contains("a coordinate of NaN m"));
+        assert!(message(nan).contains("a coordinate is NaN m"));
         let mut astray = whole();
         astray.triangles.push([0, 1, 9]);
-        assert!(message(astray).contains("a triangle of vertices [0, 1, 9]; there are 3"));
+        assert!(message(astray).contains("a triangle has vertices [0, 1, 9]; expected 0 to 2"));
         let mut huge = whole();
         huge.triangles = vec![[0, 1, 2]; MOST_TRIANGLES + 1];
         assert!(message(huge).contains("1000001 triangles; expected at most 1000000: decimate the mesh"));

@@ -1,13 +1,13 @@
 //! A surface that bends with the skeleton: skeletal subspace deformation, also called linear blend skinning
 //! (`[Skinned APF]`, section 4; `[Lewis 2000]`).
 //!
-//! A vertex at `v0` in the bind pose, in which the mesh was modelled, is in another pose at
-//! `v = sum_i w_i T_i(pose) T_i(bind)^-1 v0`: every link carries it along rigidly, and the weighted mean of these
-//! places is taken. Between two links that turn by an angle `a` against each other, a ring of equally weighted vertices
-//! shrinks to `cos(a / 2)` of its radius; blending dual quaternions instead ([`Blending::DualQuaternion`],
-//! `[Kavan 2007]`) keeps the radius.
+//! A vertex at `v0` in the bind pose, in which the mesh was modelled, is in another pose at `v = sum_i w_i T_i(pose)
+//! T_i(bind)^-1 v0`: every link moves it rigidly, and the weighted mean of the resulting positions is used. Between
+//! two links rotated by an angle `a` relative to each other, a ring of equally weighted vertices shrinks to `cos(a /
+//! 2)` of its radius; blending dual quaternions instead ([`Blending::DualQuaternion`], `[Kavan 2007]`) keeps the
+//! radius.
 //!
-//! [`SkinMesh`] is the mesh with its weights by name of a body segment, as files have it; [`Skin`] is bound to a body.
+//! [`SkinMesh`] is the mesh with its weights by name of a body segment, as in files; [`Skin`] is bound to a body.
 
 mod automatic;
 mod blend;
@@ -36,26 +36,26 @@ pub use shipped::{SHIPPED_SKINS, shipped_skin};
 pub use skin_file::read_skin_allowing;
 pub use skin_file::{read_skin, skin_from_gltf};
 
-/// Most influences of a vertex that are kept; the smallest are left out.
+/// Greatest number of influences kept per vertex; the smallest are dropped.
 const MOST_INFLUENCES: usize = 4;
 
-/// How the transforms of several links are blended.
+/// Method of blending the transforms of several links.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Blending {
-    /// The mean of transformed points, as most programs do: joints collapse when they bend or twist far.
+    /// The mean of transformed points, as in most programs: joints collapse under large bends or twists.
     #[default]
     Linear,
     /// The normalised mean of the transforms as dual quaternions: no collapse, a slight bulge.
     DualQuaternion,
 }
 
-/// A share of a vertex that a link carries.
+/// The influence of a link on a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Influence {
     /// Index of the link.
     pub(crate) link: u32,
-    /// Share, in (0, 1]; those of a vertex sum to 1.
+    /// Weight, in (0, 1]; those of a vertex sum to 1.
     pub(crate) weight: f64,
 }
 
@@ -64,9 +64,9 @@ pub(crate) struct Influence {
 pub struct Skin {
     /// Its name.
     pub name: String,
-    /// How transforms are blended.
+    /// Method of blending.
     pub blending: Blending,
-    /// In the bind pose, metres.
+    /// Vertices in the bind pose, metres.
     vertices: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
     /// `influences[first[v] .. first[v + 1]]` are those of vertex `v`.
@@ -74,14 +74,14 @@ pub struct Skin {
     influences: Vec<Influence>,
     /// `world_from_link` of every link of the body in the bind pose.
     bind: Vec<Isometry3<f64>>,
-    /// For every influence the vertex in the link's frame, times the weight, and the weight.
+    /// For every influence the vertex in the link's frame times the weight, and the weight.
     terms: Vec<blend::SkinTerm>,
-    /// Link with the greatest share of every vertex.
+    /// Link with the greatest weight, for every vertex.
     parts: Vec<u32>,
     topology: MeshTopology,
 }
 
-/// Two skins are the same if they have the same surface, weights and bind pose, whatever they are called.
+/// Skins are equal if they have the same surface, weights and bind pose; names are ignored.
 impl PartialEq for Skin {
     fn eq(&self, other: &Self) -> bool {
         self.blending == other.blending
@@ -94,8 +94,8 @@ impl PartialEq for Skin {
 }
 
 impl Skin {
-    /// Binds `mesh` to `body`, whose links are at `bind` where the mesh was modelled. Without weights the mesh gets
-    /// automatic ones, by distance to the solids of the body's links.
+    /// Binds `mesh` to `body`, with the links at `bind` in the mesh's pose. A mesh without weights gets automatic
+    /// ones, by distance to the solids of the body's links.
     ///
     /// # Errors
     /// [`SkinError`] for weights of segments that the body does not have.
@@ -107,13 +107,13 @@ impl Skin {
         Ok(Self::assemble(&mesh.name, mesh.vertices.clone(), mesh.triangles.clone(), &influences, bind.0.clone()))
     }
 
-    /// Refuses a mesh with weights of segments that no link of `body` carries, before anything is fitted.
+    /// Refuses a mesh with weights of segments that `body` does not have, before anything is fitted.
     #[doc(hidden)]
     pub fn check_segments(mesh: &SkinMesh, body: &Humanoid) -> Result<(), SkinError> {
         mesh.weights.as_ref().map_or(Ok(()), |weights| segments::check(weights, mesh, body))
     }
 
-    /// A skin of its parts; `influences` has one list a vertex.
+    /// Assembles a skin; `influences` has one list per vertex.
     fn assemble(
         name: &str,
         vertices: Vec<Point3<f64>>,
@@ -151,19 +151,19 @@ impl Skin {
         skin
     }
 
-    /// In the bind pose, metres.
+    /// Vertices in the bind pose, metres.
     #[inline]
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
     }
 
-    /// Indices into the vertices.
+    /// Triangles, as indices into the vertices.
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Link and share of everything that carries a vertex.
+    /// Links that influence a vertex, with their weights.
     #[inline]
     pub fn influences(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
         let own = self.first.get(vertex).zip(self.first.get(vertex + 1));
@@ -177,13 +177,13 @@ impl Skin {
         &self.bind
     }
 
-    /// For every vertex the link that carries most of it.
+    /// For every vertex the link with the greatest weight.
     #[inline]
     pub fn parts(&self) -> &[u32] {
         &self.parts
     }
 
-    /// The link that carries most of a triangle's corners.
+    /// The dominant link of a triangle's corners.
     #[doc(hidden)]
     #[inline]
     pub fn part_of(&self, triangle: usize) -> u32 {
@@ -191,7 +191,7 @@ impl Skin {
         if b == c { b } else { a }
     }
 
-    /// How its triangles hang together.
+    /// Adjacency of its triangles.
     #[doc(hidden)]
     #[inline]
     pub fn topology(&self) -> &MeshTopology {
@@ -206,25 +206,25 @@ impl Skin {
     }
 }
 
-/// A skin taken apart, as files of sets hold it.
+/// The parts of a skin, as stored in files of sets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkinParts {
     /// Its name.
     pub name: String,
-    /// How transforms are blended.
+    /// Method of blending.
     pub blending: Blending,
-    /// In the bind pose, metres.
+    /// Vertices in the bind pose, metres.
     pub vertices: Vec<Point3<f64>>,
-    /// Indices into the vertices.
+    /// Triangles, as indices into the vertices.
     pub triangles: Vec<[u32; 3]>,
-    /// For every vertex the links that carry it, with their shares.
+    /// For every vertex the links that influence it, with their weights.
     pub influences: Vec<Vec<(u32, f64)>>,
     /// `world_from_link` of every link in the bind pose.
     pub bind: Vec<Isometry3<f64>>,
 }
 
 impl Skin {
-    /// Its parts.
+    /// The skin's parts.
     pub fn to_parts(&self) -> SkinParts {
         let of = |vertex: usize| self.influences(vertex).map(|(link, weight)| (link as u32, weight)).collect();
         SkinParts {
@@ -237,10 +237,10 @@ impl Skin {
         }
     }
 
-    /// The skin of these parts on a body of `links` links.
+    /// Assembles a skin on a body with `links` links.
     ///
     /// # Errors
-    /// What is wrong with the parts, in words.
+    /// What is wrong with the parts.
     pub fn from_parts(parts: SkinParts, links: usize) -> Result<Self, String> {
         let SkinParts { name, blending, vertices, triangles, influences, bind } = parts;
         if vertices.len() > mesh::MOST_VERTICES || triangles.len() > mesh::MOST_TRIANGLES {
@@ -251,17 +251,17 @@ impl Skin {
             return Err(format!("{a} lists of weights for {b} vertices, {c} bind frames for {links} links"));
         }
         if !vertices.iter().flat_map(|v| v.iter()).all(|c| c.abs() <= 1e6) {
-            return Err("a vertex that is not within 1000 km".to_owned());
+            return Err("a vertex is not within 1000 km of the origin".to_owned());
         }
         if triangles.as_flattened().iter().any(|corner| *corner as usize >= vertices.len()) {
             return Err("a triangle refers to a vertex that does not exist".to_owned());
         }
         for (vertex, own) in influences.iter().enumerate() {
             let sum: f64 = own.iter().map(|(_, weight)| weight).sum();
-            let sound = own.iter().all(|(link, weight)| (*link as usize) < links && *weight > 0.0);
-            if !(sound && (sum - 1.0).abs() < 1e-6 && own.len() <= MOST_INFLUENCES) {
+            let valid = own.iter().all(|(link, weight)| (*link as usize) < links && *weight > 0.0);
+            if !(valid && (sum - 1.0).abs() < 1e-6 && own.len() <= MOST_INFLUENCES) {
                 return Err(format!(
-                    "the weights of vertex {vertex} are not 1 to {MOST_INFLUENCES} shares of links that sum to 1"
+                    "the weights of vertex {vertex} are invalid; expected 1 to {MOST_INFLUENCES} links with weights that sum to 1"
                 ));
             }
         }

@@ -1,7 +1,7 @@
-//! Which links of any robot carry the segments of a person: by the landmarks that its joints are recognised as.
+//! The links of any robot that correspond to segments of a person, from the landmarks recognised on its joints.
 //!
-//! A segment's link is the last one on the way along a limb whose joint is nearer to the segment's upper end than to
-//! its lower one: of a joint of several hinges the last.
+//! A segment's link is the last one along a limb whose joint is nearer to the segment's upper end than to its lower
+//! one: for a joint with several hinges, the last hinge.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use crate::body::{Humanoid, JointKind, Landmark, LinkFrames};
 
 /// Hinges of a wrist or an ankle are nearer to its landmark than this share of the segment above.
 const NEAR: f64 = 0.2;
-/// Joints of toes and of collar bones are farther than this share of a segment from ankle and shoulder: of the shank,
-/// and of the upper arm.
+/// Joints of toes and collar bones are farther from ankle and shoulder than this share of the shank and of the upper
+/// arm.
 const APART: f64 = 0.25;
-/// Of the way from the hips to the neck, joints up to here move the abdomen.
+/// Joints up to this share of the distance from hips to neck move the abdomen.
 const LOW_IN_TRUNK: f64 = 0.3;
 /// Hinges of one joint are nearer to each other than this, metres.
 const SAME_JOINT_M: f64 = 0.02;
@@ -71,7 +71,7 @@ impl RobotAtZero<'_> {
         self.frames[link].translation.vector
     }
 
-    /// The link of a landmark, and its place.
+    /// The link and position of a landmark.
     fn landmark(&self, landmark: Landmark) -> Option<(usize, Vector3<f64>)> {
         let marker = self.body.markers[landmark as usize]?;
         Some((marker.link, (self.frames[marker.link] * marker.point_in_link).coords))
@@ -84,7 +84,7 @@ impl RobotAtZero<'_> {
         path
     }
 
-    /// Links that a joint moves against this one.
+    /// Links moved by a joint relative to this one.
     fn moved_by(&self, link: usize) -> impl Iterator<Item = usize> {
         let joints = self.body.joints.iter().enumerate();
         let moving = joints.filter(move |(_, joint)| joint.parent == link && joint.kind != JointKind::Fixed);
@@ -146,7 +146,7 @@ impl RobotAtZero<'_> {
         let [shoulder, elbow, _] = arm.joints;
         let path = self.path(arm.links[0]);
         let at = path.iter().position(|&link| link == thorax);
-        // empty, too, where the thorax itself carries the upper arm
+        // also empty if the thorax itself carries the upper arm
         let above = at.and_then(|at| path.get(at + 1..path.len() - 1)).unwrap_or_default();
         let begins_before = |link: &usize| (self.origin(*link) - shoulder).norm() > APART * (elbow - shoulder).norm();
         Some(above.iter().copied().rfind(begins_before).unwrap_or(thorax))
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
     use crate::body::shipped;
 
-    /// The robot that ships, with other names: what names tell must be found by its landmarks.
+    /// A built-in robot with renamed links: they must be found by its landmarks.
     #[test]
     fn the_links_of_the_actor_are_found_without_their_names() {
         let actor = shipped("actor").unwrap();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn segments_without_a_joint_of_their_own_are_carried_by_the_next_and_unknown_limbs_by_none() {
+    fn segments_without_a_joint_are_carried_by_the_next_link_and_unknown_limbs_by_none() {
         let mut tracker = shipped("tracker25").unwrap();
         let found = links_of_segments(&tracker);
         assert_eq!(tracker.links[found["left_hand"]].name, "left_forearm");

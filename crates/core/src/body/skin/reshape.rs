@@ -1,4 +1,4 @@
-//! A skin on a body of other lengths and girths.
+//! A skin on a body with other lengths and girths.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -6,8 +6,8 @@ use super::{MeshTopology, Skin};
 use crate::body::{BodyShape, Humanoid, LinkShape, Solid};
 
 impl Skin {
-    /// The same skin without the triangles that links carry for the most part which are `gone`: one entry a link. It is
-    /// open where they were.
+    /// The same skin without the triangles whose dominant links are marked in `gone` (one entry per link). It is open
+    /// where they were.
     #[doc(hidden)]
     pub fn without_links(&self, gone: &[bool]) -> Self {
         let is_left = |triangle: usize| !gone.get(self.part_of(triangle) as usize).is_some_and(|gone| *gone);
@@ -17,14 +17,14 @@ impl Skin {
         Self { triangles, topology, ..self.clone() }
     }
 
-    /// The skin of `body` reshaped by `shape`: as of the solids, lengths move the points of a link's axes and girths
+    /// The skin of `body` reshaped by `shape`: as for solids, lengths move the points of a link's axes, and girths
     /// scale the distances from them. The bind pose keeps its angles.
     pub(in crate::body) fn reshaped(&self, body: &Humanoid, shape: &BodyShape) -> Self {
         let of = |link: usize| shape.links.get(link).copied().unwrap_or(LinkShape::SAME);
         let mut bind = self.bind.clone();
         for link in 1..bind.len() {
             let Some(parent) = body.parent(link) else { continue };
-            // as far from the parent's origin as the joint is, wherever the mesh was modelled with it
+            // as far from the parent's origin as the joint, even if the mesh was modelled otherwise
             let offset = self.bind[parent].inverse_transform_point(&self.bind[link].translation.vector.into()).coords;
             let place = bind[parent] * Point3::from(offset.component_mul(&of(parent).length));
             bind[link] = Isometry3::from_parts(place.into(), bind[link].rotation);
@@ -42,8 +42,8 @@ impl Skin {
         self.with_places(vertices, bind)
     }
 
-    /// The skin with its surface so many metres farther outside: every vertex along the mean of its triangles' normals,
-    /// by their areas. A vertex of no triangle stays.
+    /// The skin with its surface moved outwards by `metres`: every vertex along the area-weighted mean of its
+    /// triangles' normals. A vertex without triangles stays.
     #[doc(hidden)]
     pub fn inflated(&self, metres: f64) -> Self {
         if metres == 0.0 {
@@ -57,7 +57,7 @@ impl Skin {
             volume += a.dot(&b.cross(&c));
             triangle.iter().for_each(|corner| normals[*corner as usize] += normal);
         }
-        // of a mesh that is turned inside out the normals point inwards
+        // the normals of an inside-out mesh point inwards
         let outward = metres.copysign(metres * volume);
         let moved = |(vertex, normal): (&Point3<f64>, &Vector3<f64>)| {
             vertex + normal.try_normalize(1e-18).unwrap_or_default() * outward
@@ -66,7 +66,7 @@ impl Skin {
         self.with_places(vertices, self.bind.clone())
     }
 
-    /// The same mesh and weights with other places in the bind pose.
+    /// The same mesh and weights with other positions in the bind pose.
     fn with_places(&self, vertices: Vec<Point3<f64>>, bind: Vec<Isometry3<f64>>) -> Self {
         let mut skin = Self { vertices, bind, ..self.clone() };
         skin.terms = skin.bone_local();
@@ -110,8 +110,8 @@ impl MiddleLine {
     }
 }
 
-/// A point of a link's frame: with `c` the mean of the nearest points of the link's axes, near ones most, it goes to
-/// `length c + girth (point - c)`.
+/// A point of a link's frame: with `c` the mean of the nearest points of the link's axes, weighted towards near ones,
+/// it is moved to `length c + girth (point - c)`.
 fn stretched(point: &Point3<f64>, axes: &[MiddleLine], shape: &LinkShape) -> Point3<f64> {
     if *shape == LinkShape::SAME {
         return *point;
@@ -133,7 +133,7 @@ mod tests {
     use crate::body::{LinkFrames, shipped, shipped_skin};
 
     #[test]
-    fn a_skin_grows_by_its_area_times_how_far_it_is_inflated_and_shrinks_as_far() {
+    fn an_inflated_skin_grows_by_its_area_times_the_distance_and_shrinks_likewise() {
         let body = shipped("tracker25").unwrap();
         let bind = body.link_frames(&body.zero_pose());
         let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
@@ -151,7 +151,7 @@ mod tests {
         for skin in [&skin, &turned] {
             for metres in [0.001, -0.001] {
                 let growth = held(&skin.inflated(metres)) - held(skin);
-                // a triangle's plane moves by less than its corners do, whose normals part
+                // a triangle's plane moves by less than its corners, whose normals diverge
                 let share = growth / (area * metres);
                 assert!((0.8..1.02).contains(&share), "{share}");
             }

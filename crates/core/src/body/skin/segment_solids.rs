@@ -1,4 +1,4 @@
-//! The solid that every link carries of a skin: volume, centre and second moments.
+//! The part of a skin that belongs to every link: volume, centre and second moments.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,14 +6,14 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::Skin;
 
-/// Volume, and first and second moments about a common point, of what lies inside a closed surface.
+/// Volume, and first and second moments about a common point, of the inside of a closed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SegmentMoments {
     /// Cubic metres.
     pub(super) volume: f64,
-    /// Integral of the place, m^4.
+    /// Integral of the position, m^4.
     pub(super) first: Vector3<f64>,
-    /// Integral of the place times itself, m^5.
+    /// Integral of the outer product of the position with itself, m^5.
     pub(super) second: Matrix3<f64>,
 }
 
@@ -22,7 +22,7 @@ impl SegmentMoments {
         Self { volume: 0.0, first: Vector3::zeros(), second: Matrix3::zeros() }
     }
 
-    /// Adds the tetrahedron of a triangle with the common point, negative where the triangle turns its back to it.
+    /// Adds the tetrahedron of a triangle and the common point; negative if the triangle faces towards that point.
     fn add(&mut self, [a, b, c]: [Vector3<f64>; 3]) {
         let determinant = a.dot(&b.cross(&c));
         let sum = a + b + c;
@@ -32,18 +32,18 @@ impl SegmentMoments {
         self.second += squares * (determinant / 120.0);
     }
 
-    /// The same of a surface turned inside out.
+    /// The moments of the surface turned inside out.
     pub(super) fn reversed(self) -> Self {
         Self { volume: -self.volume, first: -self.first, second: -self.second }
     }
 }
 
-/// What every link carries of a skin in the bind pose, and the point that the moments are about.
+/// The moments of every link's part of a skin in the bind pose, and the point that they are about.
 ///
-/// A triangle belongs to the link that carries most of its corners. Where two links' triangles meet, the body is cut:
-/// along every loop of such edges by a cone to the loop's middle, seen from one side by the one link and from the other
-/// side by the other, so that nothing is lost or counted twice. Where three links meet, the loops that hang together
-/// have one middle. Holes are closed in the same way.
+/// A triangle belongs to the dominant link of its corners. Where triangles of two links meet, the body is cut: every
+/// loop of such edges is closed by a cone to the loop's middle, with opposite orientations for the two links, so that
+/// nothing is lost or counted twice. Where three links meet, the connected loops share one middle. Holes are closed in
+/// the same way.
 pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<SegmentMoments>, Point3<f64>) {
     let count = skin.vertices.len().max(1) as f64;
     let about = Point3::from(skin.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / count);
@@ -62,17 +62,17 @@ pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<SegmentMoments
     (moments, about)
 }
 
-/// An edge at which a link's triangles end.
+/// An edge where a link's triangles end.
 #[derive(Clone, Copy)]
 struct Cut {
     link: u32,
-    /// Whose triangles go on there; the link itself at a hole.
+    /// The link with the adjacent triangles; the link itself at a hole.
     other: u32,
-    /// As the link's triangle runs along it.
+    /// In the direction of the link's triangle.
     ends: [u32; 2],
 }
 
-/// The cuts, those together that share a middle.
+/// The cuts, grouped by shared middles.
 fn seams(skin: &Skin) -> Vec<Vec<Cut>> {
     let mut between: BTreeMap<[u32; 2], Vec<Cut>> = BTreeMap::new();
     for cut in cuts(skin) {
@@ -110,7 +110,7 @@ fn cuts(skin: &Skin) -> Vec<Cut> {
     cuts
 }
 
-/// Whether the cuts of each link come back to every vertex from which they go.
+/// Whether the cuts of each link form closed loops.
 fn is_closed(seam: &[Cut]) -> bool {
     let mut balance: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     for Cut { link, ends: [from, to], .. } in seam {
@@ -120,7 +120,7 @@ fn is_closed(seam: &[Cut]) -> bool {
     balance.values().all(|count| *count == 0)
 }
 
-/// Groups of cuts that hang together by vertices.
+/// Groups of cuts connected by vertices.
 fn connected(cuts: Vec<Cut>) -> Vec<Vec<Cut>> {
     let mut root: BTreeMap<u32, u32> = cuts.iter().flat_map(|cut| cut.ends).map(|vertex| (vertex, vertex)).collect();
     let find = |root: &BTreeMap<u32, u32>, mut vertex: u32| {

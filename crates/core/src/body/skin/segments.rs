@@ -1,4 +1,4 @@
-//! Which link of a body carries a segment that weights are given for.
+//! Assigns the segments of a skin's weights to links of a body.
 
 use super::mesh::{SkinError, SkinMesh};
 use super::recognised::links_of_segments;
@@ -7,7 +7,7 @@ use crate::body::{Humanoid, LANDMARKS};
 use crate::input::excerpt;
 use std::collections::BTreeMap;
 
-/// Where a body has no link of a segment's own, the segment that carries it; without the side.
+/// For a body without a link for a segment, the segment that carries it; without the side.
 const CARRIED_BY: [(&str, &str); 9] = [
     ("toes", "foot"),
     ("foot", "shank"),
@@ -20,10 +20,10 @@ const CARRIED_BY: [(&str, &str); 9] = [
     ("torso", "pelvis"),
 ];
 
-/// Most links that a message names.
+/// Greatest number of links named in a message.
 const MOST_NAMED: usize = 100;
 
-/// The influences of every vertex: names become links, the greatest are kept and brought to a sum of 1.
+/// The influences of every vertex: names become links, the greatest are kept and normalised.
 pub(super) fn of_links(
     weights: &BTreeMap<String, Vec<(u32, f64)>>,
     mesh: &SkinMesh,
@@ -45,7 +45,7 @@ pub(super) fn of_links(
     Ok(influences)
 }
 
-/// Whether every segment has a link.
+/// Checks that every segment has a link.
 pub(super) fn check(
     weights: &BTreeMap<String, Vec<(u32, f64)>>,
     mesh: &SkinMesh,
@@ -77,7 +77,7 @@ fn found(
     })
 }
 
-/// Keeps the [`MOST_INFLUENCES`] greatest, in the order of links, with a sum of 1.
+/// Keeps the [`MOST_INFLUENCES`] greatest, in the order of links, normalised.
 pub(super) fn keep_greatest(own: &mut Vec<Influence>) {
     own.sort_by(|a, b| b.weight.total_cmp(&a.weight).then(a.link.cmp(&b.link)));
     own.truncate(MOST_INFLUENCES);
@@ -86,29 +86,30 @@ pub(super) fn keep_greatest(own: &mut Vec<Influence>) {
     own.iter_mut().for_each(|influence| influence.weight /= sum);
 }
 
-/// Landmarks that the body lacks, in words; empty where it has all.
+/// Describes the landmarks that the body lacks; empty if it has all.
 fn unknown_landmarks(body: &Humanoid) -> String {
     let pairs = LANDMARKS.iter().zip(&body.markers);
     let unknown: Vec<&str> = pairs.filter(|(_, marker)| marker.is_none()).map(|(own, _)| own.name()).collect();
-    match unknown.is_empty() {
-        true => String::new(),
-        false => format!(
-            " (no link has such a name, and none is recognised: it lacks the landmarks {}; place them with fixed, empty \
-             links marker_NAME)",
+    if unknown.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " (no link has this name or is recognised as this segment, because the body lacks the landmarks {}; place \
+             them with fixed, empty links marker_NAME)",
             unknown.join(", ")
-        ),
+        )
     }
 }
 
-/// Segments whose links have these names on a robot that is built as the ones that ship.
+/// Segments whose links have these names on a robot built like the built-in ones.
 const OWN_LIMBS: [&str; 4] = ["upper_arm", "forearm", "thigh", "shank"];
 
 /// The links of a body's segments.
 struct SegmentLinks<'a> {
     body: &'a Humanoid,
-    /// Whether its limbs are named as those of the robots that ship.
+    /// Whether its limbs are named as in the built-in robots.
     has_own_limbs: bool,
-    /// Of a robot with other names, or with another trunk.
+    /// For a robot with other names, or with another trunk.
     recognised: Option<BTreeMap<String, usize>>,
 }
 
@@ -121,23 +122,23 @@ impl<'a> SegmentLinks<'a> {
         Self { body, has_own_limbs, recognised: if is_like_actor { None } else { links() } }
     }
 
-    /// The link of that name, the one that is recognised as the segment, or the one that carries it.
+    /// The link with this name, the one recognised as the segment, or the one that carries it.
     fn link_of(&self, name: &str) -> Option<usize> {
-        // most of a trunk of one piece is the chest
+        // a one-piece trunk is mostly the chest
         let segment = if name == "torso" { "thorax" } else { name };
         let recognised = || self.recognised.as_ref().and_then(|links| links.get(segment).copied());
         let own = self.body.find_link(name).or_else(recognised).or_else(|| carrier(self.body, name));
-        // what ships has its pelvis at the root; of other robots that is not known
+        // built-in robots have their pelvis at the root; for other robots this is unknown
         own.or_else(|| (self.has_own_limbs && is_of_trunk(name)).then_some(0))
     }
 }
 
-/// Whether a link that is not the root carries the thorax, under another name: `chest`.
+/// Whether a link other than the root carries the thorax under another name: `chest`.
 fn has_other_trunk(body: &Humanoid, links: &BTreeMap<String, usize>) -> bool {
     body.find_link("thorax").is_none() && links.get("thorax").is_some_and(|link| *link != 0)
 }
 
-/// The link that carries a segment without a link of its own.
+/// The link that carries a segment without its own link.
 fn carrier(body: &Humanoid, name: &str) -> Option<usize> {
     let (side, mut part) = match name.split_once('_') {
         Some((side @ ("left" | "right"), part)) => (side, part),
@@ -155,7 +156,7 @@ fn carrier(body: &Humanoid, name: &str) -> Option<usize> {
     None
 }
 
-/// Whether a segment belongs to the trunk, which the pelvis carries in the end.
+/// Whether a segment belongs to the trunk, whose fallback is the pelvis.
 fn is_of_trunk(name: &str) -> bool {
     let part = name.split_once('_').map_or(name, |(_, part)| part);
     name == "pelvis" || CARRIED_BY[3..].iter().any(|(segment, _)| [name, part].contains(segment))
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn segments_that_a_body_lacks_are_carried_by_the_next_one() {
+    fn missing_segments_are_carried_by_the_next_one() {
         let (actor, tracker) = (shipped("actor").unwrap(), shipped("tracker25").unwrap());
         for name in ["left_toes", "right_hand", "abdomen", "neck", "left_clavicle"] {
             assert_eq!(actor.links[link_of(&actor, name).unwrap()].name, name);
@@ -184,10 +185,10 @@ mod tests {
         assert_eq!(link_of(&actor, "tail"), None);
     }
 
-    /// Every segment that weights may name, with the links that carry it on the robots that ship. The trunk of
-    /// `tracker40` was given to its pelvis.
+    /// Every segment that weights may name, with its links on the built-in robots. Regression test: the trunk of
+    /// `tracker40` was assigned to its pelvis.
     #[test]
-    fn every_segment_has_the_link_that_moves_it_on_the_robots_that_ship() {
+    fn every_segment_has_the_link_that_moves_it_on_built_in_robots() {
         let (actor, tracker25, tracker40) =
             ["actor", "tracker25", "tracker40"].map(|robot| shipped(robot).unwrap()).into();
         for (segment, of_actor, of_25, of_40) in [
@@ -218,9 +219,9 @@ mod tests {
         }
     }
 
-    /// The thorax of a robot with other names was given to its root.
+    /// Regression test: the thorax of a robot with other names was assigned to its root.
     #[test]
-    fn segments_of_robots_with_other_names_are_recognised_or_unknown_but_never_the_roots() {
+    fn segments_of_robots_with_other_names_are_recognised_or_unknown_but_never_the_root() {
         let mut body = shipped("actor").unwrap();
         body.links.iter_mut().for_each(|link| link.name = format!("part_of_{}", link.name));
         for name in ["thorax", "left_upper_arm", "right_toes", "head"] {
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_four_shares_are_kept_and_sum_to_1() {
+    fn the_greatest_four_weights_are_kept_and_sum_to_1() {
         let mut own: Vec<Influence> = [0.3, 0.05, 0.3, 0.2, 0.15]
             .iter()
             .zip(0..)

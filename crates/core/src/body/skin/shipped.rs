@@ -34,11 +34,11 @@ const MAN: SkinFiles = SkinFiles {
     weights: skiagraph_robots::MAN_WEIGHTS,
 };
 
-/// Names of the built-in skins: 5,000 triangles for actors and 1,000 for trackers, of no sex; 3,000 of a woman and of
-/// a man.
+/// Names of the built-in skins: sexless ones of 5,000 triangles for actors and 1,000 for trackers; a woman and a man
+/// of 3,000.
 pub const SHIPPED_SKINS: [&str; 4] = ["person", "person_coarse", "woman", "man"];
 
-/// The built-in skin of that name.
+/// The built-in skin with this name.
 ///
 /// # Errors
 /// [`SkinError::NotShipped`] for a name that is not in [`SHIPPED_SKINS`].
@@ -62,7 +62,7 @@ mod tests {
     use crate::body::LANDMARKS;
 
     #[test]
-    fn the_built_in_skins_are_sound_and_of_the_size_that_they_are_said_to_have() {
+    fn built_in_skins_are_valid_and_of_the_documented_size() {
         for (name, triangles) in SHIPPED_SKINS.into_iter().zip([5000, 1000]) {
             let mesh = shipped_skin(name).unwrap();
             assert_eq!((mesh.name.as_str(), mesh.triangles.len()), (name, triangles));

@@ -1,4 +1,4 @@
-//! Skins of files: a `.toml` that names a mesh and its weights, or `.glb` and `.gltf` with their own.
+//! Skins in files: a `.toml` that names a mesh and its weights, or `.glb` and `.gltf` with their own.
 //!
 //! ```toml
 //! schema = "skiagraph.skin/1"
@@ -44,7 +44,7 @@ enum MeshUp {
 }
 
 impl MeshUp {
-    /// Of the file's axes to X forward, Y left, Z up.
+    /// Converts from the file's axes to X forward, Y left, Z up.
     fn turned(self, [x, y, z]: [f64; 3]) -> Point3<f64> {
         match self {
             Self::Z => Point3::new(x, y, z),
@@ -57,15 +57,15 @@ fn one() -> f64 {
     1.0
 }
 
-/// Reads a skin; meshes, weights and buffers that it names must lie below its folder or its project.
+/// Reads a skin; referenced meshes, weights and buffers must be below its folder or its project.
 ///
 /// # Errors
-/// [`SkinError`] that names the file and what was expected.
+/// [`SkinError`] with the file and what was expected.
 pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
     read_skin_allowing(path, &AllowedFolders::default())
 }
 
-/// As [`read_skin`]; the files that it names may also lie where `also` allows it.
+/// As [`read_skin`]; referenced files may also be where `also` allows it.
 ///
 /// # Errors
 /// As [`read_skin`].
@@ -75,7 +75,7 @@ pub fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh
     allowed.allow_all_of(also);
     let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
         let refuse = |detail: String| {
-            let detail = format!("names the file `{}`{detail}", excerpt(name));
+            let detail = format!("refers to the file `{}`{detail}", excerpt(name));
             SkinError::Malformed { file: path.display().to_string(), detail }
         };
         let unreadable = |source: std::io::Error| refuse(format!(", which cannot be read: {source}"));
@@ -91,32 +91,33 @@ pub fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh
         Some("toml") => parse(&file, &String::from_utf8_lossy(&whole), &read),
         _ => Err(SkinError::Malformed {
             file,
-            detail: "expected a skin ending in .toml (which names a mesh and its weights), .glb or .gltf".to_owned(),
+            detail: "expected a skin ending in .toml (with the names of a mesh and its weights), .glb or .gltf"
+                .to_owned(),
         }),
     }
 }
 
-/// Reads a `.glb` or `.gltf` whose buffers are its own; `file` is its name in messages.
+/// Reads a `.glb` or `.gltf` with embedded buffers; `file` names it in messages.
 ///
 /// # Errors
-/// [`SkinError`] that names the file and what was expected.
+/// [`SkinError`] with the file and what was expected.
 pub fn skin_from_gltf(file: &str, bytes: &[u8]) -> Result<SkinMesh, SkinError> {
     let missing = |uri: &str| SkinError::Malformed {
         file: file.to_owned(),
-        detail: format!("names the buffer `{}`, which is not in it", excerpt(uri)),
+        detail: format!("refers to the buffer `{}`, which is not embedded", excerpt(uri)),
     };
     gltf_file::parse(file, bytes, &|uri| Err(missing(uri)))
 }
 
-/// Gives the bytes of a file of that name, at most as many as that.
+/// Returns the bytes of the file with this name, at most this many.
 pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 
-/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
+/// Whether a skin may place this landmark: one of the body's, or a ball of a foot.
 fn is_landmark(name: &str) -> bool {
     LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
 }
 
-/// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
+/// Reads a skin's `.toml`; `read` returns the bytes of referenced files.
 pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
     let record: SkinSettings = toml::from_str(text).map_err(|e| {
@@ -133,7 +134,7 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
     }
     let unknown = record.landmarks.keys().find(|name| !is_landmark(name));
     if let Some(name) = unknown {
-        return Err(malformed(format!("landmarks: `{}` is no landmark", excerpt(name))));
+        return Err(malformed(format!("landmarks: `{}` is not a landmark", excerpt(name))));
     }
     let (vertices, triangles) = mesh_from_bytes(&record.mesh, &read(&record.mesh, limits::MESH)?)
         .map_err(|detail| malformed(format!("mesh `{}`: {detail}", excerpt(&record.mesh))))?;
@@ -160,11 +161,11 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
     mesh.checked(file)
 }
 
-/// Leaves out groups that carry nothing; a note of them.
+/// Removes groups without weights; returns a note on them.
 fn without_empty_groups(file: &str, weights: &mut BTreeMap<String, Vec<(u32, f64)>>) -> Option<String> {
     let is_empty = |own: &Vec<(u32, f64)>| own.iter().all(|(_, weight)| *weight == 0.0);
     let empty: Vec<&str> = weights.iter().filter(|(_, own)| is_empty(own)).map(|(name, _)| name.as_str()).collect();
-    let note = format!("groups of {} without any weight, left out: {}", excerpt(file), excerpt(&empty.join(", ")));
+    let note = format!("groups of {} without any weight were left out: {}", excerpt(file), excerpt(&empty.join(", ")));
     let note = (!empty.is_empty()).then_some(note);
     weights.retain(|_, own| !is_empty(own));
     note
@@ -175,7 +176,7 @@ struct WeightsRecord {
     weights: BTreeMap<String, Vec<(u32, f64)>>,
 }
 
-/// Reads weights as MakeHuman and MPFB2 write them: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`,
+/// Reads weights in the format of MakeHuman and MPFB2: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`,
 /// vertices counted from 0. Other keys are ignored.
 ///
 /// # Errors
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn units_axes_and_landmarks_are_brought_to_metres_and_z_up() {
+    fn units_axes_and_landmarks_are_converted_to_metres_and_z_up() {
         let text = "mesh = \"m.obj\"\nweights = \"w.json\"\nmetres_per_unit = 0.01\nup = \"y\"\n[landmarks]\npelvis = [0, 90, 5]";
         let mesh = with(text).unwrap();
         assert_eq!(mesh.vertices[2], Point3::new(0.0, 0.0, 1.0));
@@ -217,10 +218,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_the_file_and_the_key() {
+    fn errors_name_the_file_and_the_key() {
         let message = |text: &str| with(text).unwrap_err().to_string();
         assert!(message("mesh = \"m.obj\"\nweights = \"short.json\"").contains("vertex 1, from 0, sum to 0.4000"));
-        assert!(message("mesh = \"m.obj\"\n[landmarks]\ntail = [0, 0, 0]").contains("`tail` is no landmark"));
+        assert!(message("mesh = \"m.obj\"\n[landmarks]\ntail = [0, 0, 0]").contains("`tail` is not a landmark"));
         assert!(message("mesh = \"m.obj\"\nmetres_per_unit = nan").contains("metres_per_unit: expected a length"));
         assert!(message("mash = \"m.obj\"").starts_with("s.toml: "));
     }
@@ -229,7 +230,7 @@ mod tests {
     fn groups_without_weights_are_left_out_with_a_note() {
         let mesh = with("mesh = \"m.obj\"\nweights = \"empty.json\"").unwrap();
         assert_eq!(mesh.weights.unwrap().into_keys().collect::<Vec<_>>(), ["pelvis"]);
-        assert_eq!(mesh.notes, ["groups of empty.json without any weight, left out: head, tail"]);
+        assert_eq!(mesh.notes, ["groups of empty.json without any weight were left out: head, tail"]);
     }
 
     #[test]
@@ -240,12 +241,12 @@ mod tests {
         for name in ["../secret.obj", "/etc/passwd", "a/../../b.obj"] {
             std::fs::write(&skin, format!("schema = \"skiagraph.skin/1\"\nmesh = \"{name}\"")).unwrap();
             let found = read_skin(&skin).unwrap_err().to_string();
-            assert!(found.contains(&format!("names the file `{name}`, which leads out of ")), "{found}");
+            assert!(found.contains(&format!("refers to the file `{name}`, which leads out of ")), "{found}");
         }
     }
 
     #[test]
-    fn weights_are_read_by_bone_and_anything_else_is_refused_with_its_place() {
+    fn weights_are_read_by_bone_and_invalid_ones_are_refused_with_their_position() {
         let text = r#"{"name": "x", "weights": {"a": [[0, 0.5], [2, 1]], "b": []}}"#;
         let found = parse_weights("w.json", text).unwrap();
         assert_eq!(found["a"], [(0, 0.5), (2, 1.0)]);

@@ -1,4 +1,4 @@
-//! How much a skin holds, and the centre of it.
+//! Volume of a skin and its centre.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,9 +6,9 @@ use super::Skin;
 use crate::body::LinkFrames;
 
 impl Skin {
-    /// Volume inside the skin in the pose whose links are at `frames`, cubic metres, and its centre, metres: the centre
-    /// of mass of a body of one density. By the tetrahedra of every triangle with one point (`[Ericson 2005]`); a gap
-    /// in the surface is closed as if by triangles to that point. `None` for a skin that holds nothing.
+    /// Volume inside the skin with the links at `frames`, cubic metres, and its centre, metres: the centre of mass of
+    /// a body of uniform density. From the tetrahedra of all triangles with one point (`[Ericson 2005]`); gaps in the
+    /// surface are closed as if by triangles to that point. `None` if the skin encloses no volume.
     pub fn volume(&self, frames: &LinkFrames) -> Option<(f64, Point3<f64>)> {
         let mut vertices = Vec::new();
         self.deform_into(frames, &mut vertices);
@@ -20,7 +20,7 @@ impl Skin {
             volume += own;
             moment += (a + b + c) * (0.25 * own);
         }
-        // turned inside out, the signs of all tetrahedra change alike
+        // if the surface is inside out, the signs of all tetrahedra change alike
         (volume.abs() > 1e-9).then(|| (volume.abs(), Point3::from(about + moment / volume)))
     }
 }
@@ -33,7 +33,7 @@ mod tests {
     use crate::body::{Skin, SkinMesh, shipped};
 
     #[test]
-    fn a_box_holds_its_product_and_its_centre_moves_with_the_link() {
+    fn a_box_has_its_volume_and_its_centre_moves_with_the_link() {
         let corners = (0..8).map(|i| {
             let at = |bit: u32, size: f64| if i & bit > 0 { size } else { 0.0 };
             Point3::new(at(1, 0.2), at(2, 0.4), at(4, 0.6))

@@ -1,4 +1,4 @@
-//! From URDF joints to axes, degrees of freedom and what drives them.
+//! Converts URDF joints to axes, degrees of freedom and drives.
 
 use std::collections::HashMap;
 
@@ -18,13 +18,13 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// The motions of the file's joint of that index.
+    /// The motion of the file's joint with this index.
     pub(super) fn kind(&self, joint: usize) -> JointKind {
         self.kinds[joint].clone().unwrap_or(JointKind::Fixed)
     }
 }
 
-/// Reads all joints in the tree's order; assumptions go into `notes`.
+/// Reads all joints in the tree's order; assumptions are added to `notes`.
 pub(super) fn read(
     document: &Document<'_>,
     robot: &urdf_rs::Robot,
@@ -86,21 +86,24 @@ fn free<'a>(name: &'a str, suffixes: &'a [&str]) -> impl Iterator<Item = DegreeO
 /// The degree of freedom of a joint with one axis. A speed or effort of zero means unknown.
 fn limited(node: Node<'_, '_>, joint: &urdf_rs::Joint, notes: &mut Vec<String>) -> DegreeOfFreedom {
     let name = joint.name.clone();
-    let said = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
+    let stated = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
     let has_limit = child(node, "limit").is_some();
     let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
     if joint.joint_type != JointType::Continuous {
         if has_limit {
             (lower, upper) = (joint.limit.lower, joint.limit.upper);
             if lower == upper {
-                notes.push(format!("joint `{name}`: limits {lower} to {upper}, so it is locked"));
+                notes.push(format!("joint `{name}`: limits are {lower} to {upper}, so it is locked"));
             }
         } else {
-            notes.push(format!("joint `{name}`: no <limit>, taken as unlimited"));
+            notes.push(format!("joint `{name}`: no <limit>, assumed unlimited"));
         }
     }
-    let (max_velocity, max_effort) =
-        if has_limit { (said(joint.limit.velocity), said(joint.limit.effort)) } else { (f64::INFINITY, f64::INFINITY) };
+    let (max_velocity, max_effort) = if has_limit {
+        (stated(joint.limit.velocity), stated(joint.limit.effort))
+    } else {
+        (f64::INFINITY, f64::INFINITY)
+    };
     DegreeOfFreedom { name, lower, upper, max_velocity, max_effort }
 }
 
@@ -148,5 +151,5 @@ fn mimicked(
             document.refuse(place(index), format!("mimics joint `{}`, which does not exist", mimic.joint))
         })?;
     }
-    Err(document.refuse(place(start), "mimics itself through other joints; let one joint of the ring move freely"))
+    Err(document.refuse(place(start), "mimics itself through other joints; let one joint of the cycle move freely"))
 }

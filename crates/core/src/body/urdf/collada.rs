@@ -1,7 +1,7 @@
-//! Collada (.dae) meshes: the triangles of a scene, in metres.
+//! Reads Collada (.dae) meshes: the triangles of a scene, in metres.
 //!
-//! Own code on top of the XML reader: existing crates read the whole document (materials, textures, animation) and
-//! reject unknown parts, but a body needs only positions and faces. Supported are `<triangles>`, `<polylist>`,
+//! A custom reader on top of the XML parser: existing crates read the whole document (materials, textures, animation)
+//! and reject unknown parts, but a body needs only positions and faces. Supported are `<triangles>`, `<polylist>`,
 //! `<polygons>`, `<trifans>` and `<tristrips>`, placed by the nodes of the visual scene (matrix, translate, rotate,
 //! scale; instances of geometries, nodes and skins) and scaled by `<unit>`. As in RViz and MoveIt, `<up_axis>` is
 //! ignored: robots are modelled in the axes of their links.
@@ -16,7 +16,7 @@ use super::limits::{MOST_MESH_NODES, parse_xml};
 use crate::body::rotation_about;
 use crate::input::unquoted;
 
-/// Deeper nodes than this are refused.
+/// Greatest depth of nested nodes.
 const MAX_DEPTH: usize = 64;
 /// Limits of instances of geometries and nodes, and of their vertices and triangles.
 const MAX_INSTANCES: usize = 10_000;
@@ -68,7 +68,7 @@ fn visual_scene<'a, 't>(root: Node<'a, 't>, scene: &Scene<'a, 't>) -> Option<Nod
     shown.or_else(|| root.descendants().find(|n| is(n, "visual_scene")))
 }
 
-/// A document and what was read of it.
+/// A document and the mesh read from it.
 struct Scene<'a, 't> {
     ids: HashMap<&'a str, Node<'a, 't>>,
     mesh: Mesh,
@@ -76,12 +76,12 @@ struct Scene<'a, 't> {
 }
 
 impl<'a, 't> Scene<'a, 't> {
-    /// The element that `#ID` in an attribute names.
+    /// The element referred to by `#ID` in an attribute.
     fn target(&self, node: Node<'a, 't>, attribute: &str) -> Option<Node<'a, 't>> {
         self.ids.get(node.attribute(attribute)?.trim().trim_start_matches('#')).copied()
     }
 
-    /// Everything that hangs on the nodes below `parent`.
+    /// Adds everything in the nodes below `parent`.
     fn nodes(&mut self, parent: Node<'a, 't>, outer: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         for node in parent.children().filter(|n| is(n, "node")) {
             self.node(node, outer, depth + 1)?;
@@ -121,13 +121,13 @@ impl<'a, 't> Scene<'a, 't> {
         self.nodes(node, &placed, depth)
     }
 
-    /// A skinned mesh, as it was bound to its skeleton.
+    /// A skinned mesh in its bind shape.
     fn skin(&mut self, controller: Node<'a, 't>, placed: &Matrix4<f64>) -> Result<(), String> {
         let Some(skin) = child(controller, "skin") else { return Ok(()) };
         let shape = child(skin, "bind_shape_matrix").map(matrix).transpose()?.unwrap_or_else(Matrix4::identity);
         match self.target(skin, "source") {
             Some(geometry) => self.geometry(geometry, &(placed * shape)),
-            None => Err("a <skin> names no geometry".to_owned()),
+            None => Err("a <skin> refers to no geometry".to_owned()),
         }
     }
 
@@ -143,7 +143,7 @@ impl<'a, 't> Scene<'a, 't> {
         Ok(())
     }
 
-    /// `known` has the start and number of the positions of the geometry's other parts.
+    /// `known` has the start and number of the positions of the geometry's other primitives.
     fn primitives(
         &mut self,
         part: Node<'a, 't>,
@@ -172,7 +172,7 @@ impl<'a, 't> Scene<'a, 't> {
                 if *corner < count {
                     u32::try_from(first + corner).map_err(|_| "too many vertices".to_owned())
                 } else {
-                    Err(format!("a face names vertex {corner}; there are {count}"))
+                    Err(format!("a face refers to vertex {corner}; there are {count}"))
                 }
             };
             let corners = corners.iter().map(index).collect::<Result<Vec<u32>, String>>()?;
@@ -188,7 +188,7 @@ impl<'a, 't> Scene<'a, 't> {
         Ok(())
     }
 
-    /// Adds the positions of `<vertices>`; returns where they begin and how many there are.
+    /// Adds the positions of `<vertices>`; returns their start and number.
     fn place_vertices(&mut self, vertices: Node<'a, 't>, placed: &Matrix4<f64>) -> Result<(usize, usize), String> {
         let positions = self.positions(vertices)?;
         let first = self.mesh.0.len();
@@ -202,12 +202,12 @@ impl<'a, 't> Scene<'a, 't> {
         }
     }
 
-    /// What `<vertices>` hold as POSITION.
+    /// The POSITION input of `<vertices>`.
     fn positions(&self, vertices: Node<'a, 't>) -> Result<Vec<Point3<f64>>, String> {
-        let lost = || "an input VERTEX refers to no positions".to_owned();
+        let no_positions = || "an input VERTEX refers to no positions".to_owned();
         let position = vertices.children().find(|n| is(n, "input") && n.attribute("semantic") == Some("POSITION"));
-        let source = position.and_then(|p| self.target(p, "source")).ok_or_else(lost)?;
-        let array = child(source, "float_array").ok_or_else(lost)?;
+        let source = position.and_then(|p| self.target(p, "source")).ok_or_else(no_positions)?;
+        let array = child(source, "float_array").ok_or_else(no_positions)?;
         let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
         let number = |name: &str, default: usize| {
             accessor.and_then(|a| a.attribute(name)).map_or(Ok(default), |v| v.trim().parse::<usize>())
@@ -223,7 +223,7 @@ impl<'a, 't> Scene<'a, 't> {
     }
 }
 
-/// The faces of a part, each a list of positions' indices.
+/// The faces of a primitive, each a list of position indices.
 fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Vec<Vec<usize>>, String> {
     let indices = |node: Node<'_, '_>| -> Result<Vec<usize>, String> {
         let words = text(node).map_or(Vec::new(), |t| t.split_ascii_whitespace().collect());
@@ -231,7 +231,7 @@ fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Ve
         words.iter().skip(at).step_by(stride).map(number).collect()
     };
     let lists = part.children().filter(|n| is(n, "p") || is(n, "ph"));
-    // a polygon with holes is drawn without them
+    // holes in polygons are ignored
     let lists = lists.map(|n| indices(child(n, "p").unwrap_or(n))).collect::<Result<Vec<_>, String>>()?;
     Ok(match shape {
         "triangles" => lists.concat().chunks_exact(3).map(<[usize]>::to_vec).collect(),
@@ -273,7 +273,7 @@ fn matrix(node: Node<'_, '_>) -> Result<Matrix4<f64>, String> {
     exactly::<16>(node).map(|numbers| Matrix4::from_row_slice(&numbers))
 }
 
-/// The transform that an element of a node is, if it is one.
+/// The transform defined by an element of a node, if any.
 fn transform(node: Node<'_, '_>) -> Result<Option<Matrix4<f64>>, String> {
     Ok(Some(match node.tag_name().name() {
         "matrix" => matrix(node)?,
@@ -341,26 +341,26 @@ mod tests {
                      <node><matrix>1 0 0 0 0 1 0 0 0 0 1 300 0 0 0 1</matrix><instance_geometry url=\"#g\"/></node>";
         let (vertices, triangles) = read(&document(unit, nodes, &triangles())).unwrap();
         assert_eq!((vertices.len(), triangles.len()), (8, 4));
-        // (1, 1, 0) is stretched to (2, 1, 0), turned to (-1, 2, 0), moved to (99, 2, 0) centimetres
+        // (1, 1, 0) is scaled to (2, 1, 0), rotated to (-1, 2, 0), moved to (99, 2, 0) centimetres
         assert!((vertices[2] - Point3::new(0.99, 0.02, 0.0)).norm() < 1e-15, "{}", vertices[2]);
         assert!((vertices[6] - Point3::new(0.01, 0.01, 3.0)).norm() < 1e-15, "{}", vertices[6]);
         assert_eq!(triangles[2], [4, 5, 6]);
     }
 
     #[test]
-    fn broken_documents_say_what_is_wrong() {
+    fn errors_of_invalid_documents_are_specific() {
         let message = |unit: &str, nodes: &str, primitives: &str| read(&document(unit, nodes, primitives)).unwrap_err();
         assert!(read("<a/>").unwrap_err().contains("expected <COLLADA>"));
         assert!(message("<unit meter=\"0\"/>", NODE, "").contains("expected a number above 0"));
         assert!(message("", "<node><instance_geometry url=\"#h\"/></node>", "").contains("url=\"#h\""));
         assert!(message("", "<node><matrix>1 2</matrix></node>", "").contains("expected 16 numbers"));
         let far = triangles().replace("3 9</p>", "4 9</p>");
-        assert!(message("", NODE, &far).contains("names vertex 4; there are 4"));
+        assert!(message("", NODE, &far).contains("refers to vertex 4; there are 4"));
         let counts = format!("<polylist>{INPUTS}<vcount>5</vcount><p>0 0 1 1</p></polylist>");
         assert!(message("", NODE, &counts).contains("counts more corners"));
         let attributes: String = (0..65).map(|i| format!("a{i}=\"\" ")).collect();
         assert!(
-            read(&format!("<COLLADA>\n<b {attributes}/></COLLADA>")).unwrap_err().contains("line 2: an element of 65")
+            read(&format!("<COLLADA>\n<b {attributes}/></COLLADA>")).unwrap_err().contains("line 2: an element has 65")
         );
         let nodes = "<p/>".repeat(MOST_MESH_NODES as usize);
         assert!(read(&format!("<COLLADA>{nodes}</COLLADA>")).unwrap_err().contains("more than 1000000 elements"));

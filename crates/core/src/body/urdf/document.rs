@@ -1,8 +1,8 @@
-//! The XML of a robot: positions of its elements, and the checks that make `urdf-rs` safe to call.
+//! The XML of a robot: positions of its elements, and the checks required to call `urdf-rs` safely.
 //!
-//! `urdf-rs` accepts NaN, skips words that are not numbers, and names neither line nor element in its errors. It also
-//! rejects a file for parts that a body does not need (for example a `<texture>` without a name), so it gets only the
-//! elements in [`NEEDED`].
+//! `urdf-rs` accepts NaN, skips words that are not numbers, and does not name line or element in its errors. It also
+//! rejects a file for parts that a body does not need (for example a `<texture>` without a name), so it receives only
+//! the elements in [`NEEDED`].
 
 use std::borrow::Cow;
 
@@ -13,9 +13,9 @@ use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes, parse_xml};
 use crate::body::bounds::MOST_LINKS;
 use crate::input::{excerpt, unquoted};
 
-/// Deeper XML than this is not a URDF.
+/// Greatest depth of nested elements.
 const MAX_DEPTH: usize = 32;
-/// Greatest magnitude of any number but a limit.
+/// Greatest magnitude of any number except limits.
 const MAX_NUMBER: f64 = 1e6;
 
 /// Element, attribute, number of values, whether it is required, whether infinity is allowed.
@@ -46,7 +46,7 @@ const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("mesh", "scale", 3, false, false),
 ];
 
-/// Parent element, child element, attribute: required words.
+/// Parent element, child element, attribute: required names.
 const WORDS: &[(&str, &str, &str)] = &[
     ("robot", "link", "name"),
     ("robot", "joint", "name"),
@@ -57,7 +57,7 @@ const WORDS: &[(&str, &str, &str)] = &[
     ("geometry", "mesh", "filename"),
 ];
 
-/// Element and its children that define a body; all other elements are ignored.
+/// Elements with those children that define a body; all other elements are ignored.
 const NEEDED: &[(&str, &[&str])] = &[
     ("robot", &["link", "joint"]),
     ("link", &["inertial", "visual", "collision"]),
@@ -68,7 +68,7 @@ const NEEDED: &[(&str, &[&str])] = &[
     ("joint", &["origin", "parent", "child", "axis", "limit", "mimic"]),
 ];
 
-/// Limit of undeclared XML name spaces that are declared automatically.
+/// Greatest number of undeclared XML name spaces that are declared automatically.
 const MAX_UNDECLARED: usize = 16;
 
 const JOINT_TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
@@ -84,7 +84,7 @@ pub(super) struct Document<'t> {
 
 impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
-        // what is no robot is not quoted
+        // files that are not robots are not quoted
         let is_robot = text.contains("<robot");
         let not_xml = |(line, problem): (u32, String)| {
             let reason = if is_robot { problem } else { unquoted(problem) };
@@ -97,12 +97,12 @@ impl<'t> Document<'t> {
         Ok(Self { file, xml, links, joints })
     }
 
-    /// The `<link>` of that index.
+    /// The `<link>` with this index.
     pub(super) fn link(&self, index: usize) -> Node<'_, 't> {
         self.node(self.links.get(index))
     }
 
-    /// The `<joint>` of that index.
+    /// The `<joint>` with this index.
     pub(super) fn joint(&self, index: usize) -> Node<'_, 't> {
         self.node(self.joints.get(index))
     }
@@ -111,7 +111,7 @@ impl<'t> Document<'t> {
         id.and_then(|&id| self.xml.get_node(id)).unwrap_or(self.xml.root_element())
     }
 
-    /// The error that `problem` at `node` is.
+    /// An error with this problem at `node`.
     pub(super) fn refuse(&self, node: Node<'_, '_>, problem: impl Into<String>) -> UrdfError {
         let owner = node.ancestors().find(|n| n.has_tag_name("link") || n.has_tag_name("joint")).unwrap_or(node);
         let is_robot = self.xml.root_element().has_tag_name("robot");
@@ -128,12 +128,12 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The error that `problem` of the whole robot is.
+    /// An error with this problem of the whole robot.
     pub(super) fn refuse_robot(&self, problem: String) -> UrdfError {
         self.refuse(self.xml.root_element(), problem)
     }
 
-    /// Checks every element that `urdf-rs` will read, then lets it read.
+    /// Checks every element that `urdf-rs` will read, then calls it.
     pub(super) fn check_and_read(&self, text: &str) -> Result<urdf_rs::Robot, UrdfError> {
         let robot = self.xml.root_element();
         if !robot.has_tag_name("robot") {
@@ -166,7 +166,7 @@ impl<'t> Document<'t> {
         Ok(read)
     }
 
-    /// The text with blanks in place of every element that no body needs.
+    /// The text with unneeded elements replaced by blanks.
     fn needed(&self, text: &str) -> String {
         let mut bytes = text.as_bytes().to_vec();
         let passed_over = self.xml.descendants().filter(|n| n.is_element() && !is_needed(n));
@@ -207,8 +207,8 @@ impl<'t> Document<'t> {
                 continue;
             };
             let numbers: Vec<Option<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
-            let sound = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
-            if numbers.len() != count || !numbers.iter().all(sound) {
+            let valid = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
+            if numbers.len() != count || !numbers.iter().all(valid) {
                 let xacro =
                     if value.contains("${") { "; expand the macros first: `xacro FILE > robot.urdf`" } else { "" };
                 return Err(self.refuse(
@@ -272,7 +272,7 @@ impl<'t> Document<'t> {
         Ok(())
     }
 
-    /// The version of URDF that the text claims; 1.0 where it says none.
+    /// The URDF version stated in the text; 1.0 by default.
     fn version(&self) -> (u32, u32) {
         self.xml
             .root_element()
@@ -290,11 +290,11 @@ fn is_needed(node: &Node<'_, '_>) -> bool {
     children.iter().any(|tag| node.has_tag_name(*tag))
 }
 
-/// The text with every XML name space declared that it uses without (`<xacro:...>`, `<controller:...>`): those elements
-/// are passed over anyway.
+/// The text with declarations of all undeclared XML name spaces (`<xacro:...>`, `<controller:...>`): those elements
+/// are ignored anyway.
 pub(super) fn with_name_spaces(text: &str) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(text);
-    // the XML reader compares all pairs of attributes: what has too many of them is refused unread
+    // the XML reader compares all pairs of attributes: elements with too many are rejected before parsing
     if check_attributes(&text).is_err() {
         return text;
     }
@@ -306,7 +306,7 @@ pub(super) fn with_name_spaces(text: &str) -> Cow<'_, str> {
     text
 }
 
-/// The first child element of that name.
+/// The first child element with this tag.
 pub(super) fn child<'a, 't>(node: Node<'a, 't>, tag: &str) -> Option<Node<'a, 't>> {
     node.children().find(|n| n.has_tag_name(tag))
 }

@@ -2,7 +2,7 @@
 
 use crate::input::{excerpt, limits, plain};
 
-/// Why a URDF cannot be used. Every message names the file, and the line and the link or joint where there is one.
+/// Why a URDF cannot be used. Every message names the file, and the line and the link or joint if known.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UrdfError {
@@ -14,11 +14,11 @@ pub enum UrdfError {
         /// The operating system's error.
         source: std::io::Error,
     },
-    /// The text is longer than any URDF should be.
+    /// The text is longer than a URDF should be.
     #[error(
         "{}: larger than {}; a URDF is a short text, with meshes in separate files",
         plain(file),
-        limits::in_words(*limit as u64)
+        limits::describe_size(*limit as u64)
     )]
     TooLong {
         /// The URDF.
@@ -33,7 +33,7 @@ pub enum UrdfError {
         file: String,
         /// Line, from 1.
         line: u32,
-        /// The XML reader's message.
+        /// The XML parser's message.
         reason: String,
     },
     /// The text is XML but not a usable humanoid.
@@ -48,10 +48,10 @@ pub enum UrdfError {
         /// The problem, what was expected, and what to do.
         problem: String,
     },
-    /// No built-in robot has that name.
+    /// There is no built-in robot with this name.
     #[error("no built-in robot `{}`; known: {known}", excerpt(name))]
     NotShipped {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The known names.
         known: String,

@@ -33,20 +33,20 @@ struct End<'a, 't> {
     radius: f64,
 }
 
-/// The source of meshes, and those that could not be read.
+/// The source of meshes, and the meshes that could not be read.
 pub(super) struct Meshes<'a> {
     fetch: &'a dyn Fn(&str) -> io::Result<Vec<u8>>,
-    /// Names as the URDF gives them, each once.
+    /// Names as in the URDF, each once.
     missing: Vec<String>,
     /// Number of requests for missing meshes.
     misses: usize,
-    /// The error of the first.
+    /// The first error.
     first: Option<UrdfError>,
     /// The remaining geometry allowance.
     allowance: Allowance,
 }
 
-/// How many missing meshes a note lists.
+/// Greatest number of missing meshes listed in a note.
 const LISTED: usize = 8;
 
 impl<'a> Meshes<'a> {
@@ -61,8 +61,8 @@ impl<'a> Meshes<'a> {
         }
         let problem = || {
             format!(
-                "mesh `{}`: {reason}; this body has no other geometry: put its meshes where the URDF says, give its \
-                links <visual> solids, or draw it by its joints: solids = \"from_joints\" beside the scenario's `robot` \
+                "mesh `{}`: {reason}; this body has no other geometry: put its meshes at the paths in the URDF, give its \
+                links <visual> solids, or build solids from its joints: solids = \"from_joints\" beside the scenario's `robot` \
                 (inspect: --solids from_joints)",
                 excerpt(name)
             )
@@ -70,7 +70,7 @@ impl<'a> Meshes<'a> {
         self.first.get_or_insert_with(|| document.refuse(node, problem()));
     }
 
-    /// A note on meshes that were left out, if any.
+    /// A note on omitted meshes, if any.
     ///
     /// # Errors
     /// The first missing mesh, if the links have no other geometry.
@@ -87,7 +87,7 @@ impl<'a> Meshes<'a> {
         let count = self.missing.len();
         Ok(Some(format!(
             "{count} of the meshes cannot be read and are left out: {}{more}; the body lacks their shape (solids = \
-             \"from_joints\" beside `robot` draws it by its joints)",
+            \"from_joints\" beside `robot` builds solids from the joints)",
             listed.join(", ")
         )))
     }
@@ -151,7 +151,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
         Self { node, name: name.as_deref(), link_from_solid: isometry(origin), geometry }
     }
 
-    /// The end of a tapered capsule that this sphere's name declares, if any.
+    /// The end of a tapered capsule declared by this sphere's name, if any.
     fn taper_end(&self, document: &Document<'_>) -> Result<Option<End<'a, 't>>, UrdfError> {
         let Some(rest) = self.name.and_then(|n| n.strip_prefix("taper:")) else { return Ok(None) };
         let Some((name, side @ ("a" | "b"))) = rest.rsplit_once(':') else {
@@ -198,7 +198,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
                 let fetched = match mesh::unsupported(filename) {
                     Some(reason) => Err(reason),
                     None => match (meshes.fetch)(filename) {
-                        // it is there, and this file may not name it
+                        // it exists, but this file may not refer to it
                         Err(e) if e.kind() == io::ErrorKind::PermissionDenied => return Err(refuse(e.to_string())),
                         fetched => fetched.map_err(|e| format!("cannot be read: {e}")),
                     },
@@ -216,7 +216,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
                 for vertex in &mut vertices {
                     let scaled = Point3::from(vertex.coords.component_mul(&scale));
                     if scaled.coords.amax() > MAX_SIZE {
-                        return Err(refuse(format!("reaches beyond {MAX_SIZE} m; give <mesh> a `scale`")));
+                        return Err(refuse(format!("extends beyond {MAX_SIZE} m; give <mesh> a `scale`")));
                     }
                     *vertex = self.link_from_solid * scaled;
                 }
@@ -226,7 +226,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
     }
 
     fn size(&self, document: &Document<'_>, size: f64) -> Result<f64, UrdfError> {
-        // real files mark centres of mass with invisible solids of size 0
+        // some files mark centres of mass with invisible solids of size 0
         if (0.0..=MAX_SIZE).contains(&size) {
             return Ok(size);
         }
@@ -237,7 +237,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
         if self.link_from_solid.translation.vector.amax() <= MAX_SIZE {
             return Ok(());
         }
-        Err(document.refuse(self.node, format!("a solid farther than {MAX_SIZE} m from its link")))
+        Err(document.refuse(self.node, format!("a solid is farther than {MAX_SIZE} m from its link")))
     }
 }
 

@@ -1,20 +1,20 @@
-//! Size limits of a URDF, checked before anything is allocated for it.
+//! Size limits of a URDF, checked before memory is allocated for it.
 
 use std::cell::Cell;
 
 use crate::body::bounds::{MOST_SOLIDS, MOST_TRIANGLES};
 
-/// Attributes that one element may have; elements of a URDF have at most eight, except namespaces on `<robot>`.
+/// Greatest number of attributes of an element; elements of a URDF have at most eight, except namespaces on `<robot>`.
 const MOST_ATTRIBUTES: usize = 64;
-/// Elements, comments and stretches of text that a URDF may have.
+/// Greatest number of elements, comments and texts in a URDF.
 pub(super) const MOST_NODES: u32 = 200_000;
-/// The same of a Collada mesh, where every polygon can be an element.
+/// Greatest number of elements, comments and texts in a Collada mesh, where every polygon can be an element.
 pub(super) const MOST_MESH_NODES: u32 = 1_000_000;
-/// Characters of a name.
+/// Greatest number of characters of a name.
 pub(super) const LONGEST_NAME: usize = 200;
 
-/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and so without
-/// entities of the file's own).
+/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and therefore
+/// without custom entities).
 ///
 /// # Errors
 /// The line and the problem.
@@ -27,8 +27,8 @@ pub(super) fn parse_xml(text: &str, most_nodes: u32) -> Result<roxmltree::Docume
     })
 }
 
-/// The line of the first element with too many attributes, and the message. Counts `=` inside tags before parsing,
-/// because the XML reader compares all pairs of attributes.
+/// Returns the line and the problem of the first element with too many attributes. Counts `=` inside tags before
+/// parsing, because the XML reader compares all pairs of attributes.
 pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -53,13 +53,13 @@ pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
         }
         if attributes > MOST_ATTRIBUTES {
             let line = text[..open].matches('\n').count() as u32 + 1;
-            return Err((line, format!("an element of {attributes} attributes; expected at most {MOST_ATTRIBUTES}")));
+            return Err((line, format!("an element has {attributes} attributes; expected at most {MOST_ATTRIBUTES}")));
         }
     }
     Ok(())
 }
 
-/// How much geometry a robot may still have.
+/// The remaining geometry allowance of a robot.
 pub(super) struct Allowance {
     solids: Cell<usize>,
     triangles: Cell<usize>,
@@ -72,12 +72,12 @@ impl Default for Allowance {
 }
 
 impl Allowance {
-    /// Counts one more solid, or returns the error.
+    /// Counts one more solid, or returns an error.
     pub(super) fn take_solid(&self) -> Result<(), String> {
         take(&self.solids, 1, || format!("more than {MOST_SOLIDS} solids on all links together"))
     }
 
-    /// Counts one more mesh, or returns the error.
+    /// Counts one more mesh, or returns an error.
     pub(super) fn take_mesh(&self, vertices: usize, triangles: usize) -> Result<(), String> {
         take(&self.triangles, vertices.max(triangles), || {
             format!(
@@ -103,6 +103,6 @@ mod tests {
         assert_eq!(check_attributes(&tag(64).repeat(3)), Ok(()));
         assert_eq!(check_attributes(&format!("<!-- {} don't -->{}", "=".repeat(1000), tag(3))), Ok(()));
         let (line, problem) = check_attributes(&format!("<r>\n{}\n{}", tag(2), tag(65))).unwrap_err();
-        assert_eq!((line, problem.as_str()), (3, "an element of 65 attributes; expected at most 64"));
+        assert_eq!((line, problem.as_str()), (3, "an element has 65 attributes; expected at most 64"));
     }
 }

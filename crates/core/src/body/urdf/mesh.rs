@@ -8,22 +8,22 @@ use super::Mesh;
 use super::collada;
 use crate::input::{excerpt, plain};
 
-/// The reason why a mesh of that name cannot be read, if any.
+/// The reason why a mesh with this name cannot be read, if any.
 pub(super) fn unsupported(name: &str) -> Option<String> {
     let Some(ending) = ending(name) else {
         return Some("the name has no file extension; expected .stl, .obj or .dae".to_owned());
     };
     let known = ["stl", "obj", "dae"].contains(&ending.as_str());
-    (!known).then(|| format!("ending `.{}` is not supported; convert it to .stl, .obj or .dae", excerpt(&ending)))
+    (!known).then(|| format!("extension `.{}` is not supported; convert it to .stl, .obj or .dae", excerpt(&ending)))
 }
 
-/// The extension of a file's name, in lower case.
+/// The extension of a file name, in lower case.
 fn ending(name: &str) -> Option<String> {
     let file = name.rsplit(['/', '\\']).next()?;
     file.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase())
 }
 
-/// Reads a mesh by the ending of its name.
+/// Reads a mesh in the format of its extension.
 ///
 /// # Errors
 /// The problem, for a message that already names the mesh.
@@ -44,7 +44,7 @@ pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// Collects triangles, giving equal corners one vertex.
+/// Collects triangles, merging equal corners into one vertex.
 #[derive(Default)]
 struct Welder {
     seen: HashMap<[u64; 3], u32>,
@@ -72,7 +72,7 @@ impl Welder {
     }
 }
 
-/// Binary if the length fits (84 bytes and 50 for each triangle), else text.
+/// Binary if the length fits (84 bytes plus 50 per triangle), else text.
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let mut welder = Welder::default();
     if let Some(records) = binary_records(bytes) {
@@ -88,7 +88,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let text = std::str::from_utf8(bytes)
         .ok()
         .filter(|t| t.trim_start().starts_with("solid"))
-        .ok_or("is neither a binary STL of the length its header gives nor a text STL")?;
+        .ok_or("is neither a binary STL of the length stated in its header nor a text STL")?;
     let mut corners = Vec::with_capacity(3);
     for (line, words) in text.lines().enumerate().map(|(i, l)| (i + 1, l.split_whitespace())) {
         let mut words = words;
@@ -96,7 +96,7 @@ fn stl(bytes: &[u8]) -> Result<Mesh, String> {
             Some("vertex") => corners.push(three(words, line)?),
             Some("endfacet") => {
                 let &[a, b, c] = corners.as_slice() else {
-                    return Err(format!("line {line}: a facet of {} vertices; expected 3", corners.len()));
+                    return Err(format!("line {line}: a facet has {} vertices; expected 3", corners.len()));
                 };
                 welder.triangle([a, b, c])?;
                 corners.clear();
@@ -113,7 +113,7 @@ fn binary_records(bytes: &[u8]) -> Option<&[u8]> {
     (records.len() as u64 == 50 * u64::from(count)).then_some(records)
 }
 
-/// Faces of any number of corners become fans; negative indices count from the latest vertex.
+/// Faces with more than three corners become fans; negative indices count from the latest vertex.
 fn obj(text: &str) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     for (line, words) in text.lines().enumerate().map(|(i, l)| (i + 1, l.split_whitespace())) {
@@ -122,7 +122,7 @@ fn obj(text: &str) -> Result<Mesh, String> {
             Some("v") => {
                 let vertex = three(words, line)?;
                 if vertex.iter().any(|c| !c.is_finite()) {
-                    return Err(format!("line {line}: a vertex that is not finite"));
+                    return Err(format!("line {line}: a vertex is not finite"));
                 }
                 mesh.0.push(Point3::from(vertex));
             }
@@ -130,7 +130,7 @@ fn obj(text: &str) -> Result<Mesh, String> {
                 let corners: Result<Vec<u32>, String> = words.map(|w| obj_index(w, mesh.0.len(), line)).collect();
                 let corners = corners?;
                 if corners.len() < 3 {
-                    return Err(format!("line {line}: a face of {} corners; expected at least 3", corners.len()));
+                    return Err(format!("line {line}: a face has {} corners; expected at least 3", corners.len()));
                 }
                 mesh.1.extend(corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]));
             }
@@ -148,9 +148,9 @@ fn obj_index(word: &str, vertices: usize, line: usize) -> Result<u32, String> {
         None => None,
     };
     index.filter(|&i| i >= 0 && (i as u64) < vertices as u64).and_then(|i| u32::try_from(i).ok()).ok_or_else(|| {
-        // any text may be named as a mesh: only numbers are quoted
+        // a file of any kind may be given as a mesh, so only numbers are quoted
         let corner = index.map_or_else(|| "a corner".to_owned(), |index| format!("corner `{}`", index + 1));
-        format!("line {line}: {corner} names no vertex above it (there are {vertices})")
+        format!("line {line}: {corner} refers to no vertex above it (there are {vertices})")
     })
 }
 
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_triangles_come_from_binary_stl_text_stl_and_obj() {
+    fn the_same_triangles_are_read_from_binary_stl_text_stl_and_obj() {
         let (a, b, c, d) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.5]);
         let stl_bytes = binary(&[[a, b, c], [a, c, d]]);
         let text = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 .5\nendloop\nendfacet\n\
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_meshes_say_what_is_wrong() {
+    fn errors_of_invalid_meshes_are_specific() {
         let message = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err();
         assert!(message("m.glb", b"").contains("convert it to .stl, .obj or .dae"));
         assert!(message("m.dae", b"").contains("not well-formed XML"));
@@ -196,9 +196,9 @@ mod tests {
         assert!(message("m.stl", b"solid empty\nendsolid").contains("no triangles"));
         assert!(message("m.stl", b"solid s\nvertex 1 2\n").contains("line 2: expected 3 numbers"));
         assert!(message("m.stl", &binary(&[[[f32::NAN, 0.0, 0.0], [0.0; 3], [1.0; 3]]])).contains("not finite"));
-        assert!(message("m.obj", b"v 0 0 0\nf 1 1 2\n").contains("line 2: corner `2` names no vertex"));
-        assert!(message("m.obj", b"v 0 0 0\nf 1 1\n").contains("a face of 2 corners"));
-        // A header that claims four billion triangles must not be trusted.
+        assert!(message("m.obj", b"v 0 0 0\nf 1 1 2\n").contains("line 2: corner `2` refers to no vertex"));
+        assert!(message("m.obj", b"v 0 0 0\nf 1 1\n").contains("a face has 2 corners"));
+        // A header claiming four billion triangles must not be trusted.
         let mut huge = vec![0; 80];
         huge.extend(u32::MAX.to_le_bytes());
         assert!(message("m.stl", &huge).contains("neither a binary STL"));

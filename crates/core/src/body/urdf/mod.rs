@@ -1,4 +1,4 @@
-//! Humanoids from URDF: `urdf-rs` reads the values, this module checks what it does not and locates errors.
+//! Humanoids from URDF: `urdf-rs` reads the values; this module adds checks and locates errors.
 //!
 //! A link's geometry is its `<visual>` elements, or its `<collision>` elements if it has no visual. Two visual spheres
 //! named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; other URDF tools show two
@@ -29,33 +29,33 @@ use markers::MarkerSet;
 use super::{Humanoid, Inertia, Joint, Link};
 use crate::input::{self, AllowedFolders, limits::ROBOT};
 
-/// What meshes of every format are read into: vertices, and triangles that index them.
+/// A mesh of any format: vertices, and triangles as indices into them.
 type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
-/// Moments of inertia that are negative by at most this are rounding errors of the writing program and become 0, kg
+/// Moments of inertia that are negative by at most this are rounding errors of the exporting program and become 0, kg
 /// m^2.
 const ROUNDED_OFF: f64 = 1e-9;
 
 impl Humanoid {
-    /// Builds a humanoid from the text of a URDF; `file` is its name in messages, `meshes` fetches the bytes of a mesh
-    /// by the URI the text gives. A byte-order mark, CRLF line ends and NUL bytes at the end are accepted.
+    /// Builds a humanoid from the text of a URDF; `file` names it in messages, `meshes` returns the bytes of a mesh by
+    /// its URI in the text. A byte-order mark, CRLF line ends and NUL bytes at the end are accepted.
     ///
     /// # Errors
-    /// [`UrdfError`] names the line and the link or joint at fault, what was expected and what to do.
+    /// [`UrdfError`] with the line and the link or joint, what was expected and what to do.
     pub fn from_urdf(text: &str, file: &str, meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Self, UrdfError> {
         Self::read_urdf(text, file, Some(meshes))
     }
 
-    /// As [`Self::from_urdf`], with capsules from joint to joint in place of the file's geometry
-    /// ([`Self::with_solids_from_joints`]), which is not read: meshes need not be there.
+    /// As [`Self::from_urdf`], with capsules from joint to joint ([`Self::with_solids_from_joints`]) instead of the
+    /// file's geometry, which is not read: meshes may be missing.
     ///
     /// # Errors
-    /// As [`Self::from_urdf`], but for geometry.
+    /// As [`Self::from_urdf`], except for geometry.
     pub fn from_urdf_skeleton(text: &str, file: &str) -> Result<Self, UrdfError> {
         let mut body = Self::read_urdf(text, file, None)?.with_solids_from_joints();
-        body.notes.push("its solids are capsules from joint to joint; masses and inertias are the file's".to_owned());
+        body.notes.push("solids are capsules from joint to joint; masses and inertias are the file's".to_owned());
         Ok(body)
     }
 
@@ -114,16 +114,16 @@ impl Humanoid {
         Ok(body)
     }
 
-    /// Reads a URDF file. Meshes are looked for beside it, `package://` ones upwards from its directory. They must lie
-    /// below that directory or its project (the nearest folder above with `.git`), or in a folder beside it.
+    /// Reads a URDF file. Meshes are searched for relative to it, `package://` ones upwards from its directory. They
+    /// must be below that directory or its project (the nearest parent folder with `.git`), or in a sibling folder.
     ///
     /// # Errors
-    /// As [`Self::from_urdf`], and where the file or a mesh cannot be read.
+    /// As [`Self::from_urdf`], and if the file or a mesh cannot be read.
     pub fn load(path: &Path) -> Result<Self, UrdfError> {
         Self::load_allowing(path, &AllowedFolders::default())
     }
 
-    /// As [`Self::load`]; meshes may also lie where `also` allows it.
+    /// As [`Self::load`]; meshes may also be where `also` allows it.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -133,16 +133,16 @@ impl Humanoid {
         Self::from_urdf(&text_of(path)?, &path.display().to_string(), &|uri| package::read(&directory, uri, also))
     }
 
-    /// Reads a URDF file as [`Self::from_urdf_skeleton`].
+    /// Reads a URDF file as in [`Self::from_urdf_skeleton`].
     ///
     /// # Errors
-    /// As [`Self::from_urdf_skeleton`], and where the file cannot be read.
+    /// As [`Self::from_urdf_skeleton`], and if the file cannot be read.
     pub fn load_skeleton(path: &Path) -> Result<Self, UrdfError> {
         Self::from_urdf_skeleton(&text_of(path)?, &path.display().to_string())
     }
 }
 
-/// Fetches the bytes of a mesh by its URI.
+/// Returns the bytes of a mesh by its URI.
 type MeshSource<'a> = &'a dyn Fn(&str) -> io::Result<Vec<u8>>;
 
 fn text_of(path: &Path) -> Result<String, UrdfError> {
@@ -156,11 +156,11 @@ fn text_of(path: &Path) -> Result<String, UrdfError> {
     })
 }
 
-/// Vertices, and triangles that index them.
+/// Vertices, and triangles as indices into them.
 #[doc(hidden)]
 pub type MeshParts = (Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>);
 
-/// The vertices and triangles of a mesh file of that name, or what is wrong with it; for `fuzz/`.
+/// The vertices and triangles of a mesh file with this name; for `fuzz/`.
 ///
 /// # Errors
 /// The problem, for a message that already names the mesh.
@@ -186,7 +186,7 @@ fn inertia(
     let mass = inertial.mass.value;
     let place = document::child(link, "inertial").unwrap_or(link);
     if !(0.0..=MAX_MASS).contains(&mass) {
-        return Err(document.refuse(place, format!("a mass of {mass} kg; expected 0 to {MAX_MASS} kg")));
+        return Err(document.refuse(place, format!("a mass is {mass} kg; expected 0 to {MAX_MASS} kg")));
     }
     if mass == 0.0 {
         return Ok(None);
@@ -194,7 +194,7 @@ fn inertia(
     let link_from_inertia = isometry(&inertial.origin);
     let i = &inertial.inertia;
     if [i.ixx, i.iyy, i.izz].iter().any(|moment| *moment < -ROUNDED_OFF) {
-        return Err(document.refuse(place, "a negative moment of inertia; ixx, iyy and izz must be 0 or more"));
+        return Err(document.refuse(place, "a moment of inertia is negative; ixx, iyy and izz must be 0 or more"));
     }
     let [ixx, iyy, izz] = [i.ixx, i.iyy, i.izz].map(|moment| moment.max(0.0));
     let rotation = link_from_inertia.rotation.to_rotation_matrix();

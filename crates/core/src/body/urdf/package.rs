@@ -1,12 +1,12 @@
-//! Lookup of files that a URDF refers to.
+//! Lookup of files referenced by a URDF.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::input::{self, AllowedFolders, limits};
 
-/// Reads the file that `uri` names in a URDF in `directory`: one that is `allowed`, or below the directory or its
-/// project, or in a folder beside the directory.
+/// Reads the file with this `uri` from a URDF in `directory`. It must be allowed by `also`, or be below the directory
+/// or its project, or in a sibling folder of the directory.
 ///
 /// `package://` and `model://` paths are searched upwards from `directory`: the longest trailing part of the path that
 /// exists below an ancestor is used, below the nearest ancestor.
@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn package_paths_are_found_upwards_by_their_longest_tail() {
+    fn package_paths_are_found_upwards_by_their_longest_suffix() {
         let home = tempfile::tempdir().unwrap();
         let robots = home.path().join("checkout/arm_description/robots");
         let meshes = home.path().join("checkout/arm_description/meshes");
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_outside_of_the_package_is_not_read_however_it_is_named() {
+    fn a_mesh_outside_the_package_is_not_read_under_any_name() {
         let home = tempfile::tempdir().unwrap();
         let robots = home.path().join("downloads/arm/urdf");
         std::fs::create_dir_all(&robots).unwrap();

@@ -29,12 +29,12 @@ fn robot(parts: &[String]) -> String {
     format!("<robot name=\"r\">\n{}</robot>", parts.concat())
 }
 
-/// Two links and a joint with this inside.
+/// Two links and a joint with this content.
 fn elbow(inside: &str) -> String {
     robot(&[link("a"), link("b"), hinge("j", "a", "b", inside)])
 }
 
-/// One link with this inside.
+/// One link with this content.
 fn block(inside: &str) -> String {
     format!("<robot name=\"r\">\n<link name=\"a\">{inside}</link></robot>")
 }
@@ -96,12 +96,12 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
         ),
         (
             block("<visual><geometry><mesh filename=\"gone.glb\"/></geometry></visual>"),
-            "mesh `gone.glb`: ending `.glb` is not supported; convert it to .stl, .obj or .dae",
+            "mesh `gone.glb`: extension `.glb` is not supported; convert it to .stl, .obj or .dae",
         ),
-        (mass("-1"), "test.urdf:2: link `a`: a mass of -1 kg"),
+        (mass("-1"), "test.urdf:2: link `a`: a mass is -1 kg"),
         (mass("NaN"), "<mass value=\"NaN\">"),
-        (mass("1e6"), "a mass of 1000000 kg"),
-        (mass("1").replace("izz=\"1\"", "izz=\"-1e-6\""), "test.urdf:2: link `a`: a negative moment of inertia"),
+        (mass("1e6"), "a mass is 1000000 kg"),
+        (mass("1").replace("izz=\"1\"", "izz=\"-1e-6\""), "test.urdf:2: link `a`: a moment of inertia is negative"),
         (taper("taper:arm:a"), "taper:arm:a has no counterpart"),
         (taper("taper:arm"), "expected taper:NAME:a or taper:NAME:b"),
         ("<robot name=\"r\"><link name=\"a\">".into(), "test.urdf:1: not well-formed XML"),
@@ -118,13 +118,13 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
 }
 
 #[test]
-fn marks_around_the_text_and_windows_line_ends_are_accepted() {
+fn byte_order_marks_trailing_nul_bytes_and_windows_line_ends_are_accepted() {
     let text = format!("\u{feff}{}\n\0\0", elbow(LIMIT)).replace('\n', "\r\n");
     assert_eq!(parse(&text).unwrap().degrees_of_freedom[0].name, "j");
 }
 
 #[test]
-fn what_no_body_needs_may_be_wrong() {
+fn unneeded_elements_may_be_invalid() {
     let inside = format!(
         "{LIMIT}<safety_controller soft_lower_limit=\"x\"/><dynamics damping=\"${{d}}\"/><calibration rising=\"?\"/>"
     );
@@ -136,13 +136,13 @@ fn what_no_body_needs_may_be_wrong() {
         text.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{visual}<sensor/><collision_checking/></link>"));
     let body = parse(&text).unwrap();
     assert_eq!((body.links.len(), body.links[0].solids.len(), body.degrees_of_freedom[0].upper), (2, 1, 2.0));
-    // lines stay what they were
+    // line numbers are unchanged
     let broken = text.replace("upper=\"2\"", "upper=\"-2\"");
     assert!(parse(&broken).unwrap_err().to_string().starts_with("test.urdf:4: joint `j`: lower limit -1 is above"));
 }
 
 #[test]
-fn inertia_that_rounding_made_negative_is_none() {
+fn slightly_negative_inertia_is_rounded_to_none() {
     let inertia = "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"-5e-20\"/>";
     let body = parse(&block(&format!("<inertial><mass value=\"1\"/>{inertia}</inertial>"))).unwrap();
     assert_eq!(body.links[0].inertia.as_ref().unwrap().tensor[(2, 2)], 0.0);
@@ -168,7 +168,7 @@ fn an_empty_root_on_which_the_body_floats_is_left_out_with_a_note() {
 }
 
 #[test]
-fn missing_meshes_are_left_out_with_a_note_and_collision_solids_take_their_place() {
+fn missing_meshes_are_left_out_with_a_note_and_replaced_by_collision_solids() {
     let visual = |shape: &str| format!("<visual><geometry>{shape}</geometry></visual>");
     let gone = visual("<mesh filename=\"package://r/gone.dae\"/>");
     let other = visual("<mesh filename=\"other.ply\"/>");
@@ -198,20 +198,20 @@ fn axes_are_normalised_and_limits_kept() {
 }
 
 #[test]
-fn what_is_assumed_about_limits_is_noted() {
+fn assumptions_about_limits_are_noted() {
     let unlimited = parse(&elbow("")).unwrap();
     assert_eq!(unlimited.degrees_of_freedom[0].upper, f64::INFINITY);
-    assert!(unlimited.notes[0].contains("no <limit>, taken as unlimited"));
+    assert!(unlimited.notes[0].contains("no <limit>, assumed unlimited"));
     let locked = parse(&elbow("<limit lower=\"0.5\" upper=\"0.5\" effort=\"0\" velocity=\"0\"/>")).unwrap();
     assert!(locked.notes[0].contains("locked"), "{:?}", locked.notes);
     assert_eq!(locked.degrees_of_freedom[0].max_velocity, f64::INFINITY);
-    // From version 1.2 on, limits left out mean none.
+    // From version 1.2 on, missing limits mean unlimited.
     let newer = elbow("<limit effort=\"1\"/>").replace("<robot", "<robot version=\"1.2\"");
     assert_eq!(parse(&newer).unwrap().degrees_of_freedom[0].lower, f64::NEG_INFINITY);
 }
 
 #[test]
-fn a_chain_of_mimics_drives_through_to_its_end() {
+fn a_chain_of_mimics_is_resolved_to_its_end() {
     let text = robot(&[
         ["a", "b", "c", "d"].map(link).concat(),
         hinge("last", "c", "d", &format!("{LIMIT}<mimic joint=\"middle\" multiplier=\"3\" offset=\"0.5\"/>")),
@@ -267,7 +267,7 @@ fn a_marker_with_mass_or_on_a_moving_joint_is_refused() {
 }
 
 #[test]
-fn foreign_robots_load_with_their_meshes_and_recognised_markers() {
+fn robots_of_other_projects_load_with_their_meshes_and_recognised_markers() {
     let robots = [
         ("pybullet_humanoid/humanoid.urdf", 16, 28, 15),
         ("gepetto_human/human_description/robots/human.urdf", 37, 36, 15),
@@ -291,7 +291,7 @@ fn foreign_robots_load_with_their_meshes_and_recognised_markers() {
 }
 
 #[test]
-fn a_file_that_is_not_there_or_not_text_is_told() {
+fn a_missing_file_and_a_file_that_is_not_text_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("body.urdf");
     assert!(matches!(Humanoid::load(&path), Err(UrdfError::Unreadable { .. })));

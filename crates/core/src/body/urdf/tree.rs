@@ -12,11 +12,11 @@ use crate::input::excerpt;
 pub(super) struct Tree {
     /// Indices into the file's links, depth first, children in the order of the file's joints.
     pub(super) links: Vec<usize>,
-    /// Per link of the file, the index of the joint that carries it.
+    /// For every link of the file, the index of its parent joint.
     pub(super) joint_above: Vec<Option<usize>>,
-    /// Per joint of the file, the index of its parent link.
+    /// For every joint of the file, the index of its parent link.
     pub(super) parent_link: Vec<usize>,
-    /// Per link of the file, its child joints.
+    /// For every link of the file, its child joints.
     pub(super) joints_below: Vec<Vec<usize>>,
 }
 
@@ -117,7 +117,7 @@ fn free_joint(robot: &urdf_rs::Robot, tree: &Tree, root: usize) -> Option<usize>
     (is_empty && is_free).then_some(joint)
 }
 
-/// Follows parents from a link that no root reaches until a link repeats.
+/// Follows parents from a link that is unreachable from the root until a link repeats.
 fn cycle(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree, start: usize) -> UrdfError {
     let mut path = vec![start];
     let mut link = start;

@@ -1,4 +1,4 @@
-//! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then perhaps the rotation vector
+//! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then optionally the rotation vector
 //! `om(3)`.
 
 use super::{PlainCamera, rows};
@@ -8,7 +8,7 @@ pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
     for (index, line) in text.lines().enumerate() {
         for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
             let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-            // any text may be named as such a file, so the word is not quoted
+            // a file of any kind may be given here, so the word is not quoted
             let wrong = || format!("line {}: expected a number, found a word", index + 1);
             numbers.push(number.ok_or_else(wrong)?);
             if numbers.len() > 25 {
@@ -24,7 +24,7 @@ pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
     }
     let [fx, fy, cx, cy, alpha] = part(&numbers, 0);
     if alpha != 0.0 {
-        return Err(format!("number 5, the skew alpha, is {alpha}; only cameras without skew can be used"));
+        return Err(format!("number 5, the skew alpha, is {alpha}; only cameras without skew are supported"));
     }
     let k = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
     let (distortion, r, t) = (part(&numbers, 5), rows(&part(&numbers, 10)), part(&numbers, 19));
@@ -43,7 +43,7 @@ mod tests {
         "584.1\n583.2 320.5 240.25\n0\n-0.317 0.139 0.001 -0.002 0\n1 0 0\n0 0 -1\n0 1 0\n10 20 4500\n";
 
     #[test]
-    fn the_numbers_are_taken_in_their_order() {
+    fn numbers_are_assigned_in_order() {
         let camera = read(SAMPLE).unwrap();
         assert_eq!(camera.k, [[584.1, 0.0, 320.5], [0.0, 583.2, 240.25], [0.0, 0.0, 1.0]]);
         assert_eq!(camera.distortion, [-0.317, 0.139, 0.001, -0.002, 0.0]);
@@ -53,14 +53,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_calibration_is_refused_with_its_line() {
+    fn invalid_calibrations_are_refused_with_their_line() {
         for (text, why) in [
             (SAMPLE.replace("240.25", "x"), "line 2: expected a number, found a word"),
             (SAMPLE.replace("4500", ""), "expected 22 or 25 numbers (fc cc alpha kc R T om), found 21"),
             ("1 ".repeat(26), "line 1: expected 22 or 25 numbers (fc cc alpha kc R T om), found more"),
             (
                 SAMPLE.replace("\n0\n", "\n0.1\n"),
-                "number 5, the skew alpha, is 0.1; only cameras without skew can be used",
+                "number 5, the skew alpha, is 0.1; only cameras without skew are supported",
             ),
             (SAMPLE.replace("4500", "nan"), "line 8: expected a number, found a word"),
         ] {

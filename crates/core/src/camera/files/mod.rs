@@ -1,13 +1,13 @@
-//! Camera files of other tools, from their text.
+//! Parses camera files of other tools.
 //!
-//! | format | what it is | unit unless told | pixel (0, 0) | axes |
+//! | format | description | default unit | pixel (0, 0) | axes |
 //! |---|---|---|---|---|
 //! | [`CameraFileFormat::OpenCv`] | OpenCV's `FileStorage` in YAML, one camera a file | metre | centre of the top-left pixel | `x_camera = R x_world + t`, x right, y down, z forward |
 //! | [`CameraFileFormat::HumanEva`] | `.cal`: fc cc alpha kc R T, one camera a file | millimetre | the same | the same |
 //! | [`CameraFileFormat::Qualisys`] | Qualisys' calibration in XML, all cameras in one file | millimetre | the same | `x_camera = R (x_world - C)`, x right, y **up**, z **backward** |
 //!
-//! All become [`Camera`]s in metres with OpenCV's axes and the world's Z up. What a format can say and a [`Camera`]
-//! cannot (skew, fisheye lenses, more than five coefficients) is refused, never dropped.
+//! All are converted to [`Camera`]s in metres with OpenCV's axes and the world's Z up. Features of a format that
+//! [`Camera`] cannot represent (skew, fisheye lenses, more than five coefficients) are refused, never dropped.
 
 mod humaneva;
 mod opencv_yaml;
@@ -29,23 +29,23 @@ pub enum CameraFileFormat {
     Qualisys,
 }
 
-/// What a camera file does not say by itself.
+/// Information that a camera file may lack.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraFileOptions {
-    /// Name of the camera, for files of one; `None`: what the file says, else `camera`.
+    /// Name of the camera, for files with one camera; `None`: the name in the file, else `camera`.
     pub name: Option<String>,
-    /// Width and height of the images, pixels; needed where the file does not say it, and never against it.
+    /// Width and height of the images, pixels; required if the file lacks them, and must not contradict the file.
     pub size: Option<[u32; 2]>,
-    /// Length of the file's unit; `None`: that of the format.
+    /// Length of the file's unit, metres; `None`: the default of the format.
     pub metres_per_unit: Option<f64>,
-    /// Whether the file's world has Y up (x stays, its -z becomes y).
+    /// Whether the file's world has Y up (x is kept, -z becomes y).
     pub y_up: bool,
-    /// Which row of `extrinsic_parameters` places the camera, in an OpenCV file without R and T.
+    /// Row of `extrinsic_parameters` that gives the camera's pose, for an OpenCV file without R and T.
     pub view: Option<usize>,
 }
 
 impl CameraFileFormat {
-    /// The format that a file's name suggests: `.yml` and `.yaml`, `.cal`, `.xml` and `.qca.txt`.
+    /// The format by file name: `.yml` and `.yaml`, `.cal`, `.xml` and `.qca.txt`.
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
@@ -63,10 +63,10 @@ impl CameraFileFormat {
     }
 }
 
-/// The cameras of a file's text, at least one.
+/// Parses the text of a camera file; returns at least one camera.
 ///
 /// # Errors
-/// In words, what was expected where, and what was found; a [`CameraError`]'s for numbers that make no camera.
+/// What was expected, where, and what was found; a [`CameraError`]'s message for invalid cameras.
 pub fn read_cameras(text: &str, format: CameraFileFormat, options: &CameraFileOptions) -> Result<Vec<Camera>, String> {
     let plain = match format {
         CameraFileFormat::OpenCv => vec![opencv_yaml::read(text, options)?],
@@ -74,13 +74,13 @@ pub fn read_cameras(text: &str, format: CameraFileFormat, options: &CameraFileOp
         CameraFileFormat::Qualisys => qualisys::read(text)?,
     };
     if plain.len() > 1 && options.name.is_some() {
-        return Err(format!("name: the file has {} cameras with names of their own; leave it out", plain.len()));
+        return Err(format!("name: the file has names for its {} cameras; remove this key", plain.len()));
     }
     let unit = options.metres_per_unit.unwrap_or(format.metres_per_unit());
     plain.into_iter().map(|camera| camera.camera(options, unit)).collect()
 }
 
-/// A camera as a file has it: OpenCV's axes, the file's unit and world.
+/// A camera as in the file: OpenCV's axes, the file's unit and world.
 struct PlainCamera {
     name: Option<String>,
     size: Option<[u32; 2]>,
@@ -95,19 +95,19 @@ impl PlainCamera {
     fn camera(self, options: &CameraFileOptions, metres_per_unit: f64) -> Result<Camera, String> {
         let name = options.name.clone().or(self.name).unwrap_or_else(|| "camera".to_owned());
         let [width, height] = match (self.size, options.size) {
-            (Some(own), Some(told)) if own != told => {
+            (Some(own), Some(given)) if own != given => {
                 return Err(format!(
-                    "size_px: the file says {own:?} pixels for camera {name:?}, not {told:?}; leave it out"
+                    "size_px: the file has {own:?} pixels for camera {name:?}, not {given:?}; remove this key"
                 ));
             }
             (Some(size), _) | (None, Some(size)) => size,
             (None, None) => {
-                return Err(format!("size_px: the file does not say the image size of camera {name:?}; add it"));
+                return Err(format!("size_px: the file lacks the image size of camera {name:?}; add this key"));
             }
         };
         let mut r = self.r;
         if options.y_up {
-            // the file's point is (x, z, -y) of the world's: columns exchange their places
+            // the file's point is (x, z, -y) of the world's, so columns are exchanged
             r = r.map(|[a, b, c]| [a, -c, b]);
         }
         let t = self.t.map(|t| t * metres_per_unit);
@@ -116,7 +116,7 @@ impl PlainCamera {
     }
 }
 
-/// Rows of nine numbers.
+/// Nine numbers as three rows.
 fn rows(numbers: &[f64; 9]) -> [[f64; 3]; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| numbers[3 * row + column]))
 }
@@ -131,10 +131,10 @@ mod tests {
     use nalgebra::{Point3, Vector3};
 
     #[test]
-    fn a_world_with_y_up_is_turned() {
+    fn a_world_with_y_up_is_converted() {
         let text = "fx 1";
         assert!(read_cameras(text, CameraFileFormat::HumanEva, &CameraFileOptions::default()).is_err());
-        // looks along -z of a world whose y is up
+        // looks along -z of a world with y up
         let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 -1 0 0 0 -1 0 0 0";
         let options = CameraFileOptions { size: Some([640, 480]), y_up: true, ..CameraFileOptions::default() };
         let [camera] = &read_cameras(cal, CameraFileFormat::HumanEva, &options).unwrap()[..] else { panic!() };
@@ -146,18 +146,18 @@ mod tests {
     }
 
     #[test]
-    fn the_size_is_needed_and_not_contradicted() {
+    fn the_size_is_required_and_must_not_contradict_the_file() {
         let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0";
         let read = |options: &CameraFileOptions| read_cameras(cal, CameraFileFormat::HumanEva, options);
         assert!(read(&CameraFileOptions::default()).unwrap_err().contains("size_px"));
         let yaml = super::opencv_yaml::tests::SAMPLE;
         let options = CameraFileOptions { size: Some([3, 4]), ..CameraFileOptions::default() };
         let refused = read_cameras(yaml, CameraFileFormat::OpenCv, &options).unwrap_err();
-        assert!(refused.contains("[640, 480]") && refused.contains("leave it out"), "{refused}");
+        assert!(refused.contains("[640, 480]") && refused.contains("remove this key"), "{refused}");
     }
 
     #[test]
-    fn formats_are_known_by_names() {
+    fn formats_are_recognised_by_file_names() {
         let of = CameraFileFormat::from_name;
         assert_eq!(of("a/left.YML"), Some(CameraFileFormat::OpenCv));
         assert_eq!(of("C1.cal"), Some(CameraFileFormat::HumanEva));

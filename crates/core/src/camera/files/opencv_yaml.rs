@@ -15,7 +15,7 @@ struct Matrix {
     data: Vec<f64>,
 }
 
-/// The keys that OpenCV's own calibration program and most others write; others are left out.
+/// The keys written by OpenCV's calibration program and most others; other keys are ignored.
 #[derive(Deserialize)]
 struct Storage {
     name: Option<String>,
@@ -39,17 +39,18 @@ struct Storage {
 }
 
 impl Matrix {
-    /// Its numbers, if it has one of these counts.
+    /// The numbers, if their count is one of these.
     fn numbers(&self, key: &str, counts: &[usize]) -> Result<&[f64], String> {
         let whole = self.rows.checked_mul(self.cols) == Some(self.data.len());
-        match whole && counts.contains(&self.data.len()) {
-            true => Ok(&self.data),
-            false => Err(format!(
+        if whole && counts.contains(&self.data.len()) {
+            Ok(&self.data)
+        } else {
+            Err(format!(
                 "{key}: expected {counts:?} numbers, found {} in {} rows and {} columns",
                 self.data.len(),
                 self.rows,
                 self.cols
-            )),
+            ))
         }
     }
 
@@ -60,18 +61,18 @@ impl Matrix {
 }
 
 pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamera, String> {
-    // OpenCV writes its directive with a colon, which YAML does not know
+    // OpenCV writes its directive with a colon, which is not valid YAML
     let rest = text.trim_start_matches('\u{feff}').trim_start();
     let body = match rest.strip_prefix("%YAML") {
         Some(after) => after.split_once('\n').map_or("", |(_, body)| body),
         None => rest,
     };
     let storage: Storage =
-        serde_saphyr::from_str(body).map_err(|e| format!("is no YAML of OpenCV: {}", said_of(body, &e)))?;
+        serde_saphyr::from_str(body).map_err(|e| format!("not YAML of OpenCV: {}", parser_message(body, &e)))?;
     if storage.fisheye_model.is_some_and(|model| model != 0)
         || storage.distortion_model.as_deref().is_some_and(|model| !["plumb_bob", "radtan", "opencv"].contains(&model))
     {
-        return Err("the lens is a fisheye or of another model; only OpenCV's k1 k2 p1 p2 k3 can be used".to_owned());
+        return Err("the lens is a fisheye or of another model; only OpenCV's k1 k2 p1 p2 k3 are supported".to_owned());
     }
     let missing = |key: &str| format!("{key} is missing");
     let k = storage.camera_matrix.ok_or_else(|| missing("camera_matrix"))?.exactly("camera_matrix")?;
@@ -80,14 +81,14 @@ pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamer
         (Some(r), _, Some(t), _) if r.data.len() == 9 => (rows(&r.exactly("R")?), t.exactly("T")?),
         (Some(r), _, Some(t), _) | (None, Some(r), Some(t), _) => (turned(r.exactly("rvec")?), t.exactly("T")?),
         (_, _, _, Some(all)) => of_view(&all, options.view)?,
-        _ => return Err("it has K but no pose: R and T, or rvec and tvec, are missing".to_owned()),
+        _ => return Err("the file has K but no pose; add R and T, or rvec and tvec".to_owned()),
     };
     let size = storage.image_width.zip(storage.image_height).map(|(width, height)| [width, height]);
     Ok(PlainCamera { name: storage.name, size, k: rows(&k), distortion, r, t })
 }
 
-/// The reader's message; a file without any of OpenCV's matrices is not quoted, nor any line of it.
-fn said_of(body: &str, error: &serde_saphyr::Error) -> String {
+/// The parser's message; only the line number for a file without OpenCV matrices, which is not quoted.
+fn parser_message(body: &str, error: &serde_saphyr::Error) -> String {
     if body.contains("!!opencv-matrix") {
         foreign(error)
     } else {
@@ -101,7 +102,7 @@ fn coefficients(matrix: &Matrix) -> Result<[f64; 5], String> {
     if numbers.iter().skip(5).any(|number| *number != 0.0) {
         let count = numbers.len();
         return Err(format!(
-            "distortion_coefficients: a lens of {count} coefficients; only k1 k2 p1 p2 k3 can be used"
+            "distortion_coefficients: a lens of {count} coefficients; only k1 k2 p1 p2 k3 are supported"
         ));
     }
     Ok(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or_default()))
@@ -118,7 +119,7 @@ fn of_view(all: &Matrix, view: Option<usize>) -> Result<([[f64; 3]; 3], [f64; 3]
         return Err(format!("extrinsic_parameters: expected rows of 6 numbers, found {} x {}", all.rows, all.cols));
     }
     let Some(view) = view else {
-        return Err(format!("the file has {count} views in extrinsic_parameters; say which by `view`, from 0"));
+        return Err(format!("the file has {count} views in extrinsic_parameters; select one by `view`, from 0"));
     };
     let row = all.data.chunks_exact(6).nth(view);
     let row = row.ok_or_else(|| format!("view: expected 0 to {}, found {view}", count.saturating_sub(1)))?;
@@ -150,18 +151,18 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn other_lenses_and_missing_numbers_are_refused_by_their_key() {
+    fn other_lenses_and_missing_numbers_are_refused_with_their_key() {
         assert!(why(&SAMPLE.replace("T: !!", "U: !!")).contains("R and T"));
         assert!(why(&SAMPLE.replace("camera_matrix", "matrix")).contains("camera_matrix is missing"));
         assert!(why(&format!("{SAMPLE}fisheye_model: 1\n")).contains("fisheye"));
         assert!(why(&SAMPLE.replace("0.5, 1., 4.", "0.5, 1.")).contains("T: expected [3] numbers, found 2"));
         let wide = SAMPLE.replace("rows: 5", "rows: 8").replace("0., 0. ]\nR", "0., 0., 0.1, 0., 0. ]\nR");
         assert!(why(&wide).contains("a lens of 8 coefficients"));
-        assert!(why("camera_matrix: [").contains("no YAML"));
+        assert!(why("camera_matrix: [").contains("not YAML"));
     }
 
     #[test]
-    fn a_document_that_expands_without_end_is_refused() {
+    fn an_endlessly_expanding_document_is_refused() {
         let mut bomb = String::from("a: &a [x, x, x, x, x, x, x, x, x, x]\n");
         for i in 0..12 {
             let (from, to) = ((b'a' + i) as char, (b'b' + i) as char);
@@ -171,7 +172,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_calibration_that_opencv_ships_is_read_with_one_of_its_views() {
+    fn one_view_of_opencvs_sample_calibration_is_read() {
         let Some(path) = test_data::path("cameras/opencv/left_intrinsics.yml") else { return };
         let text = crate::input::read_to_string(&path, 1 << 20).unwrap();
         assert!(why(&text).contains("13 views"));

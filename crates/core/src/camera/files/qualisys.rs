@@ -1,7 +1,7 @@
-//! Qualisys' calibration in XML: all cameras of a system, intrinsics in 1/64 pixel, places in millimetres.
+//! Qualisys' calibration in XML: all cameras of a system, intrinsics in units of 1/64 pixel, positions in millimetres.
 //!
-//! `r11` to `r33`, row by row, turn the world into camera axes whose y is up and whose z points backward; `x y z` is
-//! the camera's centre. Both become OpenCV's.
+//! `r11` to `r33`, row by row, rotate the world into camera axes with y up and z backward; `x y z` is the camera
+//! centre. Both are converted to OpenCV's convention.
 
 use nalgebra::{Matrix3, Vector3};
 use roxmltree::{Document, Node};
@@ -9,14 +9,14 @@ use roxmltree::{Document, Node};
 use super::{PlainCamera, rows_of};
 use crate::input::{excerpt, unquoted};
 
-/// Parts of a pixel in which intrinsics are counted.
+/// Units of intrinsics per pixel.
 const PARTS: f64 = 64.0;
 
-/// Cameras that a file may have.
+/// Greatest number of cameras in a file.
 const MOST_CAMERAS: usize = 999;
 
 pub(super) fn read(text: &str) -> Result<Vec<PlainCamera>, String> {
-    let document = Document::parse(text).map_err(|e| format!("is no XML: {}", unquoted(e)))?;
+    let document = Document::parse(text).map_err(|e| format!("not XML: {}", unquoted(e)))?;
     let cameras: Vec<Node<'_, '_>> =
         document.descendants().filter(|node| node.has_tag_name("camera")).take(MOST_CAMERAS + 1).collect();
     if !(1..=MOST_CAMERAS).contains(&cameras.len()) {
@@ -30,7 +30,7 @@ fn camera(node: Node<'_, '_>) -> Result<PlainCamera, String> {
     let name = node.attribute("serial").unwrap_or("camera").to_owned();
     let of = |error: String| format!("line {line}: camera {:?}: {error}", excerpt(&name));
     if node.attribute("viewrotation").is_some_and(|turn| turn != "0") {
-        return Err(of("viewrotation is not 0; turn the images and calibrate again".to_owned()));
+        return Err(of("viewrotation is not 0; rotate the images and calibrate again".to_owned()));
     }
     let child = |tag: &str| {
         node.children().find(|child| child.has_tag_name(tag)).ok_or_else(|| of(format!("<{tag}> is missing")))
@@ -43,7 +43,7 @@ fn camera(node: Node<'_, '_>) -> Result<PlainCamera, String> {
     };
     let pixels = |key: &str| Ok::<f64, String>(number(intrinsic, key)? / PARTS);
     if intrinsic.has_attribute("skew") && number(intrinsic, "skew")? != 0.0 {
-        return Err(of("skew is not 0; only cameras without skew can be used".to_owned()));
+        return Err(of("skew is not 0; only cameras without skew are supported".to_owned()));
     }
     let (fx, fy) = (pixels("focalLengthU")?, pixels("focalLengthV")?);
     let (cx, cy) = (pixels("centerPointU")?, pixels("centerPointV")?);
@@ -116,22 +116,22 @@ mod tests {
         tangentalDistortion2="0.4"/></camera>"#;
 
     #[test]
-    fn axes_are_turned_and_64ths_of_pixels_are_pixels() {
+    fn axes_are_converted_and_64ths_of_pixels_become_pixels() {
         let [camera] = &read(&format!("<calibration><cameras>{CAMERA}</cameras></calibration>")).unwrap()[..] else {
             panic!()
         };
         assert_eq!(camera.k, [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]);
         assert_eq!((camera.size, camera.distortion), (Some([640, 480]), [0.1, 0.2, 0.3, 0.4, 0.5]));
-        // it stands at y = -4 m and looks along +y, its image's up is z
+        // at y = -4 m, looking along +y, with z up in the image
         assert_eq!(camera.r, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]);
         assert_eq!(camera.t, [0.0, 1000.0, 4000.0]);
     }
 
     #[test]
-    fn what_is_missing_or_turned_is_named_with_its_line() {
+    fn missing_and_unsupported_items_are_reported_with_their_line() {
         let why = |text: &str| read(text).err().unwrap();
         assert!(why("<calibration/>").contains("found 0"));
-        assert!(why("no").contains("is no XML"));
+        assert!(why("no").contains("not XML"));
         let twisted = CAMERA.replace("viewrotation=\"0\"", "viewrotation=\"90\"");
         assert!(why(&twisted).contains("line 1: camera \"7\": viewrotation"));
         assert!(why(&CAMERA.replace("r22=\"0\"", "r22=\"x\"")).contains("r22: expected a number, found \"x\""));

@@ -4,7 +4,7 @@ use crate::contact::GroundContacts;
 use nalgebra::{Point3, UnitQuaternion};
 
 fn crumpled(body: &Humanoid, index: u64) -> Pose {
-    // anything that looks like chance will do here
+    // arbitrary but reproducible angles
     let mut step = 0.0;
     let mut between = |low: f64, high: f64| {
         step += 78.233;
@@ -30,9 +30,10 @@ fn with_boxes(mut body: Humanoid) -> Humanoid {
     body
 }
 
-/// Depth of the ground by the surface's lowest point, and of all pairs of links one by one.
+/// Compares the ground depth with the lowest point of the surface, and self-collision with all pairs of links one by
+/// one.
 #[test]
-fn every_depth_is_that_of_the_slow_road() {
+fn depths_agree_with_the_direct_computation() {
     let actor = shipped("actor").unwrap();
     let mut collided = 0;
     for body in [shipped("tracker25").unwrap(), with_boxes(actor.clone()), actor] {
@@ -54,11 +55,11 @@ fn every_depth_is_that_of_the_slow_road() {
             collided += u32::from(own > 0.01);
         }
     }
-    assert!(collided > 100, "too few collisions to tell: {collided}");
+    assert!(collided > 100, "too few collisions for a test: {collided}");
 }
 
 #[test]
-fn a_camera_sees_the_same_depths() {
+fn depths_are_the_same_in_a_cameras_frame() {
     let body = shipped("tracker25").unwrap();
     let solids = Interpenetration::new(&body, 0.01);
     let (mut scratch, mut deep) = (InterpenetrationScratch::default(), 0);
@@ -83,12 +84,12 @@ fn a_camera_sees_the_same_depths() {
             deep += u32::from(there > 0.01);
         }
     }
-    assert!(deep > 100, "too few depths to tell: {deep}");
+    assert!(deep > 100, "too few depths for a test: {deep}");
 }
 
-/// Sixteen plain capsules: parry has those. It is asked for the distance of the axes, from which the radii are taken.
+/// Sixteen plain capsules, which parry has: it gives the distance of the axes, from which the radii are subtracted.
 #[test]
-fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
+fn capsule_depths_agree_with_parry_within_a_tenth_of_a_millimetre() {
     let mut body = shipped("tracker25").unwrap();
     for solid in body.links.iter_mut().flat_map(|link| &mut link.solids) {
         if let Solid::TaperedCapsule(c) = solid {
@@ -112,7 +113,7 @@ fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
         assert!((found.own_m - deepest).abs() < 1e-4, "{index}: {found:?}, parry {deepest}");
         deep += u32::from(deepest > 0.01);
     }
-    assert!(deep > 100, "too few collisions to tell: {deep}");
+    assert!(deep > 100, "too few collisions for a test: {deep}");
 }
 
 fn by_parry(solids: [&Solid; 2], frames: [&Isometry3<f64>; 2]) -> f64 {

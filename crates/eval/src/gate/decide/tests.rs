@@ -24,15 +24,15 @@ fn verdict_of(run: &MeasuredRuns, margin: &str) -> GateVerdict {
 }
 
 #[test]
-fn the_interval_below_the_margin_passes_above_it_fails_and_about_it_says_nothing() {
+fn an_interval_below_the_margin_passes_above_it_fails_and_around_it_is_inconclusive() {
     assert_eq!(verdict_of(&runs("a", 0, 0.3, 0.2), "2mm"), GateVerdict::Pass);
     assert_eq!(verdict_of(&runs("a", 0, 4.0, 0.2), "2mm"), GateVerdict::Fail);
     assert_eq!(verdict_of(&runs("a", 0, 1.9, 1.0), "2mm"), GateVerdict::Inconclusive);
-    assert_eq!(verdict_of(&runs("a", 0, -9.0, 1.0), "2mm"), GateVerdict::Pass, "better is no worse");
+    assert_eq!(verdict_of(&runs("a", 0, -9.0, 1.0), "2mm"), GateVerdict::Pass, "better is not worse");
 }
 
 #[test]
-fn the_same_run_passes_at_any_margin_and_an_inconclusive_one_tells_how_many_seeds_it_lacks() {
+fn the_same_run_passes_at_any_margin_and_an_inconclusive_one_states_how_many_seeds_it_lacks() {
     assert_eq!(verdict_of(&runs("a", 0, 0.0, 0.0), "0mm"), GateVerdict::Pass);
     let outcome = gate(&runs("a", 0, 0.0, 0.0), &runs("a", 0, 1.0, 1.5), &rules("2mm")).unwrap();
     assert_eq!(outcome.verdict, GateVerdict::Inconclusive);
@@ -40,7 +40,7 @@ fn the_same_run_passes_at_any_margin_and_an_inconclusive_one_tells_how_many_seed
 }
 
 #[test]
-fn what_cannot_be_held_against_the_baseline_is_refused_with_the_difference() {
+fn runs_that_cannot_be_compared_with_the_baseline_are_refused_with_the_difference() {
     let base = runs("a", 0, 0.0, 0.0);
     let refused = |run: &MeasuredRuns| gate(&base, run, &rules("2mm")).unwrap_err().to_string();
     assert!(refused(&runs("b", 0, 0.0, 0.0)).contains("hashes a and b"));
@@ -72,7 +72,7 @@ fn a_run_without_a_value_fails_and_so_does_a_tracker_that_estimates_less() {
 }
 
 #[test]
-fn a_run_passes_against_itself_where_a_seed_has_no_estimate() {
+fn a_run_passes_against_itself_if_a_seed_has_no_estimate() {
     let without = |first: u64, lacking: &[usize]| {
         let mut runs = runs("a", first, 0.0, 0.0);
         let metric = runs.clips.get_mut("walk").unwrap().metrics.get_mut("humaneva_mm").unwrap();
@@ -111,7 +111,7 @@ fn all_six_runs_lost_fail_and_one_of_six_may_be_chance() {
 }
 
 #[test]
-fn exact_metrics_must_not_change_by_the_last_bit() {
+fn exact_metrics_must_not_change_in_the_last_bit() {
     let mut changed = runs("a", 0, 0.0, 0.0);
     let error = changed.clips.get_mut("walk").unwrap().metrics.get_mut("humaneva_mm").unwrap();
     error.per_seed[1] = error.per_seed[1].map(|v: f64| f64::from_bits(v.to_bits() + 1));
@@ -125,7 +125,7 @@ fn exact_metrics_must_not_change_by_the_last_bit() {
 }
 
 #[test]
-fn rules_that_name_nothing_are_refused() {
+fn rules_that_name_no_known_metric_or_clip_are_refused() {
     let base = runs("a", 0, 0.0, 0.0);
     let refused = |rules: GateRules| gate(&base, &base, &rules).unwrap_err().to_string();
     assert!(refused(GateRules { budgets: vec![], ..rules("2mm") }).contains("no budget"));
@@ -156,15 +156,11 @@ fn deterministic(is_draws: bool, shift: f64, wobble: f64) -> MeasuredRuns {
     all
 }
 
-/// A deterministic tracker has one run a set: the gate refused it.
+/// A deterministic tracker has one run per set; the gate once refused it.
 #[test]
 fn a_deterministic_tracker_is_gated_over_draws_of_the_noise_or_over_clips() {
     for (is_draws, unit, words) in [
-        (
-            true,
-            IntervalUnit::Draws,
-            "6 draws of the noise of one clip (walk, 1.7 s): they say nothing about other motions",
-        ),
+        (true, IntervalUnit::Draws, "6 draws of the noise of one clip (walk, 1.7 s): they do not cover other motions"),
         (false, IntervalUnit::Clips, "6 clips"),
     ] {
         let base = deterministic(is_draws, 0.0, 0.0);
@@ -182,15 +178,15 @@ fn a_deterministic_tracker_is_gated_over_draws_of_the_noise_or_over_clips() {
 }
 
 #[test]
-fn copies_of_one_run_are_refused_with_what_to_do_and_so_is_a_unit_of_which_there_are_too_few() {
+fn copies_of_one_run_are_refused_with_advice_and_so_is_a_unit_of_which_there_are_too_few() {
     let copies = |error: f64| of_clip("walk", clip("a", 0, &[error; 6]));
     let refused = gate(&copies(30.0), &copies(20.0), &rules("2mm")).unwrap_err().to_string();
     assert!(refused.contains("one observation") && refused.contains("observation.seed=2"), "{refused}");
-    let asked = |unit| GateRules { unit: Some(unit), ..rules("2mm") };
+    let with_unit = |unit| GateRules { unit: Some(unit), ..rules("2mm") };
     let (base, run) = (runs("a", 0, 0.0, 0.0), runs("a", 0, 0.3, 0.2));
-    let refused = gate(&base, &run, &asked(IntervalUnit::Clips)).unwrap_err().to_string();
+    let refused = gate(&base, &run, &with_unit(IntervalUnit::Clips)).unwrap_err().to_string();
     assert!(refused.contains("a gate over clips needs 5"), "{refused}");
-    assert_eq!(gate(&base, &run, &asked(IntervalUnit::Seeds)).unwrap().verdict, GateVerdict::Pass);
+    assert_eq!(gate(&base, &run, &with_unit(IntervalUnit::Seeds)).unwrap().verdict, GateVerdict::Pass);
 }
 
 #[test]
@@ -198,7 +194,7 @@ fn a_run_that_lacks_a_draw_of_the_baseline_is_refused() {
     let mut run = deterministic(true, 0.0, 0.0);
     run.draws.get_mut("walk").unwrap().pop();
     let refused = gate(&deterministic(true, 0.0, 0.0), &run, &rules("2mm")).unwrap_err().to_string();
-    assert!(refused.contains("lacks that with the hash set-5"), "{refused}");
+    assert!(refused.contains("lacks its draw with the hash set-5"), "{refused}");
 }
 
 #[test]

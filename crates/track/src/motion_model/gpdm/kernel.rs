@@ -14,7 +14,7 @@ pub struct MapKernel {
     pub noise_precision: f64,
 }
 
-/// `k_Z(u, u') = alpha1 exp(-alpha2/2 |u - u'|^2) + alpha3 u.u' + delta / alpha4`: where a latent point goes next.
+/// `k_Z(u, u') = alpha1 exp(-alpha2/2 |u - u'|^2) + alpha3 u.u' + delta / alpha4`: latent point to next latent point.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DynamicsKernel {
     /// Amplitude of the radial part, alpha1.

@@ -1,14 +1,14 @@
-//! Which latent points follow which: the order of the dynamics and where sequences begin.
+//! Order of the dynamics and boundaries of sequences of latent points.
 
 use faer::{Mat, MatRef};
 
-/// How many past latent points the next one depends on.
+/// Number of past latent points on which the next one depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DynamicsOrder {
-    /// `z_t` from `z_{t-1}`, as `[GPDM graph]` assumes.
+    /// `z_t` from `z_{t-1}`, as assumed by `[GPDM graph]`.
     First,
-    /// `z_t` from `z_{t-1}` and `z_{t-2}`, as Wang's own code trains.
+    /// `z_t` from `z_{t-1}` and `z_{t-2}`, as in Wang's own code.
     Second,
 }
 
@@ -22,14 +22,14 @@ impl DynamicsOrder {
     }
 }
 
-/// The rows of the latent matrix that form sequences, and what the dynamics predicts within each.
+/// The rows of the latent matrix that form sequences, and the quantity predicted by the dynamics in each.
 ///
 /// Inputs `u_t = [z_{t-1}; z_{t-2}]` and targets `v_t = z_t` (or `z_t - z_{t-1}`) never cross the start of a sequence.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SequenceLayout {
     /// Order of the dynamics.
     pub order: DynamicsOrder,
-    /// Whether the dynamics predicts the step `z_t - z_{t-1}` in place of `z_t`.
+    /// Whether the dynamics predicts the step `z_t - z_{t-1}` instead of `z_t`.
     pub delta: bool,
     /// Lengths of the sequences, in frames; each at least `order.lag() + 1`.
     pub lengths: Vec<usize>,
@@ -50,13 +50,13 @@ impl SequenceLayout {
         })
     }
 
-    /// Rows `t` that the dynamics predicts.
+    /// Rows `t` that are predicted by the dynamics.
     pub(super) fn predicted(&self) -> Vec<usize> {
         let lag = self.order.lag();
         self.starts().zip(&self.lengths).flat_map(|(start, length)| start + lag..start + length).collect()
     }
 
-    /// Inputs `U`, one row a predicted frame: `z_{t-1}` then, for the second order, `z_{t-2}`.
+    /// Inputs `U`, one row per predicted frame: `z_{t-1}` then, for the second order, `z_{t-2}`.
     pub(super) fn inputs(&self, latents: MatRef<'_, f64>, predicted: &[usize]) -> Mat<f64> {
         let d = latents.ncols();
         Mat::from_fn(predicted.len(), d * self.order.lag(), |row, column| {
@@ -64,7 +64,7 @@ impl SequenceLayout {
         })
     }
 
-    /// Targets `V`, one row a predicted frame.
+    /// Targets `V`, one row per predicted frame.
     pub(super) fn targets(&self, latents: MatRef<'_, f64>, predicted: &[usize]) -> Mat<f64> {
         Mat::from_fn(predicted.len(), latents.ncols(), |row, column| {
             let t = predicted[row];

@@ -1,4 +1,4 @@
-//! A learned GPDM and what it predicts.
+//! A learned GPDM and its predictions.
 
 use faer::{Mat, MatRef};
 
@@ -21,7 +21,7 @@ pub struct Gpdm {
     predictors: Predictors,
 }
 
-/// What follows from a model and makes prediction fast.
+/// Precomputed quantities that make prediction fast.
 #[derive(Clone, Debug)]
 struct Predictors {
     /// Inputs of the dynamics.
@@ -30,17 +30,17 @@ struct Predictors {
     dynamics: Predictor,
 }
 
-/// Means (one row a point) and one isotropic variance a point.
+/// Means (one row per point) and one isotropic variance per point.
 #[derive(Clone, Debug)]
 pub struct Moments {
-    /// Means, one row a point.
+    /// Means, one row per point.
     pub mean: Mat<f64>,
-    /// Variance of every coordinate of the point, noise not included; never negative.
+    /// Variance of every coordinate of the point, without noise; never negative.
     pub variance: Vec<f64>,
 }
 
 impl PartialEq for Gpdm {
-    /// Equal models were learned to the same bits; what follows from them is not compared.
+    /// Models are equal if they were learned to the same bits; derived quantities are not compared.
     fn eq(&self, other: &Self) -> bool {
         self.mean == other.mean
             && self.centred == other.centred
@@ -53,7 +53,7 @@ impl PartialEq for Gpdm {
 }
 
 impl Gpdm {
-    /// From what learning found; `None` where a kernel matrix is singular.
+    /// Assembles a model from learned parameters; `None` if a kernel matrix is singular.
     pub(super) fn assemble(
         mean: Vec<f64>,
         centred: Mat<f64>,
@@ -82,7 +82,7 @@ impl Gpdm {
         Some(Self { mean, centred, scales, latents, map, dynamics, layout, predictors })
     }
 
-    /// Learned latents Z, N x d, one row a training frame.
+    /// Learned latents Z, N x d, one row per training frame.
     pub fn latents(&self) -> MatRef<'_, f64> {
         self.latents.as_ref()
     }
@@ -107,7 +107,7 @@ impl Gpdm {
         &self.dynamics
     }
 
-    /// Order of the dynamics and lengths of the sequences that were learned.
+    /// Order of the dynamics and lengths of the learned sequences.
     pub fn layout(&self) -> &SequenceLayout {
         &self.layout
     }
@@ -117,7 +117,8 @@ impl Gpdm {
         self.with_mean(self.predictors.map.mean(latents, |points, cross| self.map.cross(&self.latents, points, cross)))
     }
 
-    /// As [`Self::map_mean`] with the variance of a dimension of unit scale: divide by `scales[d]^2` for dimension `d`.
+    /// As [`Self::map_mean`] with the variance of a dimension of unit scale: divide by `scales[d]^2` for dimension
+    /// `d`.
     pub fn map_moments(&self, latents: MatRef<'_, f64>) -> Moments {
         let cross = |points: MatRef<'_, f64>, cross: &mut Mat<f64>| self.map.cross(&self.latents, points, cross);
         let (mean, explained) = self.predictors.map.mean_and_explained(latents, cross);
@@ -138,7 +139,7 @@ impl Gpdm {
         self.with_last(inputs, dynamics.mean(inputs, |points, cross| self.dynamics.cross(known, points, cross)))
     }
 
-    /// As [`Self::dynamics_mean`] with the isotropic predictive variance, process noise included.
+    /// As [`Self::dynamics_mean`] with the isotropic predictive variance, including process noise.
     pub fn dynamics_moments(&self, inputs: MatRef<'_, f64>) -> Moments {
         let Predictors { inputs: known, dynamics, .. } = &self.predictors;
         let cross = |points: MatRef<'_, f64>, cross: &mut Mat<f64>| self.dynamics.cross(known, points, cross);
@@ -154,7 +155,7 @@ impl Gpdm {
         Moments { mean: self.with_last(inputs, mean), variance }
     }
 
-    /// Of predicted steps the points that they lead to.
+    /// Converts predicted steps to the resulting points.
     fn with_last(&self, inputs: MatRef<'_, f64>, mut next: Mat<f64>) -> Mat<f64> {
         if self.layout.delta {
             for c in 0..next.ncols() {
@@ -164,8 +165,8 @@ impl Gpdm {
         next
     }
 
-    /// The mean prediction sequence: the dynamics' mean iterated from the first learned latents of sequence `sequence`,
-    /// as long as that sequence (`[GPDM graph]` Eq. 10).
+    /// The mean prediction sequence: the dynamics' mean iterated from the first learned latents of sequence
+    /// `sequence`, with the length of that sequence (`[GPDM graph]` Eq. 10).
     pub fn simulate(&self, sequence: usize) -> Option<Mat<f64>> {
         let (d, lag) = (self.latents.ncols(), self.layout.order.lag());
         let start = self.layout.starts().nth(sequence)?;

@@ -1,11 +1,11 @@
-//! What learning minimises, and its gradient.
+//! The loss minimised by learning, and its gradient.
 //!
 //! ```text
 //! L = D/2 ln|K_X| + 1/2 tr(K_X^-1 X W^2 X^T) - N ln|W|
 //!   + balance [ d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T) + 1/2 |z_1|^2 (+ 1/2 |z_2 - z_1|^2, second order) ]
 //!   + sum ln beta + sum ln alpha + 1/2 kappa^-2 tr W^2
 //! ```
-//! (negative logarithms of `[GPDM graph]` Eqs. 3 and 4 with Wang's priors; constants left out). `balance` = 1 is the
+//! (negative logarithms of `[GPDM graph]` Eqs. 3 and 4 with Wang's priors, without constants). `balance` = 1 is the
 //! plain GPDM, `D/d` the balanced one.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
@@ -19,10 +19,10 @@ use super::radial::{RadialGradient, radial_gradient, radial_lower, symmetric_tim
 /// Variance of the prior on the scales `W`, kappa^2.
 pub(super) const SCALE_PRIOR_VARIANCE: f64 = 1e6;
 
-/// Everything that learning changes, apart from `W`.
+/// All learned parameters except `W`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
-    /// Latents, N x d, one row a frame.
+    /// Latents, N x d, one row per frame.
     pub latents: Mat<f64>,
     /// Kernel from latents to poses.
     pub map: MapKernel,
@@ -31,7 +31,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Number of kernel parameters behind the latents in a packed vector.
+    /// Number of kernel parameters after the latents in a packed vector.
     pub const KERNEL_PARAMETERS: usize = 6;
 
     /// Latents column by column, then `ln beta2, ln beta3, ln alpha1, ln alpha2, ln alpha3, ln alpha4`.
@@ -82,8 +82,8 @@ pub struct Objective<'a> {
     dynamics_workspace: Workspace,
 }
 
-/// Matrices that every evaluation needs anew. Getting their memory from the system each time would cost as much as half
-/// of the arithmetic.
+/// Matrices needed by every evaluation. Allocating their memory each time would cost as much as half of the
+/// arithmetic.
 struct Workspace {
     radial: Mat<f64>,
     covariance: Mat<f64>,
@@ -97,7 +97,7 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// For `rows` points with `columns` values each.
+    /// Workspace for `rows` points with `columns` values each.
     fn new(rows: usize, columns: usize) -> Self {
         let square = || Mat::zeros(rows, rows);
         Self {
@@ -119,17 +119,17 @@ struct LossTerm<const K: usize> {
 }
 
 impl<'a> Objective<'a> {
-    /// For centred observations `X` (N x D), scales `W` (D) and the weight of the dynamics.
+    /// The objective for centred observations `X` (N x D), scales `W` (D) and the weight of the dynamics.
     pub fn new(observations: MatRef<'_, f64>, scales: &'a [f64], layout: &'a SequenceLayout, balance: f64) -> Self {
         let scaled = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] * scales[j]);
         let predicted = layout.predicted();
         let map_workspace = Workspace::new(scaled.nrows(), scaled.ncols());
-        // made when the number of latent dimensions is known
+        // allocated when the number of latent dimensions is known
         let dynamics_workspace = Workspace::new(0, 0);
         Self { layout, predicted, scaled, scales, balance, map_workspace, dynamics_workspace }
     }
 
-    /// The loss at packed parameters, its gradient written to `gradient`; infinite where a kernel is singular.
+    /// The loss at packed parameters, with its gradient written to `gradient`; infinite if a kernel is singular.
     pub fn value_and_gradient(&mut self, theta: &[f64], latent_dimensions: usize, gradient: &mut [f64]) -> f64 {
         let parameters = Parameters::unpack(theta, latent_dimensions);
         let Some((map, dynamics, targets)) = self.terms(&parameters) else {
@@ -155,12 +155,12 @@ impl<'a> Objective<'a> {
         let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.map_workspace)?;
         let inputs = self.layout.inputs(latents, &self.predicted);
         let targets = self.layout.targets(latents, &self.predicted);
-        let room = &mut self.dynamics_workspace;
-        if room.white.ncols() != targets.ncols() {
-            *room = Workspace::new(targets.nrows(), targets.ncols());
+        let workspace = &mut self.dynamics_workspace;
+        if workspace.white.ncols() != targets.ncols() {
+            *workspace = Workspace::new(targets.nrows(), targets.ncols());
         }
         let (dynamics, by_targets) =
-            dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, room)?;
+            dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, workspace)?;
         Some((map, dynamics, by_targets))
     }
 
@@ -190,11 +190,17 @@ impl<'a> Objective<'a> {
 }
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
-fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Workspace) -> Option<LossTerm<2>> {
-    radial_lower(1.0, kernel.inverse_width, z, &mut room.radial);
-    room.covariance.copy_from_triangular_lower(&room.radial);
-    let (value, by_precision) = room.gaussian(kernel.noise_precision, scaled, 1.0)?;
-    let RadialGradient { inputs, width, .. } = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, z);
+fn map_term(
+    z: &Mat<f64>,
+    kernel: &MapKernel,
+    scaled: MatRef<'_, f64>,
+    workspace: &mut Workspace,
+) -> Option<LossTerm<2>> {
+    radial_lower(1.0, kernel.inverse_width, z, &mut workspace.radial);
+    workspace.covariance.copy_from_triangular_lower(&workspace.radial);
+    let (value, by_precision) = workspace.gaussian(kernel.noise_precision, scaled, 1.0)?;
+    let RadialGradient { inputs, width, .. } =
+        radial_gradient(&workspace.by_kernel, &workspace.radial, kernel.inverse_width, z);
     Some(LossTerm { value, inputs, logarithms: [width, by_precision] })
 }
 
@@ -204,27 +210,27 @@ fn dynamics_term(
     kernel: &DynamicsKernel,
     targets: MatRef<'_, f64>,
     balance: f64,
-    room: &mut Workspace,
+    workspace: &mut Workspace,
 ) -> Option<(LossTerm<4>, Mat<f64>)> {
-    radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut room.radial);
-    room.covariance.copy_from_triangular_lower(&room.radial);
-    add_square(&mut room.covariance, kernel.linear, u.as_ref());
-    let (value, by_precision) = room.gaussian(kernel.noise_precision, targets, balance)?;
-    let hu = symmetric_times(&room.by_kernel, u);
+    radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut workspace.radial);
+    workspace.covariance.copy_from_triangular_lower(&workspace.radial);
+    add_square(&mut workspace.covariance, kernel.linear, u.as_ref());
+    let (value, by_precision) = workspace.gaussian(kernel.noise_precision, targets, balance)?;
+    let hu = symmetric_times(&workspace.by_kernel, u);
     let by_linear = kernel.linear * inner_product(u.as_ref(), hu.as_ref());
-    let mut by_radial = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, u);
+    let mut by_radial = radial_gradient(&workspace.by_kernel, &workspace.radial, kernel.inverse_width, u);
     by_radial.inputs += Scale(2.0 * kernel.linear) * &hu;
     let logarithms = [by_radial.amplitude, by_radial.width, by_linear, by_precision];
-    Some((LossTerm { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
+    Some((LossTerm { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &workspace.solution))
 }
 
 impl Workspace {
-    /// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` and its derivative by the logarithm of the noise's precision, for the
-    /// noise-free covariances in the room (lower triangle) and the columns `Y`. Leaves the solution and the derivative
-    /// by the kernel in the room.
+    /// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` and its derivative by the logarithm of the noise precision, for the
+    /// noise-free covariances in the workspace (lower triangle) and the columns `Y`. Leaves the solution and the
+    /// derivative by the kernel in the workspace.
     fn gaussian(&mut self, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<(f64, f64)> {
         let dimensions = y.ncols() as f64;
-        if !self.factor.become_factor_of(self.covariance.as_ref(), 1.0 / noise_precision) {
+        if !self.factor.factor_in_place(self.covariance.as_ref(), 1.0 / noise_precision) {
             return None;
         }
         self.factor.whiten(y, &mut self.white);
@@ -292,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn gradients_equal_central_differences_where_matrices_are_factored_in_several_blocks() {
+    fn gradients_equal_central_differences_for_matrices_factored_in_several_blocks() {
         let observations = Mat::from_fn(71, 5, |i, j| wave(i, j + 3));
         let layout = SequenceLayout { order: DynamicsOrder::Second, delta: true, lengths: vec![40, 31] };
         let mut objective = Objective::new(observations.as_ref(), &[0.9, 1.1, 0.7, 1.4, 1.0], &layout, 5.0);
@@ -321,8 +327,8 @@ mod tests {
     }
 
     #[test]
-    fn loss_and_gradient_are_those_that_numpy_gives() {
-        // of benches/reference/gpdm_numpy.py
+    fn loss_and_gradient_match_numpy() {
+        // from benches/reference/gpdm_numpy.py
         for (frames, loss, norm) in [(60, -5616.353228347, 1531.684810127), (150, -16247.204891036, 4103.284616998)] {
             let observations = Mat::from_fn(frames, 60, |i, j| {
                 let (i, j) = (i as f64, j as f64);
@@ -375,7 +381,7 @@ mod tests {
         assert!((value - expected).abs() < 1e-10 * expected.abs(), "{value} against {expected}");
     }
 
-    /// `D/2 ln|K| + 1/2 tr(K^-1 Y Y^T)` through an eigendecomposition: another road than Cholesky.
+    /// `D/2 ln|K| + 1/2 tr(K^-1 Y Y^T)` by an eigendecomposition, independent of Cholesky.
     fn gaussian(k: &Mat<f64>, y: &Mat<f64>) -> f64 {
         let n = k.nrows();
         let eigen = nalgebra::SymmetricEigen::new(nalgebra::DMatrix::from_fn(n, n, |a, b| k[(a, b)]));

@@ -1,7 +1,7 @@
 //! A learned model as plain numbers, for storage.
 //!
-//! What follows from the numbers (kernel matrices, their factors and solutions) is worked out again when a model is put
-//! together: that takes milliseconds and, on the same type of CPU, gives the same bits.
+//! Derived quantities (kernel matrices, their factors and solutions) are recomputed when a model is assembled: this
+//! takes milliseconds and, on the same type of CPU, gives the same bits.
 
 use faer::{Mat, MatRef};
 
@@ -11,15 +11,15 @@ use super::model::Gpdm;
 use super::objective::Parameters;
 use super::train::MOST_FRAMES;
 
-/// Most latent dimensions of a model that is put together.
+/// Greatest number of latent dimensions of a model.
 const MOST_LATENT_DIMENSIONS: usize = 64;
 
-/// Everything that learning found; matrices row by row.
+/// All learned parameters; matrices are in row-major order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpdmParts {
     /// Mean of the training observations, D values.
     pub mean: Vec<f64>,
-    /// Training observations less their mean, N x D.
+    /// Training observations minus their mean, N x D.
     pub centred: Vec<f64>,
     /// Scales W, D values.
     pub scales: Vec<f64>,
@@ -29,15 +29,15 @@ pub struct GpdmParts {
     pub map: MapKernel,
     /// Kernel of the dynamics.
     pub dynamics: DynamicsKernel,
-    /// Order of the dynamics and lengths of the sequences, N in all.
+    /// Order of the dynamics and lengths of the sequences, N in total.
     pub layout: SequenceLayout,
 }
 
-/// Why numbers make no model.
+/// Why numbers do not form a model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{part}: {detail}")]
 pub struct PartsError {
-    /// Which of them.
+    /// Name of the invalid part.
     pub part: &'static str,
     /// What was expected and what was found.
     pub detail: String,
@@ -63,10 +63,10 @@ impl Gpdm {
         }
     }
 
-    /// The model that [`Self::to_parts`] told of: it predicts the same to the last bit.
+    /// Assembles the model stored by [`Self::to_parts`]: its predictions are identical to the last bit.
     ///
     /// # Errors
-    /// [`PartsError`] where lengths do not fit together, a number is not finite, a kernel parameter or scale is not
+    /// [`PartsError`] if lengths are inconsistent, a number is not finite, a kernel parameter or scale is not
     /// positive, or a kernel matrix is singular.
     pub fn from_parts(parts: GpdmParts) -> Result<Self, PartsError> {
         let frames = checked_frames(&parts.layout)?;
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_put_together_again_predicts_the_same_bits() {
+    fn a_reassembled_model_predicts_the_same_bits() {
         for order in [DynamicsOrder::First, DynamicsOrder::Second] {
             let model = model(order);
             let again = Gpdm::from_parts(model.to_parts()).unwrap();
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_make_no_model_are_refused_by_name() {
+    fn invalid_numbers_are_refused_by_name() {
         let parts = model(DynamicsOrder::First).to_parts();
         type PartsFault<'a> = (&'a str, &'a dyn Fn(&mut GpdmParts));
         let broken: [PartsFault<'_>; 9] = [

@@ -1,8 +1,8 @@
-//! Cholesky factor of a kernel matrix, with what a Gaussian process asks of it.
+//! Cholesky factor of a kernel matrix, with the operations required by a Gaussian process.
 //!
-//! The inverse `L^-1` of the factor is worked out while the matrix is factored, by the same row operations: blocks of a
-//! few dozen columns, and between them products of large matrices, which is where a processor is fast. All that follows
-//! is products with `L^-1`.
+//! The inverse `L^-1` of the factor is computed while the matrix is factored, by the same row operations: blocks of a
+//! few dozen columns, with products of large matrices between them, which are fast on modern processors. Everything
+//! else is computed by products with `L^-1`.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -13,24 +13,24 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use crate::simd::{Dispatched, add_scaled, dispatch, dot};
 
-/// Columns that are factored at once.
+/// Number of columns factored at once.
 const BLOCK: usize = 32;
 
-/// Rows of `L^-1` that are multiplied at once.
+/// Number of rows of `L^-1` multiplied at once.
 const PANEL: usize = 48;
 
 /// A symmetric positive definite matrix `K = L L^T`, and memory to factor others of its size.
 #[derive(Debug)]
 pub(super) struct PositiveDefinite {
-    /// `L^-1`, zero above the diagonal. While it comes to be: as far as blocks are done, and below them what the row
-    /// operations have made of the unit matrix.
+    /// `L^-1`, zero above the diagonal. During factorisation: final in the completed blocks; below them, the unit
+    /// matrix after the row operations so far.
     inverse_factor: Mat<f64>,
     log_determinant: f64,
-    /// What is left of the matrix while it is factored, lower triangle, right and below of the blocks that are done.
+    /// The remaining matrix during factorisation, lower triangle, to the right and below the completed blocks.
     left: Mat<f64>,
     /// A block column of `L` below its diagonal block.
     panel: Mat<f64>,
-    /// A block row of `L^-1` left of its diagonal block.
+    /// A block row of `L^-1` to the left of its diagonal block.
     rows: Mat<f64>,
 }
 
@@ -49,15 +49,15 @@ impl PositiveDefinite {
         }
     }
 
-    /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` where it is
-    /// not positive definite even with a jitter of 1e-4 of its mean diagonal.
+    /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` if it is not
+    /// positive definite even with a jitter of 1e-4 of its mean diagonal.
     pub(super) fn factor(matrix: MatRef<'_, f64>, ridge: f64) -> Option<Self> {
         let mut factor = Self::identity(matrix.nrows());
-        factor.become_factor_of(matrix, ridge).then_some(factor)
+        factor.factor_in_place(matrix, ridge).then_some(factor)
     }
 
-    /// As [`Self::factor`] in the memory of this one, for a matrix of the same size; whether there is a factor.
-    pub(super) fn become_factor_of(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
+    /// As [`Self::factor`], reusing this object's memory for a matrix of the same size; returns whether it succeeded.
+    pub(super) fn factor_in_place(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
         let n = matrix.nrows();
         let mean_diagonal = ridge + (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
         mean_diagonal.is_finite()
@@ -70,7 +70,7 @@ impl PositiveDefinite {
             })
     }
 
-    /// The same without the memory in which further matrices would be factored.
+    /// The same without the memory for factoring further matrices.
     pub(super) fn without_workspace(self) -> Self {
         Self { left: Mat::new(), panel: Mat::new(), rows: Mat::new(), ..self }
     }
@@ -80,7 +80,7 @@ impl PositiveDefinite {
         self.log_determinant
     }
 
-    /// Writes the lower triangle of `weight K^-1`; above the diagonal stands zero.
+    /// Writes the lower triangle of `weight K^-1`, with zeros above the diagonal.
     pub(super) fn inverse_lower(&self, weight: f64, inverse: &mut Mat<f64>) {
         inverse.fill(0.0);
         for (first, end) in blocks(self.inverse_factor.nrows(), PANEL) {
@@ -139,7 +139,7 @@ impl PositiveDefinite {
             && self.log_determinant.is_finite()
     }
 
-    /// Eliminates the columns `first .. end`; `false` where a pivot is not positive.
+    /// Eliminates the columns `first .. end`; returns `false` if a pivot is not positive.
     ///
     /// Invariant, before and after every block, with `k` columns done: `left` from `(k, k)` on is the Schur complement
     /// of the done columns in `K`; the first `k` rows of `inverse_factor` are those of `L^-1`; its rows below are the
@@ -155,8 +155,8 @@ impl PositiveDefinite {
         let block = self.left.get(first..end, first..end);
         self.log_determinant += 2.0 * (0..size).map(|i| block[(i, i)].ln()).sum::<f64>();
         let block_inverse = inverse_of_lower(block);
-        // rows of `L^-1`: what elimination has left in them, times `L_A^-1`; by way of `rows`, because a product cannot
-        // be written over its own factor
+        // rows of `L^-1`: their values after elimination, times `L_A^-1`; stored in `rows` first, because a product
+        // cannot overwrite its own factor
         let mut rows = self.rows.get_mut(..size, ..first);
         matmul(
             rows.rb_mut(),
@@ -176,7 +176,7 @@ impl PositiveDefinite {
         let below = self.left.get(end.., first..end);
         matmul(panel.rb_mut(), Accum::Replace, below, block_inverse.transpose(), 1.0, Par::Seq);
         let panel = self.panel.get(..n - end, ..size);
-        // `C - P P^T`: its lower triangle, as only that is read again
+        // `C - P P^T`: its lower triangle, because only that is read again
         triangular_matmul(
             self.left.get_mut(end.., end..),
             BlockStructure::TriangularLower,
@@ -188,7 +188,7 @@ impl PositiveDefinite {
             -1.0,
             Par::Seq,
         );
-        // the row operations, done to the unit matrix: rows below lose `P` times the rows just finished
+        // the row operations on the unit matrix: rows below lose `P` times the rows just finished
         let (above, below) = self.inverse_factor.split_at_row_mut(end);
         let done = above.as_ref().get(first..end, ..end);
         matmul(below.get_mut(.., ..end), Accum::Add, panel, done, -1.0, Par::Seq);
@@ -196,12 +196,12 @@ impl PositiveDefinite {
     }
 }
 
-/// The square of the length of every column.
+/// The squared length of every column.
 pub(super) fn squares_of_columns(columns: &Mat<f64>) -> impl Iterator<Item = f64> + '_ {
     (0..columns.ncols()).map(|j| dot(columns.col_as_slice(j), columns.col_as_slice(j)))
 }
 
-/// First and end of every block of at most `size`.
+/// Start and end of every block of at most `size`.
 fn blocks(n: usize, size: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).step_by(size).map(move |first| (first, (first + size).min(n)))
 }
@@ -216,7 +216,7 @@ fn inverse_of_lower(lower: MatRef<'_, f64>) -> Mat<f64> {
 
 struct ForwardSubstitution<'a> {
     lower: &'a Mat<f64>,
-    /// The unit matrix, to become the inverse.
+    /// The unit matrix, overwritten with the inverse.
     columns: &'a mut Mat<f64>,
 }
 
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ridge_is_as_if_it_stood_in_the_matrix() {
+    fn a_ridge_is_equivalent_to_a_larger_diagonal() {
         let matrix = example(60);
         let ridged = Mat::from_fn(60, 60, |i, j| matrix[(i, j)] + if i == j { 0.25 } else { 0.0 });
         let (a, b) = (PositiveDefinite::factor(matrix.as_ref(), 0.25), PositiveDefinite::factor(ridged.as_ref(), 0.0));
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn log_determinant_is_that_of_the_expansion_by_hand() {
+    fn log_determinant_matches_the_expansion_by_hand() {
         let matrix = Mat::from_fn(3, 3, |i, j| [[4.0, 2.0, 0.6], [2.0, 3.0, 0.4], [0.6, 0.4, 2.0]][i][j]);
         let by_hand: f64 = 4.0 * (3.0 * 2.0 - 0.16) - 2.0 * (2.0 * 2.0 - 0.4 * 0.6) + 0.6 * (2.0 * 0.4 - 3.0 * 0.6);
         let factor = PositiveDefinite::factor(matrix.as_ref(), 0.0).unwrap();
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_is_factored_with_jitter_and_an_indefinite_one_refused() {
+    fn a_singular_matrix_is_factored_with_jitter_and_an_indefinite_one_is_refused() {
         let factor = |n: usize, value: &dyn Fn(usize, usize) -> f64| {
             PositiveDefinite::factor(Mat::from_fn(n, n, value).as_ref(), 0.0)
         };
@@ -302,7 +302,7 @@ mod tests {
             assert!(factor(n, &|_, _| 1.0).is_some());
             assert!(factor(n, &|i, j| if i == j { 1.0 } else { 3.0 }).is_none());
             assert!(factor(n, &|_, _| f64::NAN).is_none());
-            // finite on the diagonal, but not where only the second block looks
+            // finite on the diagonal, but not in an entry read only by the second block
             assert!(
                 factor(n, &|i, j| if i == j {
                     1.0

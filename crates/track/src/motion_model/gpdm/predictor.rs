@@ -1,4 +1,4 @@
-//! A Gaussian process that has seen its data: means and explained variances at many points.
+//! A Gaussian process conditioned on its data: means and explained variances at many points.
 
 use std::sync::Arc;
 
@@ -7,31 +7,31 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::positive_definite::{PositiveDefinite, squares_of_columns};
 
-/// Points that are worked on at once: their covariances with the training points stay in the processor's cache, and
-/// memory for them is got once.
+/// Number of points processed at once: their covariances with the training points stay in the processor's cache, and
+/// memory is allocated once.
 const BATCH: usize = 64;
 
 /// `K^-1 Y` and the factor of `K`.
 #[derive(Clone, Debug)]
 pub(super) struct Predictor {
-    /// One row a training point.
+    /// One row per training point.
     weights: Mat<f64>,
     factor: Arc<PositiveDefinite>,
 }
 
 impl Predictor {
-    /// For the factor of the training points' covariance and their values `Y`, one row a point.
+    /// From the factor of the training points' covariance and their values `Y`, one row per point.
     pub(super) fn new(factor: PositiveDefinite, values: MatRef<'_, f64>) -> Self {
         Self { weights: factor.solve(values), factor: factor.without_workspace().into() }
     }
 
-    /// Means, one row a point. `cross` writes the covariances of all training points (rows) with the points it is given
+    /// Means, one row per point. `cross` writes the covariances of all training points (rows) with the given points
     /// (columns).
     pub(super) fn mean(&self, points: MatRef<'_, f64>, cross: impl Fn(MatRef<'_, f64>, &mut Mat<f64>)) -> Mat<f64> {
         self.in_batches(points, cross, |_| ())
     }
 
-    /// The same, and how much of each point's variance the training points explain: `k^T K^-1 k`.
+    /// As [`Self::mean`], with the variance of each point explained by the training points: `k^T K^-1 k`.
     pub(super) fn mean_and_explained(
         &self,
         points: MatRef<'_, f64>,
@@ -48,7 +48,7 @@ impl Predictor {
         (mean, explained)
     }
 
-    /// Means; `also` is handed the covariances of every batch.
+    /// Means; `also` is called with the covariances of every batch.
     fn in_batches(
         &self,
         points: MatRef<'_, f64>,

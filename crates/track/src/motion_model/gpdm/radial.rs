@@ -19,7 +19,7 @@ struct RadialKernel<'a> {
     inverse_width: f64,
     a: &'a Mat<f64>,
     b: MatRef<'a, f64>,
-    /// Whether only rows from the diagonal on are wanted.
+    /// Whether only rows from the diagonal on are needed.
     lower: bool,
     values: &'a mut Mat<f64>,
 }
@@ -47,7 +47,7 @@ impl Dispatched for RadialKernel<'_> {
     }
 }
 
-/// What a derivative by a kernel matrix comes to by way of a radial kernel.
+/// The gradients through a radial kernel, given the derivative by the kernel matrix.
 pub(super) struct RadialGradient {
     /// By the inputs, `-2 width (diag(S 1) X - S X)`.
     pub(super) inputs: Mat<f64>,
@@ -62,7 +62,7 @@ pub(super) struct RadialGradient {
 pub(super) fn radial_gradient(g: &Mat<f64>, r: &Mat<f64>, inverse_width: f64, x: &Mat<f64>) -> RadialGradient {
     let (n, d) = (x.nrows(), x.ncols());
     let mut products = Products { sx: Mat::zeros(n, d), sums: vec![0.0; n] };
-    dispatch(Weighing { g, r, x, column: &mut vec![0.0; n], products: &mut products });
+    dispatch(WeightedProducts { g, r, x, column: &mut vec![0.0; n], products: &mut products });
     let Products { sx: mut inputs, sums } = products;
     for c in 0..d {
         let column = inputs.col_as_slice_mut(c).iter_mut().zip(x.col_as_slice(c)).zip(&sums);
@@ -79,16 +79,16 @@ struct Products {
     sums: Vec<f64>,
 }
 
-struct Weighing<'a> {
+struct WeightedProducts<'a> {
     g: &'a Mat<f64>,
     r: &'a Mat<f64>,
     x: &'a Mat<f64>,
-    /// Room for a column of `S`.
+    /// Memory for a column of `S`.
     column: &'a mut [f64],
     products: &'a mut Products,
 }
 
-impl Dispatched for Weighing<'_> {
+impl Dispatched for WeightedProducts<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -111,14 +111,14 @@ impl Dispatched for Weighing<'_> {
     }
 }
 
-/// Adds what one column of a symmetric matrix, from its diagonal down, does to the product with `x`.
+/// Adds the contribution of one column of a symmetric matrix, from its diagonal down, to the product with `x`.
 #[inline(always)]
 fn add_symmetric_column(diagonal: f64, below: &[f64], x: &[f64], product: &mut [f64]) {
     product[0] += diagonal * x[0] + dot(below, &x[1..]);
     add_scaled(&mut product[1..], x[0], below);
 }
 
-/// `S X` for the symmetric `S` of which the lower triangle is given.
+/// `S X` for the symmetric `S` with the given lower triangle.
 pub(super) fn symmetric_times(s: &Mat<f64>, x: &Mat<f64>) -> Mat<f64> {
     let mut product = Mat::zeros(x.nrows(), x.ncols());
     dispatch(SymmetricProduct { s, x, product: &mut product });
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lower_triangle_is_that_of_all_values_and_products_are_those_of_the_whole_matrix() {
+    fn lower_triangles_and_symmetric_products_agree_with_whole_matrices() {
         let x = Mat::from_fn(21, 3, |i, c| ((i * (c + 2)) as f64 * 0.31).sin());
         let (mut lower, mut all) = (Mat::zeros(21, 21), Mat::from_fn(21, 21, |_, _| f64::NAN));
         radial_lower(0.7, 1.3, &x, &mut lower);

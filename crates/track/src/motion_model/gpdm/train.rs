@@ -1,4 +1,5 @@
-//! Learning a GPDM: whitened principal components as first latents, then `W` in closed form and L-BFGS in turn.
+//! Learning a GPDM: initial latents from whitened principal components, then the closed form of `W` and L-BFGS in
+//! turn.
 
 use faer::{Mat, MatRef};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -10,27 +11,27 @@ use super::objective::{Objective, Parameters, SCALE_PRIOR_VARIANCE};
 use super::positive_definite::PositiveDefinite;
 use crate::motion_model::lbfgs::{LbfgsOptions, minimise};
 
-/// Bounds on every kernel parameter: the 1/theta prior alone would let an amplitude run to zero for ever.
+/// Bounds on every kernel parameter: with the 1/theta prior alone, an amplitude could approach zero indefinitely.
 const KERNEL_BOUNDS: [f64; 2] = [1e-6, 1e6];
 
-/// Most frames of one model: two kernel matrices of their square are held, half a gigabyte each.
+/// Greatest number of frames of one model: two kernel matrices of this size are held, half a gigabyte each.
 pub(super) const MOST_FRAMES: usize = 8192;
 
-/// How a GPDM is learned.
+/// Settings for learning a GPDM.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingOptions {
-    /// Dimensions of the latent space, d. 3 in all of the literature that this follows.
+    /// Dimensions of the latent space, d; 3 in all of the literature followed here.
     pub latent_dimensions: usize,
     /// Order of the dynamics. `[GPDM graph]` assumes the first.
     pub order: DynamicsOrder,
-    /// Whether the dynamics predicts steps in place of points.
+    /// Whether the dynamics predicts steps instead of points.
     pub delta: bool,
     /// Weight of the dynamics in the loss: 1 is the plain GPDM; `None` is the balanced GPDM's D/d.
     pub balance: Option<f64>,
-    /// Rounds of (scales in closed form, then L-BFGS).
+    /// Number of rounds of closed-form scales followed by L-BFGS.
     pub rounds: usize,
-    /// L-BFGS iterations a round.
+    /// L-BFGS iterations per round.
     pub iterations: usize,
 }
 
@@ -55,27 +56,29 @@ pub enum GpdmError {
     TooShort {
         /// Its length.
         frames: usize,
-        /// The least length.
+        /// Least length.
         needed: usize,
     },
     /// More frames than one model can hold.
-    #[error("{frames} frames for one model, more than {most}: train a graph, or use fewer frames")]
+    #[error(
+        "{frames} training frames are too many for one model; expected at most {most}: train a graph, or use fewer frames"
+    )]
     TooLong {
-        /// Frames of all sequences.
+        /// Number of frames of all sequences.
         frames: usize,
-        /// The most.
+        /// Greatest number of frames.
         most: usize,
     },
-    /// The rows of the observations are not those of the sequences.
-    #[error("{rows} rows of observations for sequences of {frames} frames in all")]
+    /// The number of observations does not match the sequences.
+    #[error("{rows} observation rows do not match sequences of {frames} frames in total")]
     Rows {
-        /// Rows.
+        /// Number of rows.
         rows: usize,
-        /// Frames.
+        /// Number of frames.
         frames: usize,
     },
     /// NaN or infinity among the observations.
-    #[error("frame {frame}, dimension {dimension} of the training observations is not a finite number")]
+    #[error("training frame {frame}, dimension {dimension}: the observation is not finite")]
     NotFinite {
         /// Row.
         frame: usize,
@@ -88,37 +91,37 @@ pub enum GpdmError {
         a motion with more variation"
     )]
     Constant {
-        /// Dimensions that vary.
+        /// Number of varying dimensions.
         varying: usize,
-        /// Latent dimensions.
+        /// Number of latent dimensions.
         latent: usize,
     },
-    /// A kernel matrix could not be factored however much jitter was added.
+    /// A kernel matrix could not be factored even with the greatest jitter.
     #[error("the kernel matrix of the training motion is singular: check for repeated frames")]
     Singular,
-    /// The observer stopped the work.
+    /// The progress callback stopped the work.
     #[error("learning was interrupted")]
     Interrupted,
 }
 
-/// How far the learning of one model is.
+/// Progress of learning one model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
-    /// Rounds done, from 1.
+    /// Number of completed rounds.
     pub number: usize,
-    /// Negative logarithm of the posterior after it, up to a constant.
+    /// Negative log posterior after it, up to a constant.
     pub loss: f64,
 }
 
-/// Learns a GPDM of `observations` (N x D, rows of all sequences one after another).
+/// Learns a GPDM of `observations` (N x D, the rows of all sequences one after another).
 ///
 /// # Errors
-/// [`GpdmError`] where the sequences are too short, not finite or hardly vary.
+/// [`GpdmError`] if the sequences are too short, not finite or hardly vary.
 pub fn train(observations: MatRef<'_, f64>, lengths: &[usize], options: &TrainingOptions) -> Result<Gpdm, GpdmError> {
     train_watched(observations, lengths, options, &mut |_| true)
 }
 
-/// As [`train`]; `keep_on` hears of every round and ends the work when it answers `false`.
+/// As [`train`]; `should_continue` is called after every round and ends the work by returning `false`.
 ///
 /// # Errors
 /// As [`train`], and [`GpdmError::Interrupted`].
@@ -126,7 +129,7 @@ pub fn train_watched(
     observations: MatRef<'_, f64>,
     lengths: &[usize],
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(Round) -> bool,
+    should_continue: &mut dyn FnMut(Round) -> bool,
 ) -> Result<Gpdm, GpdmError> {
     let layout = SequenceLayout { order: options.order, delta: options.delta, lengths: lengths.to_vec() };
     let mean = checked_mean(observations, &layout, options.latent_dimensions)?;
@@ -141,7 +144,7 @@ pub fn train_watched(
             noise_precision: std::f64::consts::E,
         },
     };
-    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options, keep_on)?;
+    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options, should_continue)?;
     Gpdm::assemble(mean, centred, scales, parameters, layout).ok_or(GpdmError::Singular)
 }
 
@@ -150,7 +153,7 @@ fn descend(
     layout: &SequenceLayout,
     start: Parameters,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(Round) -> bool,
+    should_continue: &mut dyn FnMut(Round) -> bool,
 ) -> Result<(Parameters, Vec<f64>), GpdmError> {
     let d = options.latent_dimensions;
     let balance = options.balance.unwrap_or(centred.ncols() as f64 / d as f64);
@@ -173,7 +176,7 @@ fn descend(
             &lbfgs,
         );
         parameters = Parameters::unpack(&theta, d);
-        if !keep_on(Round { number, loss: value }) {
+        if !should_continue(Round { number, loss: value }) {
             return Err(GpdmError::Interrupted);
         }
         if (previous - value).abs() < 1e-4 * value.abs() {
@@ -185,7 +188,7 @@ fn descend(
     Ok((parameters, scales))
 }
 
-/// `w_d^2 = N / (x_d^T K_X^-1 x_d + kappa^-2)`: where the loss is least for given latents.
+/// `w_d^2 = N / (x_d^T K_X^-1 x_d + kappa^-2)`: minimises the loss for given latents.
 fn closed_form_scales(centred: MatRef<'_, f64>, parameters: &Parameters) -> Result<Vec<f64>, GpdmError> {
     let z = &parameters.latents;
     let mut covariance = Mat::zeros(z.nrows(), z.nrows());
@@ -256,7 +259,7 @@ fn whitened_components(centred: &Mat<f64>, d: usize) -> Result<Mat<f64>, GpdmErr
 mod tests {
     use super::*;
 
-    /// Two cycles of a motion whose twelve channels follow a loop.
+    /// Two cycles of a motion with twelve channels along a loop.
     pub(super) fn cycles(frames: usize) -> Mat<f64> {
         Mat::from_fn(frames, 12, |i, j| {
             let phase = i as f64 * std::f64::consts::TAU / 30.0;
@@ -277,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closed_form_of_the_scales_is_where_the_loss_is_least() {
+    fn closed_form_scales_minimise_the_loss() {
         let x = cycles(20);
         let parameters = Parameters {
             latents: whitened_components(&x, 3).unwrap(),
@@ -302,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn motions_that_cannot_be_learned_are_refused_with_the_reason() {
+    fn unsuitable_motions_are_refused_with_the_reason() {
         let options = TrainingOptions::default();
         let x = cycles(40);
         assert_eq!(
@@ -321,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn learning_stops_after_the_round_in_which_it_is_told_to() {
+    fn learning_stops_after_the_round_in_which_it_is_interrupted() {
         let x = cycles(30);
         let mut heard = Vec::new();
         let mut twice = |round: Round| {
@@ -334,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn duplicate_frames_are_learned_all_the_same() {
+    fn duplicate_frames_can_be_learned() {
         let x = cycles(30);
         let doubled = Mat::from_fn(60, 12, |i, j| x[(i / 2, j)]);
         train(doubled.as_ref(), &[60], &TrainingOptions { rounds: 2, ..TrainingOptions::default() }).unwrap();

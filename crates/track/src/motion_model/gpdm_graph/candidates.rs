@@ -1,15 +1,15 @@
-//! Where a motion may turn into another: turning points of the body, found without labels.
+//! Candidates for transitions between motions: turning points of the body, found without labels.
 
 use nalgebra::{DMatrix, Point3};
 use serde::{Deserialize, Serialize};
 
-/// From one window's start to the next's, and the length of a window of the short-term PCA, seconds.
+/// Distance between the starts of consecutive windows of the short-term PCA, and length of a window, seconds.
 const HOP_S: f64 = 0.25;
 const WINDOW_S: f64 = 1.0;
 /// Least time between turning points, and from the ends of the motion, seconds.
 const SEPARATION_S: f64 = 0.1;
 
-/// What finds inter-transition candidates in a motion: moments at which it turns.
+/// Method of finding inter-transition candidates in a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
@@ -18,7 +18,7 @@ pub enum Detector {
     ShortTermPca,
     /// Local minima of the mean speed of the joints: moments of rest.
     SpeedMinima,
-    /// Every frame but the ends.
+    /// Every frame except the ends.
     EveryFrame,
 }
 
@@ -29,15 +29,15 @@ impl Detector {
         match self {
             Self::ShortTermPca => turns_of_pca(positions, frames_per_second),
             Self::SpeedMinima => speed_minima(positions, frames_per_second),
-            // Nothing precedes or follows the ends. Turning points are few, and a particle meets one that moves as it
-            // does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in
-            // [GPDM graph].
+            // Nothing precedes or follows the ends. Turning points are few, and a particle rarely meets one with a
+            // similar motion; with every frame as a candidate, only the jump rule decides how similar poses and
+            // velocities must be. Not in [GPDM graph].
             Self::EveryFrame => (1..positions.len().saturating_sub(1)).collect(),
         }
     }
 
-    /// Its name for people.
-    pub fn in_words(self) -> &'static str {
+    /// Name in reports.
+    pub fn describe(self) -> &'static str {
         match self {
             Self::ShortTermPca => "short term pca",
             Self::SpeedMinima => "speed minima",
@@ -46,12 +46,12 @@ impl Detector {
     }
 }
 
-/// Peaks and valleys of the first principal component in a sliding window (short-term PCA, as `[GPDM graph]` section
-/// 3.2 sketches).
+/// Peaks and valleys of the first principal component in a sliding window (short-term PCA, as sketched in `[GPDM
+/// graph]` section 3.2).
 ///
-/// `[GPDM graph]` leaves window and smoothing open. Here: within each window the leading right singular vector, its
-/// sign kept from window to window; the coordinates, centred per window, averaged where windows overlap; smoothed;
-/// local extrema at least [`SEPARATION_S`] apart.
+/// `[GPDM graph]` does not define window and smoothing. Here: within each window the leading right singular vector,
+/// with a consistent sign between windows; the coordinates, centred per window, averaged where windows overlap;
+/// smoothed; local extrema at least [`SEPARATION_S`] apart.
 fn turns_of_pca(positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
     let coordinate = smoothed(&leading_coordinate(positions, frames_per_second));
     let turns = |t: &usize| {
@@ -127,7 +127,7 @@ fn leading_component(window: &[Vec<Point3<f64>>], previous: Option<&[f64]>) -> (
     (component, coordinates)
 }
 
-/// Five-tap Hann smoothing, the ends repeated.
+/// Five-tap Hann smoothing with repeated ends.
 fn smoothed(values: &[f64]) -> Vec<f64> {
     const TAPS: [f64; 5] = [1.0 / 12.0, 3.0 / 12.0, 4.0 / 12.0, 3.0 / 12.0, 1.0 / 12.0];
     let at = |t: isize| values[t.clamp(0, values.len() as isize - 1) as usize];
@@ -150,7 +150,7 @@ fn spaced(found: impl Iterator<Item = usize>, values: &[f64], frames_per_second:
 mod tests {
     use super::*;
 
-    /// Two joints that swing along a line with a period of 60 frames: it turns at 15, 45, 75, ...
+    /// Two joints that swing along a line with a period of 60 frames, with turning points at 15, 45, 75, ...
     fn swing(frames: usize) -> Vec<Vec<Point3<f64>>> {
         (0..frames)
             .map(|t| {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn both_detectors_find_where_a_swing_turns() {
+    fn both_detectors_find_the_turning_points_of_a_swing() {
         for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
             let found = detector.detect(&swing(240), 60.0);
             let expected: Vec<usize> = (0..8).map(|k| 15 + 30 * k).collect();
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn every_frame_between_the_ends_is_a_candidate_and_holds_those_of_the_others() {
+    fn every_frame_between_the_ends_is_a_candidate_including_those_of_other_detectors() {
         let every = Detector::EveryFrame;
         for frames in 0..3 {
             assert!(every.detect(&swing(frames), 60.0).is_empty(), "{frames} frames");

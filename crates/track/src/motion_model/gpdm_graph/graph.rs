@@ -1,4 +1,4 @@
-//! A learned graph: its models, where they came from and where they may turn into each other.
+//! A learned graph: its models, their training frames and the transitions between them.
 
 use std::ops::Range;
 
@@ -9,22 +9,22 @@ use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
-/// How a graph is learned.
+/// Settings for learning a graph.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GraphSettings {
     /// Length of a clip, seconds. `[GPDM graph]`: "60 frames or 0.5 s".
     pub clip_s: f64,
-    /// TH of Table 1 of `[GPDM graph]` per anatomical joint, rad^2: `[GPDM graph]`'s 1.0 over the 13 joints of a CMU
+    /// TH of Table 1 of `[GPDM graph]` per anatomical joint, rad^2: the paper's 1.0 divided by the 13 joints of a CMU
     /// body.
     pub threshold_per_joint: f64,
-    /// What finds the moments at which the motion may turn into another.
+    /// Method of finding the candidates for transitions.
     pub detector: Detector,
-    /// How each model is learned.
+    /// Settings for learning each model.
     pub training: TrainingOptions,
-    /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
+    /// Whether to learn one model of each whole motion instead of segments: the original GPDM.
     pub single: bool,
-    /// Whether to learn one model of all motions together, none of which leads into another. Not for model files.
+    /// Whether to learn one model of all motions together, without transitions between them. Not for model files.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub joint: bool,
 }
@@ -42,17 +42,17 @@ impl Default for GraphSettings {
     }
 }
 
-/// What kind of model settings ask for.
+/// Kind of model selected by the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelKind {
     /// The original GPDM: no segments, no candidates.
     Gpdm,
-    /// A graph of GPDMs, one of each segment.
+    /// A graph of GPDMs, one per segment.
     GpdmGraph,
 }
 
 impl ModelKind {
-    /// Its name, as `skiagraph train --model` spells it.
+    /// Its name for `skiagraph train --model`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gpdm => "gpdm",
@@ -67,7 +67,7 @@ impl GraphSettings {
         Self { single: kind == ModelKind::Gpdm, ..Self::default() }
     }
 
-    /// What kind of model they ask for.
+    /// The kind of model selected by these settings.
     pub fn kind(&self) -> ModelKind {
         if self.single { ModelKind::Gpdm } else { ModelKind::GpdmGraph }
     }
@@ -87,8 +87,8 @@ pub struct SegmentRange {
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphSegment {
-    /// The training frames that it was learned from; of a model of several motions those of the first, the others
-    /// follow whole.
+    /// The training frames from which it was learned; for a model of several motions those of the first, followed by
+    /// the others as a whole.
     pub range: SegmentRange,
     /// The model.
     pub gpdm: Gpdm,
@@ -99,12 +99,12 @@ pub struct GraphSegment {
 }
 
 impl GraphSegment {
-    /// The rows of the motion that a row belongs to: what is next to each other elsewhere does not follow each other.
+    /// The rows of the motion that contains a row: adjacent rows of different motions are not consecutive in time.
     pub fn sequence_of(&self, row: usize) -> Range<usize> {
         self.sequences().find(|rows| rows.contains(&row)).unwrap_or(0..self.rotations.len())
     }
 
-    /// The training motion and its frame that a row was learned from.
+    /// The training motion and frame of a row.
     pub fn source_of(&self, row: usize) -> (usize, usize) {
         let index = self.sequences().position(|rows| rows.contains(&row)).unwrap_or(0);
         let first = if index == 0 { self.range.first } else { 0 };
@@ -118,10 +118,10 @@ impl GraphSegment {
     }
 }
 
-/// A moment at which the motion may turn into another (`[GPDM graph]`'s `b_i`).
+/// A moment at which the motion may change into another (`b_i` in `[GPDM graph]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Candidate {
-    /// Index of the model, `[GPDM graph]`'s `k`.
+    /// Index of the model, `k` in `[GPDM graph]`.
     pub segment: usize,
     /// Row of that model's latents.
     pub row: usize,
@@ -130,7 +130,7 @@ pub struct Candidate {
 /// GPDMs joined into a graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpdmGraph {
-    /// How poses are written as observation vectors.
+    /// Conversion of poses to observation vectors.
     pub chart: PoseChart,
     /// Frames a second of the training motions.
     pub frames_per_second: f64,
@@ -144,7 +144,7 @@ pub struct GpdmGraph {
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
     /// No training motion.
-    #[error("no training motion: at least one is needed")]
+    #[error("there is no training motion; at least one is required")]
     NoMotion,
     /// A motion shorter than a clip.
     #[error(
@@ -154,31 +154,31 @@ pub enum GraphError {
     ShorterThanClip {
         /// Index of the motion.
         motion: usize,
-        /// Its frames.
+        /// Its number of frames.
         frames: usize,
-        /// Frames of a clip.
+        /// Number of frames of a clip.
         clip: usize,
     },
-    /// Motions of several rates.
+    /// Motions with different frame rates.
     #[error("training motions at {first} and {other} frames a second: resample them to one rate")]
     Rates {
-        /// Of the first.
+        /// Rate of the first.
         first: f64,
-        /// Of another.
+        /// Rate of another.
         other: f64,
     },
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// Segments that were learned before are not the beginning of these motions.
+    /// Previously learned segments are not the beginning of these motions.
     #[error("the saved segments do not belong to these training motions: train again")]
     OtherSegments,
     /// A model could not be learned.
     #[error("frames {} to {} (from 0) of training motion {}: {source}", range.first, range.end, range.motion)]
     Model {
-        /// Where.
+        /// Training frames.
         range: SegmentRange,
-        /// Why.
+        /// The reason.
         source: GpdmError,
     },
 }
@@ -196,7 +196,7 @@ impl GpdmGraph {
         self.segments.iter().enumerate().find_map(located)
     }
 
-    /// The model that continues segment `segment` in its recording.
+    /// The model that follows segment `segment` in its recording.
     pub fn successor(&self, segment: usize) -> Option<usize> {
         let (this, next) = (&self.segments[segment].range, self.segments.get(segment + 1)?);
         (next.range.motion == this.motion && next.range.first == this.end).then_some(segment + 1)
@@ -208,7 +208,7 @@ impl GpdmGraph {
         errors().sum::<f64>() / errors().count().max(1) as f64
     }
 
-    /// The training frame most like a pose: `(segment, row, distance)`.
+    /// The training frame most similar to a pose: `(segment, row, distance)`.
     pub fn nearest(&self, rotations: &[UnitQuaternion<f64>]) -> Option<(usize, usize, f64)> {
         self.segments
             .iter()

@@ -1,4 +1,4 @@
-//! Learning a graph segment by segment, so that the work can be watched, stopped and taken up again.
+//! Learning a graph segment by segment, so that the work can be monitored, stopped and resumed.
 
 use nalgebra::Point3;
 
@@ -32,10 +32,10 @@ pub struct GraphLearner<'a> {
 }
 
 impl<'a> GraphLearner<'a> {
-    /// A graph of `body`'s motions, nothing learned yet.
+    /// A learner for a graph of `body`'s motions.
     ///
     /// # Errors
-    /// [`GraphError`] where settings are out of range or a motion is too short.
+    /// [`GraphError`] if settings are out of range or a motion is too short.
     pub fn new(body: &'a Humanoid, motions: &'a [Motion], settings: &'a GraphSettings) -> Result<Self, GraphError> {
         let (frames_per_second, clip) = checked(motions, settings)?;
         let chart = PoseChart::learn(body, motions);
@@ -50,10 +50,10 @@ impl<'a> GraphLearner<'a> {
         Ok(Self { body, motions, settings, training, clip, threshold, graph })
     }
 
-    /// Takes up where another learner of the same motions and settings was stopped.
+    /// Resumes the work of another learner with the same motions and settings.
     ///
     /// # Errors
-    /// [`GraphError::OtherSegments`] where `finished` are not the first segments of these motions.
+    /// [`GraphError::OtherSegments`] if `finished` are not the first segments of these motions.
     pub fn resume(mut self, finished: Vec<GraphSegment>) -> Result<Self, GraphError> {
         for segment in finished {
             let SegmentRange { motion, first, end } = segment.range;
@@ -66,41 +66,41 @@ impl<'a> GraphLearner<'a> {
         Ok(self)
     }
 
-    /// What is learned so far; no candidates yet.
+    /// The graph learned so far, without candidates.
     pub fn graph(&self) -> &GpdmGraph {
         &self.graph
     }
 
-    /// Training frames that have their model.
+    /// Number of training frames that belong to a learned model.
     pub fn frames_done(&self) -> usize {
         self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
-    /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model
-    /// that is tried, and ends the work when it answers `false`.
+    /// Learns the next segment; `None` when all frames belong to a model. `should_continue` is called after every
+    /// round of every model that is tried, and ends the work by returning `false`.
     ///
     /// # Errors
-    /// [`GraphError::Model`] where the segment cannot be learned or the work was ended.
+    /// [`GraphError::Model`] if the segment cannot be learned or the work was interrupted.
     pub fn grow(
         &mut self,
-        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+        should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&GraphSegment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
         let (training, chart, options) = (&self.training[index], &self.graph.chart, &self.settings.training);
         let end = self.motions[index].poses.len();
         let learned = if self.settings.joint {
-            learn_jointly(&self.training, chart, options, keep_on)
+            learn_jointly(&self.training, chart, options, should_continue)
         } else if self.settings.single {
-            learn(training, chart, first, end, options, keep_on)
+            learn(training, chart, first, end, options, should_continue)
         } else {
-            grow_segment(training, chart, first, self.clip, self.threshold, options, keep_on)
+            grow_segment(training, chart, first, self.clip, self.threshold, options, should_continue)
         };
         let range = SegmentRange { motion: index, first, end };
         self.graph.segments.push(learned.map_err(|source| GraphError::Model { range, source })?);
         Ok(self.graph.segments.last())
     }
 
-    /// The graph of what was learned, its inter-transition candidates found.
+    /// Finds the inter-transition candidates and returns the graph.
     pub fn finish(mut self) -> GpdmGraph {
         let detector = self.settings.detector;
         for (index, motion) in self.motions.iter().enumerate() {
@@ -111,7 +111,7 @@ impl<'a> GraphLearner<'a> {
         self.graph
     }
 
-    /// Motion and frame that the next segment begins with.
+    /// Motion and first frame of the next segment.
     fn next_frame(&self) -> Option<(usize, usize)> {
         let Some(SegmentRange { motion, end, .. }) = self.graph.segments.last().map(|s| s.range) else {
             return Some((0, 0));
@@ -130,7 +130,7 @@ impl GpdmGraph {
     /// Learns a graph of `body`'s motions; [`GraphLearner`] does the same step by step.
     ///
     /// # Errors
-    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
+    /// [`GraphError`] if settings are out of range or the motions are too short, not finite or hardly vary.
     pub fn learn(body: &Humanoid, motions: &[Motion], settings: &GraphSettings) -> Result<Self, GraphError> {
         let mut learner = GraphLearner::new(body, motions, settings)?;
         while learner.grow(&mut |_, _| true)?.is_some() {}
@@ -162,7 +162,7 @@ fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize),
     Ok((rate, clip))
 }
 
-/// Where every moving joint is in the root's frame, frame by frame, metres.
+/// Positions of all moving joints in the root's frame, frame by frame, metres.
 fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
     let mut frames = LinkFrames::default();
     motion
@@ -181,7 +181,7 @@ mod tests {
     use super::super::graph::Candidate;
     use super::*;
 
-    /// A body that walks on the spot, so to say: every joint swings.
+    /// A body with every joint swinging.
     fn swinging(body: &Humanoid, frames: usize) -> Motion {
         let pose = |t: usize| {
             let mut pose = body.zero_pose();
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_graph_taken_up_again_is_the_graph_learned_at_once() {
+    fn a_resumed_graph_equals_the_graph_learned_at_once() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 70), swinging(&body, 40)], quick());
         let at_once = GpdmGraph::learn(&body, &motions, &settings).unwrap();
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn segments_of_another_motion_are_not_taken_up() {
+    fn segments_of_another_motion_are_not_resumed() {
         let body = Humanoid::tracker25().unwrap();
         let (motions, settings) = ([swinging(&body, 40)], quick());
         let graph = GpdmGraph::learn(&body, &motions, &settings).unwrap();
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_model_knows_which_motion_and_frame_every_row_is() {
+    fn a_joint_model_knows_the_motion_and_frame_of_every_row() {
         let body = Humanoid::tracker25().unwrap();
         let mut other = swinging(&body, 50);
         other.poses.reverse();
@@ -252,7 +252,7 @@ mod tests {
             assert_eq!(graph.locate(motion, frame), Some(Candidate { segment: 0, row }));
         }
         assert_eq!((graph.locate(0, 70), graph.locate(1, 50), graph.locate(2, 0)), (None, None, None));
-        // each motion's simulation starts at its own first latent: without a step to take nothing strays
+        // each motion's simulation starts at its own first latent, so errors stay small
         assert!(segment.errors[0] < 0.05 && segment.errors[70] < 0.05, "{} {}", segment.errors[0], segment.errors[70]);
     }
 }

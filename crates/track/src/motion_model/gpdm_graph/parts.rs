@@ -1,14 +1,14 @@
-//! Putting a graph together from what was stored.
+//! Checks of a graph assembled from storage.
 
 use super::graph::GpdmGraph;
 use crate::motion_model::gpdm::PartsError;
 
 impl GpdmGraph {
-    /// The same graph, once it is certain that its parts fit together: segments in the order of the training frames,
-    /// with one latent, error and set of rotations a frame; candidates that exist.
+    /// Checks that the graph's parts are consistent: segments in the order of the training frames, with one latent,
+    /// error and set of rotations per frame; candidates that exist.
     ///
     /// # Errors
-    /// [`PartsError`] that names the part.
+    /// [`PartsError`] with the name of the part.
     pub fn checked(self) -> Result<Self, PartsError> {
         if !(self.frames_per_second > 0.0 && self.frames_per_second.is_finite()) {
             let detail = format!("expected a number above zero, found {}", self.frames_per_second);
@@ -25,9 +25,10 @@ impl GpdmGraph {
             self.check_lengths(segment)?;
         }
         let exists = |c: &super::Candidate| self.segments.get(c.segment).is_some_and(|s| c.row < s.errors.len());
-        match self.candidates.iter().all(exists) {
-            true => Ok(self),
-            false => Err(PartsError::new("candidates", "expected models and frames that the graph has")),
+        if self.candidates.iter().all(exists) {
+            Ok(self)
+        } else {
+            Err(PartsError::new("candidates", "expected existing models and frames of the graph"))
         }
     }
 
@@ -39,11 +40,10 @@ impl GpdmGraph {
             && segment.errors.len() == frames
             && segment.rotations.len() == frames
             && segment.rotations.iter().all(|r| r.len() == joints);
-        match fits {
-            true => Ok(()),
-            false => {
-                Err(PartsError::new("segments", format!("expected {frames} frames of {joints} joints in each part")))
-            }
+        if fits {
+            Ok(())
+        } else {
+            Err(PartsError::new("segments", format!("expected {frames} frames of {joints} joints in each part")))
         }
     }
 }
@@ -55,7 +55,7 @@ mod tests {
     use crate::body::{Humanoid, Motion};
 
     #[test]
-    fn a_learned_graph_is_sound_and_a_graph_with_a_part_of_another_is_not() {
+    fn a_learned_graph_is_valid_and_a_graph_with_a_part_of_another_is_not() {
         let body = Humanoid::tracker25().unwrap();
         let poses = (0..35).map(|t| {
             let mut pose = body.zero_pose();

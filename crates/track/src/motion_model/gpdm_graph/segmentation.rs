@@ -1,4 +1,4 @@
-//! Table 1 of `[GPDM graph]`: where one model ends and the next begins.
+//! Table 1 of `[GPDM graph]`: division of motions into models.
 
 use faer::{Mat, MatRef};
 use nalgebra::UnitQuaternion;
@@ -14,11 +14,11 @@ pub(super) struct TrainingMotion {
     pub(super) rotations: Vec<Vec<UnitQuaternion<f64>>>,
 }
 
-/// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within `threshold`
-/// of the recording in *all* frames. The first clip is accepted as it is; what would be left over behind the last whole
-/// clip belongs to that clip.
+/// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within
+/// `threshold` of the recording in *all* frames. The first clip is always accepted; a remainder after the last whole
+/// clip is added to that clip.
 ///
-/// Errors do not grow steadily with length, so the last passing model is kept; nothing is bisected.
+/// Errors do not grow steadily with length, so the last passing model is kept instead of bisecting.
 pub(super) fn grow_segment(
     motion: &TrainingMotion,
     chart: &PoseChart,
@@ -26,14 +26,15 @@ pub(super) fn grow_segment(
     clip: usize,
     threshold: f64,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let frames = motion.observations.nrows();
-    // a remainder shorter than a clip could not stand alone
+    // a remainder shorter than a clip is too short for a separate model
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
-    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, keep_on)?;
+    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, should_continue)?;
     while best.range.end < frames {
-        let longer = learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options, keep_on)?;
+        let longer =
+            learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options, should_continue)?;
         if longer.errors.iter().any(|error| *error >= threshold || error.is_nan()) {
             break;
         }
@@ -49,23 +50,23 @@ pub(super) fn learn(
     first: usize,
     end: usize,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
-    let gpdm = train_watched(rows, &[end - first], options, &mut |round| keep_on(range, round))?;
+    let gpdm = train_watched(rows, &[end - first], options, &mut |round| should_continue(range, round))?;
     let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
     let rotations = motion.rotations[first..end].to_vec();
     let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &rotations);
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
-/// One model of all frames of all motions, of which none leads into the next.
+/// One model of all frames of all motions, without transitions between motions.
 pub(super) fn learn_jointly(
     motions: &[TrainingMotion],
     chart: &PoseChart,
     options: &TrainingOptions,
-    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    should_continue: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<GraphSegment, GpdmError> {
     let lengths: Vec<usize> = motions.iter().map(|motion| motion.observations.nrows()).collect();
     let range = SegmentRange { motion: 0, first: 0, end: lengths.first().copied().unwrap_or(0) };
@@ -75,7 +76,7 @@ pub(super) fn learn_jointly(
     for (motion, start) in motions.iter().zip(&starts) {
         rows.subrows_mut(*start, motion.observations.nrows()).copy_from(&motion.observations);
     }
-    let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| keep_on(range, round))?;
+    let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| should_continue(range, round))?;
     let errors_of = |(index, motion): (usize, &TrainingMotion)| {
         let simulated = gpdm.simulate(index).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
         reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)
@@ -85,7 +86,7 @@ pub(super) fn learn_jointly(
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
-/// `[GPDM graph]` Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
+/// `[GPDM graph]` Eqs. 9 and 10: distance between the recording and the poses of latents, frame by frame.
 fn reconstruction_errors(
     gpdm: &Gpdm,
     chart: &PoseChart,

@@ -1,15 +1,15 @@
-//! Descent of a particle on an observation, held to what the model expects.
+//! Descent of a particle on an observation, with the model as prior.
 //!
 //! A particle of the next frame is a function of independent standard normal numbers `e`, one for every coordinate of
 //! its latent point, every number of its offset and every direction of its root:
 //!
 //! - latent point `mu + sigma e`, the dynamics' mean and deviation (`[GPDM graph]` Eq. 5);
-//! - offset `a r + sqrt(1 - a^2) L e`, where `r` was the offset of the frame before;
-//! - root as its feet and the model's velocities lead it, moved by its own noise times `e`.
+//! - offset `a r + sqrt(1 - a^2) L e`, where `r` was the offset of the previous frame;
+//! - root as predicted by its feet and the model's velocities, moved by its own noise times `e`.
 //!
-//! So the negative logarithm of the prior is `|e|^2 / 2` whatever the model, and one damped Gauss-Newton step in `e` of
-//! `cost(pose(e)) + PRIOR |e|^2` is a step towards the most probable pose: one silhouette alone fits poses that the
-//! model holds to be impossible.
+//! So the negative logarithm of the prior is `|e|^2 / 2` for any model, and one damped Gauss-Newton step in `e` of
+//! `cost(pose(e)) + PRIOR |e|^2` is a step towards the most probable pose. Without the prior, a single silhouette
+//! would also fit poses that the model considers impossible.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -17,20 +17,20 @@ use super::super::NormalEquations;
 use super::super::pose_chart::PlanarRoot;
 use super::model::{Expected, LatentModel, LatentParticle};
 
-/// What one squared standard deviation of the prior costs, squared lengths of an outline's residuals: neighbouring
-/// residuals are off together, so that some tens of them count as one. Chosen of 1, 4 and 16 on takes that are not
+/// Cost of one squared standard deviation of the prior, in squared lengths of an outline's residuals: neighbouring
+/// residuals are correlated, so that some tens of them count as one. Chosen among 1, 4 and 16 on takes that are not
 /// reported (`results/monocular-notes.md`).
 const PRIOR: f64 = 4.0;
-/// Step of the differences by which poses are differentiated, standard deviations: above round-off, below curvature.
+/// Finite-difference step for derivatives of poses, standard deviations: above round-off, below curvature.
 const DIFFERENCE: f64 = 1e-4;
-/// Farthest that one step leads, standard deviations.
+/// Greatest length of one step, standard deviations.
 const FARTHEST: f64 = 2.0;
 /// Numbers of the root.
 const ROOT: usize = 3;
 
 impl LatentModel {
-    /// The particle one step closer to the most probable one; `None` in the first frame, which nothing is expected of,
-    /// and where the equations are singular.
+    /// The particle moved one step towards the most probable one; `None` in the first frame, which has no prediction,
+    /// and if the equations are singular.
     pub(super) fn descended(&self, state: &LatentParticle, evidence: &NormalEquations) -> Option<LatentParticle> {
         let expected = state.expected.as_deref()?;
         let numbers = self.numbers(state, expected)?;
@@ -48,7 +48,7 @@ impl LatentModel {
         Some(self.at(state, expected, &moved))
     }
 
-    /// The particle that these numbers make.
+    /// The particle for these numbers.
     fn at(&self, state: &LatentParticle, expected: &Expected, numbers: &[f64]) -> LatentParticle {
         let latent = &numbers[..expected.latent.len()];
         let latent: Vec<f64> = expected.latent.iter().zip(latent).map(|(z, e)| z + expected.deviation * e).collect();
@@ -58,7 +58,7 @@ impl LatentModel {
         self.on_mean(there, expected, numbers)
     }
 
-    /// The same for a particle with its latent point and the map's mean there.
+    /// The particle for these numbers, with its latent point and the map's mean already set.
     fn on_mean(&self, mut state: LatentParticle, expected: &Expected, numbers: &[f64]) -> LatentParticle {
         let (offset, root) = numbers[expected.latent.len()..].split_at(expected.offset.len());
         state.offset = self.residuals[state.segment].moved(&expected.offset, offset);
@@ -70,7 +70,8 @@ impl LatentModel {
         state
     }
 
-    /// The numbers that make a particle. The root's are found by one step of Newton's: it is all but linear in them.
+    /// The numbers that produce a particle. The root's are found by one Newton step, because it is nearly linear in
+    /// them.
     fn numbers(&self, state: &LatentParticle, expected: &Expected) -> Option<Vec<f64>> {
         let latent = state.latent.iter().zip(&expected.latent).map(|(z, mean)| (z - mean) / expected.deviation);
         let mut numbers: Vec<f64> = latent.collect();
@@ -94,7 +95,7 @@ impl LatentModel {
         numbers.iter().all(|number| number.is_finite()).then_some(numbers)
     }
 
-    /// How a step of the pose follows from the numbers: a column a number.
+    /// Derivative of a step of the pose by the numbers: one column per number.
     fn jacobian(&self, state: &LatentParticle, expected: &Expected, numbers: &[f64]) -> DMatrix<f64> {
         let here = self.on_mean(state.clone(), expected, numbers);
         let mut step = vec![0.0; self.body.step_len()];
@@ -102,10 +103,11 @@ impl LatentModel {
             .map(|number| {
                 let mut numbers = numbers.to_vec();
                 numbers[number] += DIFFERENCE;
-                // Offset and root leave the map's mean where it is, and reading the map is what takes long.
-                let there = match number < expected.latent.len() {
-                    true => self.at(state, expected, &numbers),
-                    false => self.on_mean(state.clone(), expected, &numbers),
+                // Offset and root do not change the map's mean, whose evaluation is the slow part.
+                let there = if number < expected.latent.len() {
+                    self.at(state, expected, &numbers)
+                } else {
+                    self.on_mean(state.clone(), expected, &numbers)
                 };
                 self.body.difference(&here.pose, &there.pose, &mut step);
                 DVector::from_iterator(step.len(), step.iter().map(|s| s / DIFFERENCE))

@@ -1,5 +1,5 @@
-//! What training tells of feet: how firmly one stands, by how high it is; and footholds: where the feet of a particle
-//! stand, remembered from frame to frame.
+//! Foot contact learned from training: how firmly a foot stands at a given height; and footholds: positions of a
+//! particle's feet on the ground, remembered from frame to frame.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector2, Vector3};
 
@@ -7,45 +7,45 @@ use super::super::gpdm_graph::GpdmGraph;
 use super::super::pose_chart::PlanarRoot;
 use crate::body::{Humanoid, LinkPoint, Pose, rotation_about};
 
-/// Heights are told apart in so many groups of equally many training frames.
+/// Number of height groups with equally many training frames.
 const GROUPS: usize = 10;
 
-/// Deviation of a foot about its foothold within one frame, metres: what a particle's noise is like. Errors are the
-/// same from 3 to 30 mm.
+/// Standard deviation of a foot about its foothold within one frame, metres: comparable to a particle's noise. Errors
+/// are the same from 3 to 30 mm.
 const NOISE_OF_PLACE: f64 = 0.01;
 
-/// The same of its heading, radians.
+/// Standard deviation of its heading, radians.
 const NOISE_OF_HEADING: f64 = 0.03;
 
 /// The feet of a body and how firmly they stand.
 ///
-/// A foot is where the middle of its sole's solid is: of the foot's solids the one that is lowest while the body stands
-/// at its zero pose. Where a foot is one with its shank, as in bodies without ankles, heel and toe swing about that
-/// middle with the shank, and it slides two to six times less than the lowest point does (measured on the takes of
+/// A foot's position is the middle of its sole's solid: the lowest of the foot's solids while the body stands at its
+/// zero pose. If a foot is rigidly connected to its shank, as in bodies without ankles, heel and toe swing about that
+/// middle with the shank, and it slides two to six times less than the lowest point (measured on the takes of
 /// `results/monocular-notes.md`).
 #[derive(Clone, Debug)]
 pub(super) struct Footing {
     feet: [LinkPoint; 2],
-    /// By rising height.
+    /// In order of increasing height.
     knots: Vec<Knot>,
     /// The greatest height of a foot in training, metres.
     highest: f64,
 }
 
-/// How firmly feet of a height stand.
+/// Looseness of feet at one height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Knot {
-    /// Of the foot's middle above z = 0, metres.
+    /// Height of the foot's middle above z = 0, metres.
     height: f64,
     loose: Looseness,
 }
 
-/// How far a foot moves in one frame.
+/// Movement of a foot in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Looseness {
     /// Mean square of its slide along a horizontal axis, m^2.
     pub(super) slide: f64,
-    /// Mean square of its turn about the vertical, rad^2.
+    /// Mean square of its rotation about the vertical, rad^2.
     pub(super) turn: f64,
 }
 
@@ -53,14 +53,14 @@ pub(super) struct Looseness {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Feet(pub(super) [Isometry3<f64>; 2]);
 
-/// What a foot did between two frames.
+/// Movement of a foot between two frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FootStep {
-    /// Where it was, world, metres.
+    /// Position before, world, metres.
     pub(super) before: Point3<f64>,
-    /// Where it is, world, metres.
+    /// Position after, world, metres.
     pub(super) after: Point3<f64>,
-    /// By how much it turned about the vertical, radians.
+    /// Rotation about the vertical, radians.
     pub(super) turned: f64,
 }
 
@@ -70,7 +70,7 @@ impl Feet {
         self.0[0].translation.z.min(self.0[1].translation.z)
     }
 
-    /// What the left and the right foot did on the way to `after`.
+    /// Movements of the left and the right foot from here to `after`.
     pub(super) fn steps_to(&self, after: &Self) -> [FootStep; 2] {
         [0, 1].map(|foot| {
             let (here, there) = (&self.0[foot], &after.0[foot]);
@@ -92,7 +92,7 @@ impl FootStep {
 
 #[cfg(test)]
 impl Feet {
-    /// The middles of the left and of the right foot, turned as their links.
+    /// Frames of the left and the right foot: the middles of their soles with the orientations of their links.
     pub(super) fn places(&self) -> [Isometry3<f64>; 2] {
         self.0
     }
@@ -100,7 +100,7 @@ impl Feet {
 
 #[cfg(test)]
 impl Footing {
-    /// Feet of `body` that slide and turn as the knots `(height, mean square)` say.
+    /// Feet of `body` with looseness given by the knots `(height, mean square)`.
     pub(super) fn with_knots(body: &Humanoid, knots: &[(f64, f64)]) -> Option<Self> {
         let [left, right] = [0, 1].map(|foot| sole(body, foot));
         let knot = |&(height, square): &(f64, f64)| Knot { height, loose: Looseness { slide: square, turn: square } };
@@ -110,8 +110,8 @@ impl Footing {
 }
 
 impl Footing {
-    /// Measured on the training frames of `graph`; `None` of a body without feet, or without two frames that follow
-    /// each other.
+    /// Measured on the training frames of `graph`; `None` for a body without feet, or if there are no two consecutive
+    /// frames.
     pub(super) fn learn(body: &Humanoid, graph: &GpdmGraph) -> Option<Self> {
         let [left, right] = [0, 1].map(|foot| sole(body, foot));
         let mut footing = Self { feet: [left?, right?], knots: Vec::new(), highest: f64::NEG_INFINITY };
@@ -134,7 +134,7 @@ impl Footing {
         (!footing.knots.is_empty()).then_some(footing)
     }
 
-    /// Where a pose puts the feet.
+    /// The feet in a pose.
     pub(super) fn feet(&self, body: &Humanoid, pose: &Pose) -> Feet {
         let frames = body.link_frames(pose);
         let place = |foot: LinkPoint| {
@@ -144,9 +144,8 @@ impl Footing {
         Feet(self.feet.map(place))
     }
 
-    /// How loosely a foot stands: between the heights of training on straight lines, below them as at the lowest. A
-    /// foot that is higher than any was in training has left its place by at least as much as that, and its heading by
-    /// a radian a metre.
+    /// Looseness of a foot: linearly interpolated between the heights of training, constant below them. A foot higher
+    /// than any in training has moved by at least the excess height, and turned by a radian per metre of it.
     pub(super) fn looseness(&self, step: &FootStep) -> Looseness {
         let height = step.height();
         let above = self.knots.partition_point(|knot| knot.height <= height);
@@ -160,11 +159,11 @@ impl Footing {
 
     /// The footholds after a frame that ended with the feet at `feet`.
     ///
-    /// A foothold is the state of a Kalman filter that forgets how sure it is: in one frame a foot of that height moves
-    /// by its looseness (variance `q`), and is seen with a particle's noise (variance `r`). So the foothold moves
-    /// towards the foot by `q / (q + r)`, its place and its heading apart. A foot that stands firm keeps its foothold,
-    /// however much noise the root has; one in flight takes it along and is planted where it comes down. Height and
-    /// tilt are the foot's.
+    /// A foothold is the state of a Kalman filter without memory of its variance: in one frame a foot at this height
+    /// moves by its looseness (variance `q`), and is observed with a particle's noise (variance `r`). So the foothold
+    /// moves towards the foot by `q / (q + r)`, separately for position and heading. A firmly standing foot keeps its
+    /// foothold, however large the root's noise; a foot in flight takes it along and is planted where it lands. Height
+    /// and tilt are the foot's.
     pub(super) fn updated(&self, footholds: &Feet, feet: &Feet) -> Feet {
         let steps = footholds.steps_to(feet);
         let update = |foot: usize| {
@@ -178,18 +177,18 @@ impl Footing {
         Feet([update(0), update(1)])
     }
 
-    /// Of the feet at the lowest heights of training.
+    /// Looseness of feet at the lowest heights of training.
     pub(super) fn firmest(&self) -> Looseness {
         self.knots[0].loose
     }
 }
 
-/// The share of what parts foothold and foot that is left after a frame.
+/// The share of the difference between foothold and foot that remains after a frame.
 fn kept(variance: f64, noise: f64) -> f64 {
     noise * noise / (variance + noise * noise)
 }
 
-/// The middle of the solid that is lowest of a foot at the zero pose.
+/// The middle of a foot's lowest solid at the zero pose.
 fn sole(body: &Humanoid, foot: usize) -> Option<LinkPoint> {
     let frames = body.link_frames(&body.zero_pose());
     let links = &body.foot_links()[foot];
@@ -205,7 +204,7 @@ fn heading(rotation: &UnitQuaternion<f64>) -> f64 {
     angle - std::f64::consts::TAU * libm::round(angle / std::f64::consts::TAU)
 }
 
-/// Mean squares of groups of equally many frames by height, made to rise with height: where a group stands less firmly
+/// Mean squares for groups of equally many frames by height, made non-decreasing with height: where a group is looser
 /// than a higher one, both get their mean (isotonic regression by pooling adjacent violators; `[Barlow 1972]`).
 fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
     steps.sort_by(|a, b| a.height().total_cmp(&b.height()));
@@ -214,15 +213,15 @@ fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
     let sums = |of: &dyn Fn(&FootStep) -> f64| -> Vec<(f64, f64)> {
         groups.iter().map(|group| (group.iter().map(of).sum(), group.len() as f64)).collect()
     };
-    let slides = risen(&sums(&|s| 0.5 * (s.after - s.before).xy().norm_squared()));
-    let turns = risen(&sums(&|s| s.turned * s.turned));
+    let slides = isotonic(&sums(&|s| 0.5 * (s.after - s.before).xy().norm_squared()));
+    let turns = isotonic(&sums(&|s| s.turned * s.turned));
     let heights = sums(&FootStep::height).into_iter().map(|(sum, count)| sum / count);
     let looseness = slides.into_iter().zip(turns).map(|(slide, turn)| Looseness { slide, turn });
     heights.zip(looseness).map(|(height, loose)| Knot { height, loose }).collect()
 }
 
-/// The rising sequence nearest to the means of groups `(sum, count)` in the least-squares sense.
-fn risen(groups: &[(f64, f64)]) -> Vec<f64> {
+/// The non-decreasing sequence nearest to the means of groups `(sum, count)` in the least-squares sense.
+fn isotonic(groups: &[(f64, f64)]) -> Vec<f64> {
     let mut pools: Vec<(f64, f64, usize)> = Vec::new();
     for &(sum, count) in groups {
         let mut pool = (sum, count, 1);
@@ -234,7 +233,7 @@ fn risen(groups: &[(f64, f64)]) -> Vec<f64> {
     pools.into_iter().flat_map(|(sum, count, groups)| std::iter::repeat_n(sum / count, groups)).collect()
 }
 
-/// A point turned about the vertical through `pivot`.
+/// A point rotated about the vertical through `pivot`.
 pub(super) fn turned_about(pivot: &Vector3<f64>, angle: f64, point: &Point3<f64>) -> Vector2<f64> {
     let (sin, cos) = libm::sincos(angle);
     let arm = point.coords - pivot;
@@ -247,18 +246,18 @@ mod tests {
     use crate::body::rotation_from_vector;
 
     #[test]
-    fn the_rising_sequence_nearest_to_means_pools_what_falls() {
+    fn isotonic_regression_pools_decreasing_means() {
         // by hand: 3 and three of 1 pool to 1.5; 5 and 4 to 4.5; 6 and 2 to 4, which is less, so all four to 4.25
         let groups = [(3.0, 1.0), (3.0, 3.0), (5.0, 1.0), (4.0, 1.0), (6.0, 1.0), (2.0, 1.0)];
-        assert_eq!(risen(&groups), [1.5, 1.5, 4.25, 4.25, 4.25, 4.25]);
-        assert_eq!(risen(&[(1.0, 1.0), (4.0, 2.0), (9.0, 3.0)]), [1.0, 2.0, 3.0]);
+        assert_eq!(isotonic(&groups), [1.5, 1.5, 4.25, 4.25, 4.25, 4.25]);
+        assert_eq!(isotonic(&[(1.0, 1.0), (4.0, 2.0), (9.0, 3.0)]), [1.0, 2.0, 3.0]);
     }
 
     #[test]
-    fn a_foot_is_the_middle_of_its_sole_and_lies_flat_at_the_zero_pose() {
+    fn a_foot_is_the_middle_of_its_sole_and_flat_at_the_zero_pose() {
         let body = Humanoid::tracker25().unwrap();
         let feet = [0, 1].map(|foot| sole(&body, foot).unwrap());
-        // half-way between (-0.032, 0, -0.4557) and (0.155, 0, -0.4717), as robots/tracker25.urdf says
+        // half-way between (-0.032, 0, -0.4557) and (0.155, 0, -0.4717), from robots/tracker25.urdf
         for (foot, link) in feet.iter().zip(["left_shank", "right_shank"]) {
             assert_eq!(foot.link, body.find_link(link).unwrap());
             assert!((foot.point_in_link - Point3::new(0.0615, 0.0, -0.4637)).norm() < 1e-12);
@@ -266,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn looseness_is_interpolated_by_height_and_grows_beyond_what_was_seen() {
+    fn looseness_is_interpolated_by_height_and_grows_beyond_the_training_range() {
         let body = Humanoid::tracker25().unwrap();
         let footing = Footing { highest: 0.4, ..Footing::with_knots(&body, &[(0.1, 1.0), (0.3, 5.0)]).unwrap() };
         let at = |height: f64| {
@@ -279,7 +278,7 @@ mod tests {
         assert!((at(0.2).turn - 3.0).abs() < 1e-12);
     }
 
-    /// Feet whose slide and turn have this mean square below 0.2 m and are loose above 0.3 m.
+    /// Feet with this mean square of slide and turn below 0.2 m, loose above 0.3 m.
     fn feet_of(square: f64) -> Footing {
         let knots = [(0.0, square), (0.2, square), (0.3, 1e6)];
         Footing::with_knots(&Humanoid::tracker25().unwrap(), &knots).unwrap()
@@ -291,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foothold_moves_by_the_share_of_the_slide_in_slide_and_noise() {
+    fn a_foothold_moves_by_the_ratio_of_slide_to_slide_plus_noise() {
         // by hand: a slide of 5 mm against 10 mm of noise, 25 / (25 + 100) = 0.2; turns of 5 mrad against 30, 25 / 925
         let footing = feet_of(0.005 * 0.005);
         let (before, now) = (foot(1.0, 2.0, 0.1, 0.3), foot(1.05, 1.98, 0.12, 0.35));
@@ -301,7 +300,7 @@ mod tests {
         let heading = rotation_about(&Vector3::z_axis(), 0.3 + 0.05 * 25.0 / 925.0);
         let tilt = rotation_about(&Vector3::z_axis(), 0.35).inverse() * now.rotation;
         assert!(updated.rotation.angle_to(&(heading * tilt)) < 1e-9);
-        assert!((footholds.0[1].translation.vector - before.translation.vector).norm() < 1e-15, "nothing moved it");
+        assert!((footholds.0[1].translation.vector - before.translation.vector).norm() < 1e-15, "no movement");
     }
 
     #[test]
@@ -316,8 +315,8 @@ mod tests {
     }
 
     #[test]
-    fn a_foothold_that_is_left_alone_closes_in_geometrically() {
-        // what is left after n frames is (r / (q + r))^n of what was apart, here 0.8^n
+    fn an_undisturbed_foothold_converges_geometrically() {
+        // the remainder after n frames is (r / (q + r))^n of the initial difference, here 0.8^n
         let footing = feet_of(0.005 * 0.005);
         let now = foot(0.1, 0.0, 0.1, 0.0);
         let mut footholds = Feet([foot(0.0, 0.0, 0.1, 0.0); 2]);

@@ -1,5 +1,5 @@
-//! Seeds for the first frame: training poses like the start pose, and how many particles each gets (`[GPDM graph]` Eqs.
-//! 11 to 14).
+//! Seeds for the first frame: training poses similar to the start pose, and the number of particles for each (`[GPDM
+//! graph]` Eqs. 11 to 14).
 
 use nalgebra::UnitQuaternion;
 
@@ -19,8 +19,8 @@ pub(super) struct Seed {
     pub(super) share: f64,
 }
 
-/// Local minima of the distance to the start pose that lie below its mean (what `[GPDM graph]` Eq. 11 must mean: a
-/// negative derivative selects no minimum); the nearest training pose where there are none.
+/// Local minima of the distance to the start pose that are below its mean (the apparent intent of `[GPDM graph]` Eq.
+/// 11: a negative derivative selects no minimum); the nearest training pose if there are none.
 pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Initialisation) -> Vec<Seed> {
     let along: Vec<(Candidate, usize, f64)> = graph
         .segments
@@ -38,7 +38,7 @@ pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Init
         let here = &along[i];
         let before = i.checked_sub(1).map(|j| &along[j]).filter(|o| of_take(here, o));
         let after = along.get(i + 1).filter(|o| of_take(here, o));
-        // of equal neighbours, as in a pose that is held, the first
+        // of equal neighbours, as in a held pose, the first
         here.2 < mean && before.is_none_or(|o| o.2 > here.2) && after.is_none_or(|o| o.2 >= here.2)
     };
     let mut found: Vec<(Candidate, f64)> =
@@ -73,8 +73,7 @@ fn normalised(mut shares: Vec<f64>) -> Vec<f64> {
     shares
 }
 
-/// The seed of particle `index` of `count`: seeds get whole numbers of particles, the largest remainders first (Eq.
-/// 14).
+/// The seed of particle `index` of `count`: seeds get whole numbers of particles, by largest remainders (Eq. 14).
 pub(super) fn seed_of(seeds: &[Seed], index: usize, count: usize) -> Option<&Seed> {
     let mut counts: Vec<usize> = seeds.iter().map(|s| (s.share * count as f64) as usize).collect();
     let mut order: Vec<usize> = (0..seeds.len()).collect();
@@ -98,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn literal_shares_hardly_differ_and_softmax_shares_do() {
+    fn literal_shares_are_nearly_equal_and_softmax_shares_are_not() {
         // Eq. 12 by hand: distances 1 and 3 give exp(-1/4) and exp(-3/4)
         let literal = literal_shares(&[1.0, 3.0]);
         assert!((literal[0] / literal[1] - 0.5_f64.exp()).abs() < 1e-12);
@@ -108,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn every_particle_has_a_seed_and_counts_are_shares_to_within_one() {
+    fn every_particle_has_a_seed_and_counts_match_shares_to_within_one() {
         let seeds = [seed(0.5), seed(0.3), seed(0.2)];
         for count in [1, 7, 10, 1000] {
             let mut counts = [0; 3];

@@ -1,9 +1,10 @@
-//! Motion in the latent spaces of a GPDM, a switching GPDM or a GPDM graph: the same particles, other transitions.
+//! Motion in the latent spaces of a GPDM, a switching GPDM or a GPDM graph: the same particles with different
+//! transitions.
 //!
-//! Per frame and particle, in `[GPDM graph]`'s order (section 3.3): inter-transition, intra-transition, mapping to a
-//! pose. Weighting and resampling are the filter's. A particle carries, beside its latent point, where the body stands
-//! and heads to: `[GPDM graph]` does not say how the root moves, here it follows from the footholds that the particle
-//! remembers and from the velocities that the model maps to.
+//! Per frame and particle, in the order of `[GPDM graph]` (section 3.3): inter-transition, intra-transition, mapping
+//! to a pose. Weighting and resampling are the filter's. In addition to its latent point, a particle has the position
+//! and heading of its body: `[GPDM graph]` does not define the motion of the root; here it follows from the footholds
+//! that the particle remembers and from the velocities predicted by the model.
 
 mod descent;
 mod footing;

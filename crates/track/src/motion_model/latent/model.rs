@@ -19,40 +19,40 @@ use super::transition::{Jumps, PoseRate, jump, training_means};
 use crate::body::{Humanoid, Pose};
 use crate::rng::normal;
 
-/// Latents farther than this many length scales of the map from every training latent are brought back. Out there the
-/// map falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that
-/// region.
+/// Latents farther than this many length scales of the map from every training latent are brought back. In that region
+/// the map falls back to the mean pose and the linear part of the dynamics may diverge: the model has no information
+/// there.
 const GREATEST_LENGTHS: f64 = 2.0;
 
-/// Particles that are moved in one product of matrices. A batch that is not full is filled up: products of other shapes
-/// may add in another order, and a particle's bits must not depend on batch contents.
+/// Number of particles moved in one matrix product. Incomplete batches are filled up: products of other shapes may add
+/// in another order, and a particle's bits must not depend on batch contents.
 const BATCH: usize = 128;
 
-/// A GPDM graph that moves particles: `[GPDM graph]`'s latent particles.
+/// A GPDM graph that moves particles: the latent particles of `[GPDM graph]`.
 #[derive(Clone, Debug)]
 pub struct LatentModel {
     pub(super) body: Humanoid,
     pub(super) graph: Arc<GpdmGraph>,
     settings: LatentSettings,
     jumps: Jumps,
-    /// Per segment: the map's mean at every training latent, a row a frame.
+    /// For every segment, the map's mean at every training latent, one row per frame.
     training_means: Vec<Mat<f64>>,
-    /// Per segment: spread of the latents per coordinate.
+    /// For every segment, the spread of the latents per coordinate.
     spreads: Vec<f64>,
     pub(super) roots: RootDynamics,
-    /// Per segment.
+    /// For every segment.
     pub(super) residuals: Vec<PoseResidual>,
-    /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
+    /// The true root of every frame, if it is deliberately given (to separate articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
     deviations: Vec<f64>,
-    /// Whether particles remember what was expected of them, so that they can descend.
+    /// Whether particles remember their prediction, so that they can descend.
     descends: bool,
 }
 
-/// One particle: a point in one model's latent space, and where the body stands.
+/// One particle: a point in one model's latent space, and the body's position on the ground.
 #[derive(Clone, Debug)]
 pub struct LatentParticle {
-    /// Index of the model, `[GPDM graph]`'s `k`.
+    /// Index of the model, `k` in `[GPDM graph]`.
     pub segment: usize,
     /// `z_t`, d values.
     pub latent: Vec<f64>,
@@ -60,34 +60,34 @@ pub struct LatentParticle {
     before: Vec<f64>,
     /// The map's mean at the latent point, an observation vector.
     pub(super) mean: Vec<f64>,
-    /// What the particle's observation vector has beside that mean.
+    /// Difference of the particle's observation vector from that mean.
     pub(super) offset: Vec<f64>,
     pub(super) place: RootPlace,
     pub(super) frame: usize,
-    /// The pose at the map's mean, and how fast that moves.
+    /// The pose at the map's mean, and its rate of change.
     pub(super) moving: PoseRate,
     pub(super) pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
     pub recovered: bool,
-    /// What was expected of it before its noise was drawn; `None` in the first frame.
+    /// Its prediction before its noise was drawn; `None` in the first frame.
     pub(super) expected: Option<Arc<Expected>>,
 }
 
-/// What a model expects of a particle before its noise is drawn.
+/// Prediction of a model for a particle before its noise is drawn.
 #[derive(Clone, Debug)]
 pub(super) struct Expected {
     /// Mean of the latent point.
     pub(super) latent: Vec<f64>,
-    /// Deviation of every coordinate of it.
+    /// Standard deviation of each of its coordinates.
     pub(super) deviation: f64,
     /// Mean of the offset.
     pub(super) offset: Vec<f64>,
-    /// Pose and place one frame before.
+    /// Pose and position one frame before.
     pub(super) before: Pose,
     pub(super) place: RootPlace,
 }
 
-/// Where a particle starts from in a frame, after its inter-transition.
+/// Starting point of a particle in a frame, after its inter-transition.
 struct TransitionSource {
     segment: usize,
     latent: Vec<f64>,
@@ -97,7 +97,7 @@ struct TransitionSource {
     rotations: Vec<UnitQuaternion<f64>>,
 }
 
-/// A particle on its way through a frame.
+/// A particle during the propagation of a frame.
 struct PendingParticle<'a> {
     index: usize,
     state: &'a LatentParticle,
@@ -106,10 +106,10 @@ struct PendingParticle<'a> {
 }
 
 impl LatentModel {
-    /// Particles of `graph` that move `body`, the body whose motions the graph was learned from.
+    /// A model that moves `body` with particles of `graph`, which must have been learned from motions of this body.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range or the body is another.
+    /// [`SettingError`] if a setting is out of range or the body is a different one.
     pub fn new(body: Humanoid, graph: Arc<GpdmGraph>, settings: LatentSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         let (known, found) = (graph.chart.angles(), body.degrees_of_freedom.len());
@@ -150,18 +150,18 @@ impl LatentModel {
         })
     }
 
-    /// The same, with the true root of every frame given away.
+    /// The same, with the true root of every frame given.
     pub fn with_given_roots(mut self, roots: Vec<Isometry3<f64>>) -> Self {
         self.given_roots = Some(Arc::new(roots));
         self
     }
 
-    /// The same, whose particles can descend on an observation: each remembers what was expected of it.
+    /// The same, with particles that can descend on an observation: each remembers its prediction.
     pub fn with_descent(self) -> Self {
         Self { descends: true, ..self }
     }
 
-    /// How far the start pose is from the nearest training pose, rad^2 per anatomical joint.
+    /// Distance of the start pose from the nearest training pose, rad^2 per anatomical joint.
     pub fn start_distance(&self, start: &Pose) -> f64 {
         let rotations = self.graph.chart.rotations(start);
         self.graph.nearest(&rotations).map_or(f64::INFINITY, |(.., d)| d / rotations.len().max(1) as f64)
@@ -171,7 +171,7 @@ impl LatentModel {
         self.graph.segments[at.segment].gpdm.latents().row(at.row).iter().copied().collect()
     }
 
-    /// The training frame before one, itself where it is the first of its motion.
+    /// The previous training frame, or the same one if it is the first of its motion.
     fn frame_before(&self, at: Candidate) -> Candidate {
         let first = self.graph.segments[at.segment].sequence_of(at.row).start;
         Candidate { row: at.row.saturating_sub(1).max(first), ..at }
@@ -183,9 +183,8 @@ impl LatentModel {
         (0..z.nrows()).map(|i| (i, squared(i))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
     }
 
-    /// `[GPDM graph]`'s inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
-    /// Its pose stays what it is: what the means of the two models differ by goes into the offset, and dies out from
-    /// there.
+    /// The inter-transition of `[GPDM graph]`: the particle's starting point, in its own model or in the one it jumps
+    /// to. Its pose is kept: the difference between the means of the two models becomes an offset, which then decays.
     fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> TransitionSource {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
         match jump(&self.graph, &self.jumps, &self.settings, at, &self.compared(state), rng) {
@@ -200,8 +199,8 @@ impl LatentModel {
         }
     }
 
-    /// What jumps compare: the particle's own pose, which an offset may have led far from the map's mean, and the
-    /// velocity of that mean. Offsets are drawn anew every frame, their differences are no velocity.
+    /// Quantities compared by jumps: the particle's own pose, which an offset may have moved far from the map's mean,
+    /// and the velocity of that mean. Offsets are drawn in every frame, so their differences are not velocities.
     fn compared(&self, state: &LatentParticle) -> PoseRate {
         let velocities = state.moving.velocities.clone();
         PoseRate { rotations: self.graph.chart.rotations(&state.pose), velocities }
@@ -221,7 +220,7 @@ impl LatentModel {
         }
     }
 
-    /// The offset that makes of a mean the observation vector of `pose`.
+    /// The offset from a mean to the observation vector of `pose`.
     fn offset_to(&self, segment: usize, mean: &[f64], observation: &[f64], pose: &Pose) -> Vec<f64> {
         let mut offset = self.residuals[segment].between(mean, observation);
         let height = self.roots.height_offset(&self.body, &self.graph.chart, mean, pose);
@@ -231,50 +230,50 @@ impl LatentModel {
         offset
     }
 
-    /// `[GPDM graph]`'s intra-transition and mapping for particles of one model: the next latent points, drawn from its
-    /// dynamics, and the poses there. All in one product of matrices, which is many times faster than one by one.
-    fn advance(&self, journeys: &mut [PendingParticle<'_>]) -> Vec<(usize, LatentParticle)> {
-        let Some(segment) = journeys.first().map(|j| j.departure.segment) else { return Vec::new() };
+    /// Intra-transition and mapping of `[GPDM graph]` for particles of one model: the next latent points, drawn from
+    /// its dynamics, and their poses. Computed in one matrix product, which is many times faster than one by one.
+    fn advance(&self, pending: &mut [PendingParticle<'_>]) -> Vec<(usize, LatentParticle)> {
+        let Some(segment) = pending.first().map(|first| first.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
         let (d, lag) = (gpdm.latents().ncols(), gpdm.layout().order.lag());
-        let last = journeys.len() - 1;
+        let last = pending.len() - 1;
         let input = |i: usize, c: usize| {
-            let from: &TransitionSource = &journeys[i.min(last)].departure;
+            let from: &TransitionSource = &pending[i.min(last)].departure;
             if c < d { from.latent[c] } else { from.before[c - d] }
         };
         let moments = gpdm.dynamics_moments(Mat::from_fn(BATCH, d * lag, input).as_ref());
-        let means: Vec<(Vec<f64>, f64)> = (0..journeys.len())
+        let means: Vec<(Vec<f64>, f64)> = (0..pending.len())
             .map(|i| {
                 let mean = (0..d).map(|c| moments.mean[(i, c)]).collect();
                 (mean, moments.variance[i].sqrt().max(self.settings.noise_floor * self.spreads[segment]))
             })
             .collect();
-        let draw = |(journey, (mean, deviation)): (&mut PendingParticle<'_>, &(Vec<f64>, f64))| {
-            self.draw(segment, mean, *deviation, journey.rng)
+        let draw = |(source, (mean, deviation)): (&mut PendingParticle<'_>, &(Vec<f64>, f64))| {
+            self.draw(segment, mean, *deviation, source.rng)
         };
-        let drawn: Vec<(Vec<f64>, bool)> = journeys.iter_mut().zip(&means).map(draw).collect();
+        let drawn: Vec<(Vec<f64>, bool)> = pending.iter_mut().zip(&means).map(draw).collect();
         let observations = gpdm.map_mean(Mat::from_fn(BATCH, d, |i, c| drawn[i.min(last)].0[c]).as_ref());
         let noise = |rng: &mut ChaCha8Rng| [(); 3].map(|()| normal(rng));
         type Arriving<'a, 'b> = ((&'a mut PendingParticle<'b>, (Vec<f64>, f64)), (Vec<f64>, bool));
-        let arrive = |(i, ((journey, expected), (latent, recovered))): (usize, Arriving<'_, '_>)| {
+        let arrive = |(i, ((source, expected), (latent, recovered))): (usize, Arriving<'_, '_>)| {
             let mean: Vec<f64> = observations.row(i).iter().copied().collect();
             let rotations = self.graph.chart.rotations_of(&mean);
-            let moving = PoseRate::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
-            let offset = self.residuals[segment].next(&journey.departure.offset, journey.rng);
-            let frame = journey.state.frame + 1;
-            let LatentParticle { pose, place, .. } = journey.state;
+            let moving = PoseRate::between(&source.departure.rotations, rotations, self.graph.frames_per_second);
+            let offset = self.residuals[segment].next(&source.departure.offset, source.rng);
+            let frame = source.state.frame + 1;
+            let LatentParticle { pose, place, .. } = source.state;
             let expected = self.descends.then(|| {
                 Arc::new(Expected {
                     latent: expected.0,
                     deviation: expected.1,
-                    offset: self.residuals[segment].expected(&journey.departure.offset),
+                    offset: self.residuals[segment].expected(&source.departure.offset),
                     before: pose.clone(),
                     place: place.clone(),
                 })
             });
-            let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), noise(journey.rng));
+            let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), noise(source.rng));
             let pose = self.with_given_root(pose, frame);
-            let before = std::mem::take(&mut journey.departure.latent);
+            let before = std::mem::take(&mut source.departure.latent);
             let particle = LatentParticle {
                 segment,
                 latent,
@@ -288,12 +287,12 @@ impl LatentModel {
                 recovered,
                 expected,
             };
-            (journey.index, particle)
+            (source.index, particle)
         };
-        journeys.iter_mut().zip(means).zip(drawn).enumerate().map(arrive).collect()
+        pending.iter_mut().zip(means).zip(drawn).enumerate().map(arrive).collect()
     }
 
-    /// A latent point about the dynamics' mean, and whether it had to be brought back to the training latents.
+    /// A latent point drawn about the dynamics' mean, and whether it had to be brought back to the training latents.
     fn draw(&self, segment: usize, mean: &[f64], deviation: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, bool) {
         let next: Vec<f64> = mean.iter().map(|m| m + deviation * normal(rng)).collect();
         let row = self.nearest_row(segment, &next);
@@ -363,15 +362,15 @@ impl MotionModel for LatentModel {
     }
 
     fn propagate_all(&self, states: &[LatentParticle], _past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<LatentParticle> {
-        let mut journeys: Vec<PendingParticle<'_>> = states
+        let mut pending: Vec<PendingParticle<'_>> = states
             .par_iter()
             .zip(rngs.par_iter_mut())
             .enumerate()
             .map(|(index, (state, rng))| PendingParticle { index, state, departure: self.depart(state, rng), rng })
             .collect();
-        journeys.sort_by_key(|journey| journey.departure.segment);
+        pending.sort_by_key(|source| source.departure.segment);
         // batches of a fixed size, so that the bits do not depend on the number of threads
-        let batches: Vec<&mut [PendingParticle<'_>]> = journeys
+        let batches: Vec<&mut [PendingParticle<'_>]> = pending
             .chunk_by_mut(|a, b| a.departure.segment == b.departure.segment)
             .flat_map(|of_one_model| of_one_model.chunks_mut(BATCH))
             .collect();
@@ -397,7 +396,7 @@ impl MotionModel for LatentModel {
         let step = PlanarStep { forward: root[0], left: root[1], turn: root[2] };
         let mean = self.observation(state.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let (root, pose) = self.roots.nudged(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
+        let (root, pose) = self.roots.stepped(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
         let pose = self.with_given_root(pose, state.frame);
         let moving = PoseRate { rotations, velocities: state.moving.velocities.clone() };
         let place = RootPlace { root, ..state.place.clone() };
@@ -414,7 +413,7 @@ impl MotionModel for LatentModel {
             *s = if same { b - a } else { 0.0 };
         }
         let still = PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 };
-        let (carried, _) = self.roots.nudged(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
+        let (carried, _) = self.roots.stepped(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
         let apart = carried.step_to(&to.place.root);
         root.copy_from_slice(&[apart.forward, apart.left, apart.turn]);
     }

@@ -1,4 +1,4 @@
-//! How a particle's root moves from frame to frame.
+//! Motion of a particle's root from frame to frame.
 
 use std::ops::{Add, Mul};
 
@@ -11,46 +11,46 @@ use super::residual::{Unseen, offset_by};
 use super::settings::{LatentSettings, RootMotion};
 use crate::body::{Humanoid, Pose, rotation_about};
 
-/// Deviations of the root's steps never fall below these: metres and radians a frame.
+/// Least deviations of the root's steps: metres and radians per frame.
 const LEAST_NOISE: PlanarStep = PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };
 
-/// A foot never stands firmer than this: square micrometres and microradians.
+/// Least looseness of a foot: square micrometres and microradians.
 const LEAST_VARIANCE: f64 = 1e-12;
 
-/// Where a particle's body stands, and how that changes.
+/// Dynamics of the position of a particle's body on the ground.
 ///
-/// The models say how fast the root moves, but they learned it of the training's own moments: on motion that was not
-/// seen they err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays at
-/// its foothold, so the new pose tells where the root is, to within what feet of that height slid and turned in
-/// training ([`Footing`]). All three are weighed by the inverses of their variances, and what is left is the noise, but
-/// for a floor: in flight the models' velocities stand, on firm feet what the legs say. Footholds are remembered
-/// ([`Footing::updated`]), so that the noise does not add up over the frames. Height comes of the feet likewise: the
-/// lower foot of a pose off the manifold is as high as that of the pose on it, up to an offset of its own.
+/// The models predict the root's velocity, but they were learned at the training data's own moments: for unseen motion
+/// their errors are [`Unseen`]. With [`RootMotion::Planted`] there are two more estimates. A standing foot stays at
+/// its foothold, so the new pose determines the root, up to the slide and rotation of feet at this height in training
+/// ([`Footing`]). All three are weighted by their inverse variances, and the remaining variance is the noise, with a
+/// lower bound: in flight the models' velocities dominate, on firm feet the legs. Footholds are remembered
+/// ([`Footing::updated`]), so that the noise does not accumulate over frames. Height is also determined by the feet:
+/// the lower foot of a pose off the manifold is as high as that of the pose on it, plus a separate offset.
 ///
-/// `[GPDM graph]` does not say how the root moves.
+/// `[GPDM graph]` does not define the motion of the root.
 #[derive(Clone, Debug)]
 pub(super) struct RootDynamics {
     footing: Option<Footing>,
-    /// Deviations of the models' steps.
+    /// Standard deviations of the models' steps.
     noise: PlanarStep,
     scale: f64,
 }
 
-/// Where a particle's body stands.
+/// Position of a particle's body on the ground.
 #[derive(Clone, Debug)]
 pub(super) struct RootPlace {
     pub(super) root: PlanarRoot,
-    /// Where its feet stood before the frame's own noise; `None` where feet tell nothing.
+    /// Its footholds before the frame's own noise; `None` if feet are not used.
     pub(super) footholds: Option<Feet>,
 }
 
-/// Estimates of a change, weighed by the inverses of their variances; the first is that nothing is to change.
-struct Fused<T> {
+/// Estimates of a change, weighted by their inverse variances; the first estimate is no change.
+struct FusedEstimate<T> {
     sum: T,
     precision: f64,
 }
 
-impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Fused<T> {
+impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> FusedEstimate<T> {
     fn new(nothing: T, variance: f64, others: impl Iterator<Item = (T, f64)>) -> Self {
         let first = Self { sum: nothing, precision: 1.0 / variance };
         others.fold(first, |fused, (estimate, variance)| {
@@ -63,14 +63,14 @@ impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Fused<T> {
         self.sum * (1.0 / self.precision)
     }
 
-    /// Its deviation, `floor` at least.
+    /// Its standard deviation, at least `floor`.
     fn deviation(&self, floor: f64) -> f64 {
         (1.0 / self.precision.sqrt()).max(floor)
     }
 }
 
 impl RootDynamics {
-    /// As the training of `graph` tells. A body without feet moves by the models' velocities alone.
+    /// Learned from the training data of `graph`. A body without feet moves by the models' velocities alone.
     pub(super) fn learn(
         footing: Option<Footing>,
         graph: &GpdmGraph,
@@ -89,22 +89,23 @@ impl RootDynamics {
         Self { footing, noise, scale: settings.root_noise_scale }
     }
 
-    /// Deviations of a step in the heading frame; of one on firm feet where feet tell something.
+    /// Standard deviations of a step in the heading frame; on firm feet if feet are used.
     pub(super) fn deviations(&self) -> [f64; 3] {
         let PlanarStep { forward, left, turn } = self.noise;
         let deviations = match self.footing.as_ref().map(Footing::firmest) {
             None => [forward, left, turn],
             Some(firm) => {
-                let slide = Fused::new(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
+                let slide = FusedEstimate::new(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
                 let slide = slide.deviation(LEAST_NOISE.forward);
-                let turn = Fused::new(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
+                let turn =
+                    FusedEstimate::new(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
                 [slide, slide, turn]
             }
         };
         deviations.map(|deviation| self.scale * deviation)
     }
 
-    /// The pose of the map's mean with an offset, standing at `root`.
+    /// The pose of the map's mean with an offset, at `root`.
     pub(super) fn stand(&self, at: &Stand<'_>, root: &PlanarRoot) -> Pose {
         let mut pose = at.chart.place(&offset_by(at.mean.to_vec(), at.offset), root);
         at.body.clamp_to_limits(&mut pose);
@@ -116,8 +117,8 @@ impl RootDynamics {
         pose
     }
 
-    /// The last number of the offset that leads from the map's mean to a pose: by how much its lower foot is higher, in
-    /// the chart's unit. `None` where feet tell nothing, and the number is the root's.
+    /// The last number of the offset from the map's mean to a pose: the height difference of the lower foot, in the
+    /// chart's unit. `None` if feet are not used; the number is then the root's height.
     pub(super) fn height_offset(&self, body: &Humanoid, chart: &PoseChart, mean: &[f64], pose: &Pose) -> Option<f64> {
         let footing = self.footing.as_ref()?;
         let on_manifold = chart.place(mean, &PlanarRoot::from_pose(pose));
@@ -125,12 +126,12 @@ impl RootDynamics {
         Some((here - there) / chart.height_unit())
     }
 
-    /// A pose at `root` whose footholds are where its feet are.
+    /// A pose at `root` with its footholds at its feet.
     pub(super) fn place(&self, body: &Humanoid, root: PlanarRoot, pose: &Pose) -> RootPlace {
         RootPlace { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
     }
 
-    /// Place and pose one frame after `before`, which stood at `place`, with noise of these standard normal numbers.
+    /// Position and pose one frame after `before`, which was at `place`, with noise of these standard normal numbers.
     pub(super) fn next(
         &self,
         before: &Pose,
@@ -158,10 +159,9 @@ impl RootDynamics {
         }
     }
 
-    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body where they
-    /// were before the nudge (where they are loose it stays where it is), then it goes by `step`. Footholds do not
-    /// change within a frame.
-    pub(super) fn nudged(
+    /// Root and pose after a change of the pose within a frame: feet keep the body where they were before the change
+    /// (if they are loose it stays where it is), then it moves by `step`. Footholds do not change within a frame.
+    pub(super) fn stepped(
         &self,
         before: &Pose,
         root: &PlanarRoot,
@@ -177,7 +177,7 @@ impl RootDynamics {
         (after, moved(pose, step.turn, &Vector2::new(after.x - root.x, after.y - root.y)))
     }
 
-    /// A pose that stands where the models' velocities put it, moved so that its feet come to `footholds`.
+    /// A pose at the position predicted by the models' velocities, moved so that its feet come to `footholds`.
     fn held(
         &self,
         footing: &Footing,
@@ -190,12 +190,12 @@ impl RootDynamics {
         let steps = footholds.steps_to(&footing.feet(body, &pose));
         let feet = steps.map(|step| (step, footing.looseness(&step)));
         let turns = feet.iter().map(|(step, loose)| (-step.turned, loose.turn));
-        let turn = Fused::new(0.0, self.noise.turn * self.noise.turn, turns);
+        let turn = FusedEstimate::new(0.0, self.noise.turn * self.noise.turn, turns);
         let turned = turn.mean() + turn.deviation(LEAST_NOISE.turn) * drawn[2];
         let pivot = pose.world_from_root.translation.vector;
         let back = |step: &FootStep| step.before.coords.xy() - turned_about(&pivot, turned, &step.after);
         let slides = feet.iter().map(|(step, loose)| (back(step), loose.slide));
-        let slide = Fused::new(Vector2::zeros(), self.slide_variance(), slides);
+        let slide = FusedEstimate::new(Vector2::zeros(), self.slide_variance(), slides);
         let shift = slide.mean() + Vector2::new(drawn[0], drawn[1]) * slide.deviation(LEAST_NOISE.forward);
         let pose = moved(pose, turned, &shift);
         let root = root.after(&PlanarStep { forward: 0.0, left: 0.0, turn: turned });
@@ -208,7 +208,7 @@ impl RootDynamics {
     }
 }
 
-/// A pose turned on the spot and shifted along the ground.
+/// A pose rotated about the vertical and shifted along the ground.
 fn moved(mut pose: Pose, turned: f64, shift: &Vector2<f64>) -> Pose {
     let placed = &mut pose.world_from_root;
     placed.rotation = rotation_about(&Vector3::z_axis(), turned) * placed.rotation;
@@ -216,7 +216,7 @@ fn moved(mut pose: Pose, turned: f64, shift: &Vector2<f64>) -> Pose {
     pose
 }
 
-/// What stands somewhere: the map's mean and an offset.
+/// The map's mean and an offset.
 pub(super) struct Stand<'a> {
     pub(super) body: &'a Humanoid,
     pub(super) chart: &'a PoseChart,
@@ -224,7 +224,7 @@ pub(super) struct Stand<'a> {
     pub(super) offset: &'a [f64],
 }
 
-/// Standard deviation of what the models do not explain of the root's steps in their own training.
+/// Standard deviation of the part of the root's steps that the models do not explain in their own training data.
 fn own_noise(graph: &GpdmGraph) -> PlanarStep {
     let (mut squares, mut count) = ([0.0; 3], 0.0);
     for segment in &graph.segments {

@@ -1,104 +1,105 @@
-//! Settings of latent motion models. Distances are per anatomical joint, so that they mean the same for other bodies.
+//! Settings of latent motion models. Distances are per anatomical joint, so that they are comparable between bodies.
 
 use serde::{Deserialize, Serialize};
 
 use super::super::SettingError;
 
-/// Greatest distance of a jump, rad^2 per anatomical joint: `[GPDM graph]`'s.
+/// Greatest distance of a jump, rad^2 per anatomical joint: that of `[GPDM graph]`.
 pub(super) const JUMP_THRESHOLD: f64 = 1.0 / 13.0;
-/// Weight of velocities beside poses, s^2.
+/// Weight of velocities relative to poses, s^2.
 pub(super) const VELOCITY_WEIGHT: f64 = 0.02;
 
-/// How particles move in and between latent spaces.
+/// Motion of particles in and between latent spaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatentSettings {
-    /// How particles change from one model to another.
+    /// Transitions of particles between models.
     pub transition: InterTransition,
-    /// How particles are spread over the training poses that resemble the start pose.
+    /// Distribution of particles over the training poses similar to the start pose.
     pub initialisation: Initialisation,
     /// Least standard deviation of the process noise, as a share of the latents' spread. A model learned from much
-    /// motion is so sure of itself that particles would not spread at all.
+    /// motion is so confident that particles would otherwise not spread at all.
     pub noise_floor: f64,
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread.
     pub start_jitter: f64,
-    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most
+    /// Deviation of particles from the latent manifold, as a multiple of the distance of training frames from the most
     /// similar ones of other moments; 0 keeps them on it, as in `[GPDM graph]`.
     pub residual_scale: f64,
-    /// Time after which such an offset is 1/e as great, seconds.
+    /// Time in which such an offset decays to 1/e, seconds.
     pub residual_s: f64,
-    /// Factor on the noise of the root's steps, which is what training leaves open of them, at least 2 mm and 0.3
-    /// degrees a frame. At 1 the search for the root starves.
+    /// Factor on the noise of the root's steps, which is the variation unexplained by training, at least 2 mm and 0.3
+    /// degrees per frame. At 1 too few particles explore the root.
     pub root_noise_scale: f64,
-    /// What tells where the root goes.
+    /// Method of predicting the root.
     pub root_motion: RootMotion,
-    /// Whether particles at the end of what a model learned go on where the recording does.
+    /// Whether particles at the end of a model continue with the following model of the recording.
     pub natural_edges: bool,
 }
 
-/// What tells where a particle's root goes.
+/// Method of predicting a particle's root.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RootMotion {
     /// The models' own velocities.
     Model,
-    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of that height stood in training;
-    /// in flight the models' velocities. `[GPDM graph]` does not have it.
+    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of this height stood in training;
+    /// in flight the models' velocities. Not in `[GPDM graph]`.
     #[default]
     Planted,
 }
 
-/// How particles change from one model to another.
+/// Transitions of particles between models.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterTransition {
-    /// Not at all: the original GPDM, which has one model.
+    /// None: the original GPDM, which has one model.
     None,
-    /// With a constant probability per frame to any other model, to that model's most similar pose: `[GPDM graph]`'s
-    /// switching GPDM.
+    /// With a constant probability per frame to any other model, to that model's most similar pose: the switching GPDM
+    /// of `[GPDM graph]`.
     Switching {
         /// Probability of leaving a model in one frame.
         probability: f64,
     },
-    /// To candidates whose poses are similar: the GPDM graph.
+    /// To candidates with similar poses: the GPDM graph.
     Graph {
-        /// Who jumps.
+        /// Rule for the probability of a jump.
         rule: JumpRule,
         /// Greatest distance of a jump, rad^2 per anatomical joint.
         threshold: f64,
         /// Distance at which a jump is 1/e as likely, rad^2 per anatomical joint (`stay_weighted`).
         width: f64,
-        /// Weight of the squared difference of joint velocities (rad/s)^2 beside that of poses, s^2. Poses alone do not
-        /// tell a step from its mirror image in time.
+        /// Weight of the squared difference of joint velocities (rad/s)^2 relative to that of poses, s^2. Poses alone
+        /// do not distinguish a step from its reversal in time.
         velocity_weight: f64,
     },
 }
 
-/// Which particles near candidates jump.
+/// Rule for the jumps of particles near candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JumpRule {
-    /// Every particle within the threshold, shared among candidates by `[GPDM graph]` Eqs. 12 and 13 as printed.
+    /// Every particle within the threshold jumps, distributed over candidates by `[GPDM graph]` Eqs. 12 and 13 as
+    /// printed.
     Literal,
-    /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
+    /// Jumps have weight `exp(-distance / width)` per candidate, staying has weight 1.
     #[default]
     StayWeighted,
-    /// As `stay_weighted`, but every weight is divided by the number of candidates of its model: how often
-    /// particles jump does not grow with the number of candidates.
+    /// As `stay_weighted`, but every weight is divided by the number of candidates of its model, so that the frequency
+    /// of jumps does not grow with the number of candidates.
     StayShared,
 }
 
-/// How particles are shared among the training poses that resemble the start pose.
+/// Distribution of particles over the training poses similar to the start pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Initialisation {
-    /// `[GPDM graph]` Eqs. 12 to 14 as printed: nearly equal shares, whatever the distances.
+    /// `[GPDM graph]` Eqs. 12 to 14 as printed: nearly equal shares for any distances.
     Literal,
-    /// `exp(-distance / width)`, the width 0.25/13 rad^2 per anatomical joint.
+    /// `exp(-distance / width)` with a width of 0.25/13 rad^2 per anatomical joint.
     #[default]
     Softmax,
 }
 
 impl Default for InterTransition {
-    /// `[GPDM graph]`'s jump threshold, and the stay-weighted rule with widths chosen on walks other than the
+    /// The jump threshold of `[GPDM graph]`, and the stay-weighted rule with widths chosen on walks other than the
     /// benchmark's.
     fn default() -> Self {
         Self::Graph {
@@ -130,7 +131,7 @@ impl LatentSettings {
     /// Checks every range.
     ///
     /// # Errors
-    /// [`SettingError`] names the first setting that is out of its range.
+    /// [`SettingError`] with the first setting that is out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         let (one, any) = ([0.0, 1.0], [0.0, f64::MAX]);
         let mut checks = vec![("noise_floor", self.noise_floor, one), ("start_jitter", self.start_jitter, any)];

@@ -1,4 +1,5 @@
-//! Between models: where a particle may jump to, and how likely (`[GPDM graph]` Eq. 7 and step 3 of section 3.3).
+//! Transitions between models: destinations of jumps and their probabilities (`[GPDM graph]` Eq. 7 and step 3 of
+//! section 3.3).
 
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -11,10 +12,10 @@ use super::initialisation::literal_shares;
 use super::settings::{InterTransition, JUMP_THRESHOLD, JumpRule, LatentSettings, VELOCITY_WEIGHT};
 use crate::body::rotation_vector;
 
-/// Frames before the end of a segment from which a particle walks on into the next.
+/// Number of frames before the end of a segment from which a particle continues in the next.
 const FRAMES_TO_THE_END: usize = 2;
 
-/// A pose and how it moves, as jumps compare them.
+/// A pose and its rates, as compared by jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PoseRate {
     pub(super) rotations: Vec<UnitQuaternion<f64>>,
@@ -23,7 +24,7 @@ pub(super) struct PoseRate {
 }
 
 impl PoseRate {
-    /// From the rotations of this frame and of the one before.
+    /// From the rotations of this frame and of the previous one.
     pub(super) fn between(
         before: &[UnitQuaternion<f64>],
         now: Vec<UnitQuaternion<f64>>,
@@ -42,15 +43,14 @@ impl PoseRate {
         distance(&self.rotations, &other.rotations) + velocity_weight * velocities
     }
 
-    /// The distance if it is below `limit`. What is certainly farther, by the chords of the angles, costs no
-    /// arctangent.
+    /// The distance if it is below `limit`. If the chords of the angles already exceed it, no arctangent is computed.
     pub(super) fn distance_below(&self, other: &Self, velocity_weight: f64, limit: f64) -> Option<f64> {
         let mut least = 0.0;
         let joints = self.rotations.iter().zip(&other.rotations).zip(self.velocities.iter().zip(&other.velocities));
         for ((a, b), (u, v)) in joints {
             let cos = a.coords.dot(&b.coords);
             least += 4.0 * (1.0 - cos * cos) + velocity_weight * (u - v).norm_squared();
-            // rounding must not cost a pose that lies just below the limit
+            // rounding must not exclude a pose just below the limit
             if least > limit + 1e-9 {
                 return None;
             }
@@ -63,28 +63,28 @@ impl PoseRate {
 #[derive(Clone, Copy, Debug)]
 struct JumpTarget {
     at: Candidate,
-    /// One over the number of candidates of its model.
+    /// Reciprocal of the number of candidates of its model.
     share: f64,
 }
 
-/// What particles may jump to.
+/// Possible destinations of jumps.
 ///
 /// A destination's pose is the map's mean at its latent point, as in `[GPDM graph]` Eq. 7, not the recorded pose.
 #[derive(Clone, Debug)]
 pub(super) struct Jumps {
-    /// Per segment, every training frame at the map's mean; the velocity of a first frame is that of the second.
+    /// For every segment, all training frames at the map's mean; the velocity of a first frame is that of the second.
     frames: Vec<Vec<PoseRate>>,
-    /// All candidates, natural edges apart.
+    /// All candidates, without natural edges.
     destinations: Vec<JumpTarget>,
 }
 
-/// Per segment the map's mean at every training latent, a row a frame.
+/// For every segment, the map's mean at every training latent, one row per frame.
 pub(super) fn training_means(graph: &GpdmGraph) -> Vec<Mat<f64>> {
     graph.segments.iter().map(|s| s.gpdm.map_mean(s.gpdm.latents())).collect()
 }
 
 impl Jumps {
-    /// Of a graph and its [`training_means`].
+    /// From a graph and its [`training_means`].
     pub(super) fn new(graph: &GpdmGraph, means: &[Mat<f64>]) -> Self {
         let mut counts = vec![0.0; graph.segments.len()];
         graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
@@ -98,7 +98,7 @@ impl Jumps {
         &self.frames[at.segment][at.row]
     }
 
-    /// The training frame of a model whose pose is most similar.
+    /// The training frame of a model with the most similar pose.
     fn nearest_row(&self, segment: usize, rotations: &[UnitQuaternion<f64>]) -> Option<usize> {
         let rows = self.frames[segment].iter().enumerate();
         let distances = rows.map(|(row, frame)| (row, distance(rotations, &frame.rotations)));
@@ -120,7 +120,7 @@ fn frames_of(graph: &GpdmGraph, segment: &GraphSegment, means: &Mat<f64>) -> Vec
     (0..rotations.len()).map(moving).collect()
 }
 
-/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay. `moving` has the
+/// Destination of a particle in `segment`, nearest to training row `row` there; `None` to stay. `moving` has the
 /// particle's own pose, offset included (step 3 of `[GPDM graph]` section 3.3), and the velocity of the map's mean.
 pub(super) fn jump(
     graph: &GpdmGraph,
@@ -132,7 +132,7 @@ pub(super) fn jump(
 ) -> Option<Candidate> {
     if settings.natural_edges
         && is_end(graph, segment, row)
-        && let Some(at) = onwards(graph, jumps, segment, moving, &settings.transition)
+        && let Some(at) = continuation(graph, jumps, segment, moving, &settings.transition)
     {
         return Some(at);
     }
@@ -159,14 +159,15 @@ pub(super) fn jump(
     }
 }
 
-/// Whether nothing was learned of what follows a row.
+/// Whether a row is the last one of its sequence in the model.
 fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
     row + FRAMES_TO_THE_END >= graph.segments[segment].sequence_of(row).end
 }
 
-/// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording
-/// ends, to the training frame that moves most alike, if one does. Who never changes models looks for it in his own.
-fn onwards(
+/// Destination of a particle at the end of its segment: the next segment of the recording or, at the end of the
+/// recording, the training frame with the most similar motion, if any is similar enough. Without transitions between
+/// models, only the particle's own model is searched.
+fn continuation(
     graph: &GpdmGraph,
     jumps: &Jumps,
     segment: usize,
@@ -189,13 +190,13 @@ fn onwards(
     nearest.filter(|(_, distance)| *distance < threshold * moving.rotations.len() as f64).map(|(at, _)| at)
 }
 
-/// Of destinations and their distances, the one that is drawn; `None` to stay.
+/// Draws one of the destinations by their distances; `None` to stay.
 fn choose(near: &[(JumpTarget, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
     let drawn: f64 = rng.random();
     let shares = match rule {
         JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),
-        JumpRule::StayWeighted => beside_staying(near.iter().map(|n| libm::exp(-n.1 / width)).collect()),
-        JumpRule::StayShared => beside_staying(near.iter().map(|n| n.0.share * libm::exp(-n.1 / width)).collect()),
+        JumpRule::StayWeighted => jump_probabilities(near.iter().map(|n| libm::exp(-n.1 / width)).collect()),
+        JumpRule::StayShared => jump_probabilities(near.iter().map(|n| n.0.share * libm::exp(-n.1 / width)).collect()),
     };
     let mut passed = 0.0;
     near.iter().zip(shares).find_map(|((destination, _), share)| {
@@ -204,8 +205,8 @@ fn choose(near: &[(JumpTarget, f64)], rule: JumpRule, width: f64, rng: &mut ChaC
     })
 }
 
-/// Probabilities of jumps of these weights, where staying weighs 1.
-fn beside_staying(weights: Vec<f64>) -> Vec<f64> {
+/// Probabilities of jumps with these weights, where staying has weight 1.
+fn jump_probabilities(weights: Vec<f64>) -> Vec<f64> {
     let total = 1.0 + weights.iter().sum::<f64>();
     weights.into_iter().map(|weight| weight / total).collect()
 }

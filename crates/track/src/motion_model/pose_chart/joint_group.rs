@@ -1,4 +1,4 @@
-//! Anatomical joints: hinges in series at one point count as one ball joint.
+//! Anatomical joints: hinges in series at one point form one ball joint.
 
 use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 
@@ -9,13 +9,13 @@ use crate::body::{Humanoid, JointKind, rotation_about, rotation_from_vector, rot
 pub enum JointGroup {
     /// Three hinges in series about mutually perpendicular axes, or a spherical joint: any rotation.
     Ball(Ball),
-    /// Hinges in series that do not reach every rotation: axes and degrees of freedom.
+    /// Hinges in series that cannot reach every rotation: axes and degrees of freedom.
     Hinges(Vec<(Unit<Vector3<f64>>, usize)>),
-    /// A slide: its degree of freedom.
+    /// A slider: its degree of freedom.
     Slide(usize),
 }
 
-/// How a ball joint's rotation is written in degrees of freedom.
+/// Representation of a ball joint's rotation in degrees of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ball {
     /// Angles about three perpendicular axes, outermost first, with their limits.
@@ -27,13 +27,13 @@ pub enum Ball {
         /// Lower and upper limit of each, radians.
         limits: [[f64; 2]; 3],
     },
-    /// A rotation vector in three consecutive degrees of freedom, from this one on.
+    /// A rotation vector in three consecutive degrees of freedom, beginning with this one.
     RotationVector(usize),
 }
 
 impl JointGroup {
-    /// The anatomical joints of `body`, parents first. Mimic and floating joints are none: they follow others, or are
-    /// no part of a human body.
+    /// The anatomical joints of `body`, parents first, without mimic joints, which follow others, and floating joints,
+    /// which are not part of a human body.
     pub fn all_of(body: &Humanoid) -> Vec<Self> {
         let mut groups = Vec::new();
         let mut taken = vec![false; body.joints.len()];
@@ -58,7 +58,7 @@ impl JointGroup {
         groups
     }
 
-    /// How many numbers of a chart describe this joint.
+    /// Number of a chart's numbers that describe this joint.
     pub fn dimensions(&self) -> usize {
         match self {
             Self::Ball(_) => 3,
@@ -67,7 +67,7 @@ impl JointGroup {
         }
     }
 
-    /// The rotation of the joint; none for a slide.
+    /// The rotation of the joint; the identity for a slider.
     pub fn rotation(&self, angles: &[f64]) -> UnitQuaternion<f64> {
         let product = |hinges: &mut dyn Iterator<Item = (Unit<Vector3<f64>>, usize)>| {
             hinges.fold(UnitQuaternion::identity(), |q, (axis, dof)| q * rotation_about(&axis, angles[dof]))
@@ -86,7 +86,7 @@ impl JointGroup {
 }
 
 impl Ball {
-    /// Writes a rotation as angles; of the two ways about three axes the one that stays within the limits.
+    /// Writes a rotation as angles; of the two solutions for three axes, the one within the limits is used.
     pub fn write(&self, rotation: &UnitQuaternion<f64>, angles: &mut [f64]) {
         match self {
             Self::RotationVector(first) => {
@@ -102,7 +102,7 @@ impl Ball {
     }
 }
 
-/// The hinges that turn about the same point as joint `first`: `(joint, axis, degree of freedom)`.
+/// The hinges that rotate about the same point as joint `first`: `(joint, axis, degree of freedom)`.
 fn series_from(body: &Humanoid, first: usize) -> Vec<(usize, Unit<Vector3<f64>>, usize)> {
     let mut series = Vec::new();
     let mut joint = first;
@@ -137,11 +137,11 @@ fn ball(body: &Humanoid, hinges: &[(Unit<Vector3<f64>>, usize)]) -> Option<Joint
     })
 }
 
-/// Angles whose rotations about three perpendicular axes, one after another, make `rotation`.
+/// Angles whose successive rotations about three perpendicular axes equal `rotation`.
 fn angles_about(axes: &[Unit<Vector3<f64>>; 3], rotation: &UnitQuaternion<f64>, limits: &[[f64; 2]; 3]) -> [f64; 3] {
     let [x, y, third] = axes.map(Unit::into_inner);
     let z = x.cross(&y);
-    // a left-handed triple turns the other way about its third axis
+    // a left-handed triple rotates in the opposite sense about its third axis
     let sign = if z.dot(&third) < 0.0 { -1.0 } else { 1.0 };
     let basis = Matrix3::from_columns(&[x, y, z]);
     let m = basis.transpose() * rotation.to_rotation_matrix().into_inner() * basis;
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tracked_body_has_nine_anatomical_joints_of_which_five_are_balls() {
+    fn the_tracked_body_has_nine_anatomical_joints_including_five_balls() {
         let groups = JointGroup::all_of(&Humanoid::tracker25().unwrap());
         assert_eq!(groups.len(), 9, "{groups:?}");
         assert_eq!(groups.iter().filter(|g| matches!(g, JointGroup::Ball(_))).count(), 5);
@@ -174,7 +174,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn angles_of_a_rotation_make_the_same_rotation(
+        fn angles_of_a_rotation_reproduce_the_rotation(
             a in -3.0..3.0_f64, b in -1.5..1.5_f64, c in -3.0..3.0_f64, mirrored: bool,
         ) {
             let third = if mirrored { -Vector3::x() } else { Vector3::x() };

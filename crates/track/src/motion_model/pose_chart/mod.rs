@@ -1,8 +1,8 @@
 //! Poses as points of a vector space in which a latent model can be learned.
 //!
-//! Per anatomical joint the exponential map about its mean rotation, then the root's tilt and height, then its velocity
-//! in its own heading frame. Where the root is on the ground and where it heads to is left out: a latent model learns
-//! *how* a body moves, wherever it does.
+//! For every anatomical joint the exponential map about its mean rotation, then the root's tilt and height, then its
+//! velocity in its own heading frame. Position and heading of the root on the ground are left out: a latent model
+//! learns *how* a body moves, wherever it is.
 
 mod joint_group;
 
@@ -14,29 +14,29 @@ pub use joint_group::{Ball, JointGroup};
 use super::gpdm::PartsError;
 use crate::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
 
-/// How many numbers of an observation vector describe the root: roll, pitch, height, forward and sideways velocity, yaw
-/// rate.
+/// Number of an observation vector's numbers that describe the root: roll, pitch, height, forward and sideways
+/// velocity, yaw rate.
 pub const ROOT_DIMENSIONS: usize = 6;
 
-/// Where a body stands on the ground and where it heads to.
+/// Position and heading of a body on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarRoot {
-    /// Metres, world.
+    /// World x, metres.
     pub x: f64,
-    /// Metres, world.
+    /// World y, metres.
     pub y: f64,
     /// Heading about the world's z axis, radians.
     pub yaw: f64,
 }
 
-/// What a motion does to the [`PlanarRoot`] from one frame to the next, in the heading frame of the former.
+/// Change of the [`PlanarRoot`] from one frame to the next, in the heading frame of the former.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarStep {
     /// Metres along the heading.
     pub forward: f64,
     /// Metres to the left of the heading.
     pub left: f64,
-    /// Radians.
+    /// Rotation about the vertical, radians.
     pub turn: f64,
 }
 
@@ -45,13 +45,13 @@ pub struct PlanarStep {
 pub struct PoseChart {
     groups: Vec<JointGroup>,
     means: Vec<UnitQuaternion<f64>>,
-    /// Divisors that give the root's six numbers the mean spread of the joints'.
+    /// Divisors that give the root's six numbers the mean spread of the joints' numbers.
     root_units: [f64; ROOT_DIMENSIONS],
     angles: usize,
 }
 
 impl PoseChart {
-    /// The chart of `body` whose mean rotations and units are those of the training motions.
+    /// The chart of `body` with mean rotations and units of the training motions.
     pub fn learn(body: &Humanoid, motions: &[Motion]) -> Self {
         let groups = JointGroup::all_of(body);
         let poses = || motions.iter().flat_map(|motion| &motion.poses);
@@ -68,8 +68,8 @@ impl PoseChart {
         chart
     }
 
-    /// The chart of `body` with these mean rotations (`w x y z`, one a joint group) and units of the root's numbers, as
-    /// [`Self::mean_rotations`] and [`Self::root_units`] tell them.
+    /// The chart of `body` with these mean rotations (`w x y z`, one per joint group) and units of the root's numbers,
+    /// as returned by [`Self::mean_rotations`] and [`Self::root_units`].
     ///
     /// # Errors
     /// [`PartsError`] unless there is one unit quaternion for every joint and the units are above zero.
@@ -91,7 +91,7 @@ impl PoseChart {
         Ok(Self { groups, means, root_units, angles: body.degrees_of_freedom.len() })
     }
 
-    /// Mean rotation of every joint group, `w x y z`; the identity for those that are charted by their angles.
+    /// Mean rotation of every joint group, `w x y z`; the identity for those represented by their angles.
     pub fn mean_rotations(&self) -> Vec<[f64; 4]> {
         self.means.iter().map(|q| [q.w, q.i, q.j, q.k]).collect()
     }
@@ -101,7 +101,7 @@ impl PoseChart {
         self.root_units
     }
 
-    /// Metres of one unit of the root's height.
+    /// Size of one unit of the root's height, metres.
     pub fn height_unit(&self) -> f64 {
         self.root_units[2]
     }
@@ -111,7 +111,7 @@ impl PoseChart {
         self.joint_dimensions() + ROOT_DIMENSIONS
     }
 
-    /// Degrees of freedom of the body that it charts.
+    /// Number of degrees of freedom of the body.
     pub fn angles(&self) -> usize {
         self.angles
     }
@@ -121,7 +121,8 @@ impl PoseChart {
         &self.groups
     }
 
-    /// One row a frame (T x D). The velocities of a motion's first frame are those of its second.
+    /// The observation vectors of a motion, one row per frame (T x D). The velocities of a first frame are those of
+    /// the second.
     pub fn observe(&self, motion: &Motion) -> Mat<f64> {
         let poses = &motion.poses;
         let rows: Vec<Vec<f64>> = (0..poses.len())
@@ -156,13 +157,13 @@ impl PoseChart {
         observation
     }
 
-    /// How an observation vector moves the planar root.
+    /// The step of the planar root in an observation vector.
     pub fn planar_step(&self, observation: &[f64]) -> PlanarStep {
         let at = |i: usize| observation[self.joint_dimensions() + i] * self.root_units[i];
         PlanarStep { forward: at(3), left: at(4), turn: at(5) }
     }
 
-    /// The pose that an observation vector means, standing at `root`.
+    /// The pose of an observation vector, at `root`.
     pub fn place(&self, observation: &[f64], root: &PlanarRoot) -> Pose {
         let mut joint_angles = nalgebra::DVector::zeros(self.angles);
         let mut values = observation;
@@ -190,7 +191,7 @@ impl PoseChart {
         self.groups.iter().map(|group| group.rotation(pose.joint_angles.as_slice())).collect()
     }
 
-    /// As [`Self::rotations`], of an observation vector.
+    /// As [`Self::rotations`], for an observation vector.
     pub fn rotations_of(&self, observation: &[f64]) -> Vec<UnitQuaternion<f64>> {
         self.rotations(&self.place(observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 }))
     }
@@ -217,21 +218,21 @@ impl PoseChart {
 }
 
 impl PlanarRoot {
-    /// Of a pose.
+    /// The planar root of a pose.
     pub fn from_pose(pose: &Pose) -> Self {
         let translation = &pose.world_from_root.translation;
         let q = pose.world_from_root.rotation;
         Self { x: translation.x, y: translation.y, yaw: 2.0 * libm::atan2(q.k, q.w) }
     }
 
-    /// What leads from here to `next`.
+    /// The step from here to `next`.
     pub fn step_to(&self, next: &Self) -> PlanarStep {
         let (sin, cos) = libm::sincos(self.yaw);
         let (dx, dy) = (next.x - self.x, next.y - self.y);
         PlanarStep { forward: cos * dx + sin * dy, left: cos * dy - sin * dx, turn: wrapped(next.yaw - self.yaw) }
     }
 
-    /// Where `step` leads from here.
+    /// The root after `step`.
     pub fn after(&self, step: &PlanarStep) -> Self {
         let (sin, cos) = libm::sincos(self.yaw);
         Self {
@@ -255,13 +256,13 @@ pub fn distance(a: &[UnitQuaternion<f64>], b: &[UnitQuaternion<f64>]) -> f64 {
         .sum()
 }
 
-/// The rotation of a quaternion `w x y z`, bit by bit; `None` unless it is of unit length.
+/// The rotation of a quaternion `w x y z`, bit by bit; `None` unless it has unit length.
 pub fn unit_quaternion([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
     let q = Quaternion::new(w, x, y, z);
     ((q.norm() - 1.0).abs() < 1e-9).then(|| UnitQuaternion::new_unchecked(q))
 }
 
-/// `(-pi, pi]` of an angle.
+/// Wraps an angle to `(-pi, pi]`.
 fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * libm::round(angle / turn)
@@ -306,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_is_rebuilt_from_its_observation_vectors_and_first_root() {
+    fn a_motion_is_reconstructed_from_its_observation_vectors_and_first_root() {
         let body = Humanoid::tracker25().unwrap();
         let motion = walk(&body);
         let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
@@ -327,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chart_is_put_together_from_its_numbers_and_nothing_else() {
+    fn a_chart_is_determined_by_its_numbers() {
         let body = Humanoid::tracker25().unwrap();
         let chart = PoseChart::learn(&body, &[walk(&body)]);
         let (means, units) = (chart.mean_rotations(), chart.root_units());
@@ -338,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn distance_is_the_squared_angle_whatever_the_sign_of_the_quaternion() {
+    fn distance_is_the_squared_angle_for_either_sign_of_the_quaternion() {
         let turn = |angle: f64| rotation_about(&Vector3::y_axis(), angle);
         let negated = UnitQuaternion::new_unchecked(-turn(0.7).into_inner());
         assert!((distance(&[turn(0.2)], &[turn(0.7)]) - 0.25).abs() < 1e-12);

@@ -2,9 +2,9 @@
 //! with the poses of the first frames on the outlines that were observed. The outline of a body with a skin is the
 //! skin's, which follows the shape as that of a population's people does.
 //!
-//! Nothing but what a tracker has is used: its body, the cameras, observations, and its own first answers. A gate
-//! decides whether the body that was found is kept ([`CalibrationVerdict`]): without that decision calibration would
-//! make a correct body worse.
+//! Only what a tracker has is used: its body, the cameras, observations, and its own first answers. The shape is solved
+//! on the first frames, and judged on later ones that were held back ([`CalibrationVerdict`]): a shape that only
+//! explains the frames it was solved on is not used, and a correct body stays as it is.
 
 mod importance;
 mod shape;
@@ -23,12 +23,13 @@ use crate::camera::CameraRig;
 use crate::motion_model::SettingError;
 use crate::observation::Observation;
 
-/// How many frames are looked at.
-pub const CALIBRATION_FRAMES: usize = 20;
+/// How many frames are looked at; the last third of them is held back.
+pub const CALIBRATION_FRAMES: usize = 30;
 /// How far apart they are, seconds: every fourth frame of a video of 60 Hz.
 pub const CALIBRATION_SPACING_S: f64 = 1.0 / 15.0;
-/// By which factor the energy must fall for a calibrated body to be kept. Right bodies gain nothing: on 16_15, 14_24
-/// and 16_57 the factor was 1.3 to 1.4 for them, and 0.6 to 0.8 for bodies of other lengths and girths.
+/// With fewer frames the body is not calibrated: neighbouring poses cannot tell a limb's length from its angles.
+const FEWEST_FRAMES: usize = 6;
+/// By which factor the energy in the frames that were held back must fall for a calibrated body to be used.
 const GAIN: f64 = 0.9;
 /// How far a pose is held to the one that was tracked: squared lengths of the residuals times the spread of a human's
 /// motion between frames of 60 Hz.
@@ -37,29 +38,34 @@ const PULL_RATE_HZ: f64 = 60.0;
 /// A length of the residuals, per cent of an image's height.
 const PERCENT_OF_HEIGHT: f64 = 100.0 / 240.0;
 
-/// Why a calibrated body was kept or not.
+/// Why a calibrated body is used or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CalibrationVerdict {
-    /// The calibrated body's silhouettes and outlines fit better.
+    /// Its silhouettes and outlines fit better in the frames that were held back.
     Kept,
     /// They do not: as for a body that is right.
     NoBetter,
     /// Fewer than two cameras see an outline: one cannot tell size from distance.
     TooFewViews,
+    /// There are too few frames to solve a shape and to check it on others.
+    TooFewFrames,
 }
 
 /// What a calibration found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationReport {
-    /// Whether the body was kept, and why.
+    /// Whether the calibrated body is used, and why.
     pub verdict: CalibrationVerdict,
-    /// Frames that were looked at.
+    /// Frames on which the shape was solved.
     pub frames: usize,
-    /// Mean weighted square of the residuals with the body as given and with the calibrated one, squared lengths (1/240
-    /// of an image's height); `None` where nothing was seen.
+    /// Later frames, on which it was judged; 0 in runs of older versions, which judged it on the same frames.
+    #[serde(default)]
+    pub held_back: usize,
+    /// Mean weighted square of the residuals in the frames that were held back, with the body as given and with the
+    /// calibrated one, squared lengths (1/240 of an image's height); `None` if the body was not calibrated.
     pub cost: Option<[f64; 2]>,
-    /// Mean energy with the body as given and with the calibrated one, each in its best poses of these frames.
+    /// Mean energy in these frames with the body as given and with the calibrated one, each in its best poses.
     pub energy: Option<[f64; 2]>,
     /// What was found, as shares of lengths and girths.
     pub shares: Vec<(String, f64)>,
@@ -93,7 +99,7 @@ pub enum CalibrationError {
 }
 
 /// Calibrates `body` on frames that were `seen` by the cameras of `rig` and in which it was tracked, in the order of
-/// time.
+/// time. The last third of them only judges the result.
 ///
 /// # Errors
 /// [`CalibrationError`] without a frame, and where settings or observations make no sense.
@@ -108,55 +114,62 @@ pub fn calibrate(
     let observed = seen.iter().map(|(observation, _)| Ok(likelihood()?.into_outlines(observation)?));
     let observed: Vec<Vec<_>> = observed.collect::<Result<_, CalibrationError>>()?;
     let seeing = (0..rig.cameras.len()).filter(|view| observed.iter().any(|frame| frame[*view].is_some())).count();
-    let model = ShapeModel::new(body);
-    let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
-    let problem = CalibrationProblem {
-        model: &model,
-        cameras: seen.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
-        importance: OutlineImportance::new(body),
-        observed,
-        tracked: seen.iter().map(|(_, pose)| pose.clone()).collect(),
-        precision: ProposalScales::for_human(body, PULL_RATE_HZ)
-            .in_step_order()
-            .iter()
-            .map(|d| PULL / (d * d))
-            .collect(),
-    };
     let as_given = |report| BodyCalibration { body: body.clone(), start: first.1.clone(), report };
     if seeing < 2 {
-        let report = CalibrationReport {
-            verdict: CalibrationVerdict::TooFewViews,
-            frames: seen.len(),
-            cost: None,
-            energy: None,
-            shares: Vec::new(),
-            metres: Vec::new(),
-        };
-        return Ok(as_given(report));
+        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews)));
     }
-    let (held, free) = (problem.solve(false), problem.solve(true));
-    let calibrated = model.shaped(&free.values);
-    let energy =
-        [mean_energy(body, rig, settings, seen, &held)?, mean_energy(&calibrated, rig, settings, seen, &free)?];
-    let verdict = verdict([held.cost, free.cost], energy);
+    if seen.len() < FEWEST_FRAMES {
+        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
+    }
+    let model = ShapeModel::new(body);
+    let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
+    let importance = OutlineImportance::new(body);
+    let precision: Vec<f64> =
+        ProposalScales::for_human(body, PULL_RATE_HZ).in_step_order().iter().map(|d| PULL / (d * d)).collect();
+    let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
+    let mut observed = observed.into_iter();
+    let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
+        model: &model,
+        cameras: frames.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
+        importance: &importance,
+        observed: observed.by_ref().take(frames.len()).collect(),
+        tracked: frames.iter().map(|(_, pose)| pose.clone()).collect(),
+        precision: &precision,
+    };
+    let found = problem(solved_on).solve();
+    let calibrated = model.shaped(&found.values);
+    let judged = problem(held_back);
+    let (before, after) = (judged.solve_poses(&vec![0.0; found.values.len()]), judged.solve_poses(&found.values));
+    let energy = [
+        mean_energy(body, rig, settings, held_back, &before)?,
+        mean_energy(&calibrated, rig, settings, held_back, &after)?,
+    ];
+    let verdict = verdict([before.cost, after.cost], energy);
     let of = |shares: bool| {
-        let both = model.numbers.iter().zip(&free.values).filter(|(number, _)| number.is_share() == shares);
+        let both = model.numbers.iter().zip(&found.values).filter(|(number, _)| number.is_share() == shares);
         both.map(|(number, value)| (number.name.clone(), *value)).collect()
     };
-    let (shares, metres) = (of(true), of(false));
-    let cost = Some([held.cost, free.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite()));
-    let report = CalibrationReport { verdict, frames: seen.len(), cost, energy: Some(energy), shares, metres };
-    Ok(match (verdict, free.poses.into_iter().next()) {
+    let report = CalibrationReport {
+        verdict,
+        frames: solved_on.len(),
+        held_back: held_back.len(),
+        cost: Some([before.cost, after.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite())),
+        energy: Some(energy),
+        shares: of(true),
+        metres: of(false),
+    };
+    Ok(match (verdict, found.poses.into_iter().next()) {
         (CalibrationVerdict::Kept, Some(start)) => BodyCalibration { body: calibrated, start, report },
         _ => as_given(report),
     })
 }
 
-/// The gate; costs and energies with the body as given and with the calibrated one.
+/// The decision; costs and energies with the body as given and with the calibrated one.
 fn verdict(cost: [f64; 2], energy: [f64; 2]) -> CalibrationVerdict {
-    match cost[1] < cost[0] && energy[1] < GAIN * energy[0] {
-        true => CalibrationVerdict::Kept,
-        false => CalibrationVerdict::NoBetter,
+    if cost[1] < cost[0] && energy[1] < GAIN * energy[0] {
+        CalibrationVerdict::Kept
+    } else {
+        CalibrationVerdict::NoBetter
     }
 }
 
@@ -177,32 +190,44 @@ fn mean_energy(
 }
 
 impl CalibrationReport {
-    /// What was decided and why, in a sentence.
-    pub fn in_words(&self) -> String {
-        let costs = self.cost.map(|[before, after]| {
-            format!(
-                "outlines are off by {:.2} % of the image's height with the body as given, {:.2} % calibrated",
-                before.sqrt() * PERCENT_OF_HEIGHT,
-                after.sqrt() * PERCENT_OF_HEIGHT
-            )
-        });
-        let energies = self.energy.map(|[before, after]| format!("energy {before:.4} and {after:.4}"));
-        let told: Vec<String> = costs.into_iter().chain(energies).collect();
-        let told = if told.is_empty() { String::new() } else { format!(" ({})", told.join("; ")) };
-        let decided = match self.verdict {
-            CalibrationVerdict::Kept => "the calibrated body is kept: it fits better",
-            CalibrationVerdict::NoBetter => {
-                "the body as given is kept: calibrated, its silhouettes fit no better, as those of a body that is right"
-            }
-            CalibrationVerdict::TooFewViews => {
-                "the body as given is kept: fewer than two cameras see an outline, and one cannot tell size from distance"
-            }
-        };
-        format!("{decided}{told}")
+    fn not_calibrated(verdict: CalibrationVerdict) -> Self {
+        let (shares, metres) = (Vec::new(), Vec::new());
+        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres }
     }
 
-    /// The numbers that were found, in words: lengths and girths in per cent, places in millimetres.
-    pub fn numbers_in_words(&self) -> Vec<(String, String)> {
+    /// What was decided and why, in a sentence.
+    pub fn describe(&self) -> String {
+        let decision = match self.verdict {
+            CalibrationVerdict::Kept => "the calibrated body is used, because it fits better",
+            CalibrationVerdict::NoBetter => {
+                "the body is used as given, because the calibrated one does not fit clearly better"
+            }
+            CalibrationVerdict::TooFewViews => {
+                "the body is used as given: fewer than two cameras see an outline, and one camera cannot tell size from distance"
+            }
+            CalibrationVerdict::TooFewFrames => {
+                "the body is used as given: a calibration needs a third of a second of video to solve a shape and to check it"
+            }
+        };
+        let where_judged = match self.held_back {
+            0 => String::new(),
+            held_back => format!(" in {held_back} frames held back from the calibration"),
+        };
+        let costs = self.cost.map(|[before, after]| {
+            format!(
+                "its outlines are off by {:.2} % of the image's height, those of the body as given by {:.2} %",
+                after.sqrt() * PERCENT_OF_HEIGHT,
+                before.sqrt() * PERCENT_OF_HEIGHT
+            )
+        });
+        let energies = self.energy.map(|[before, after]| format!("energy {after:.4} and {before:.4}"));
+        let measured: Vec<String> = costs.into_iter().chain(energies).collect();
+        let measured = if measured.is_empty() { String::new() } else { format!(" ({})", measured.join("; ")) };
+        format!("{decision}{where_judged}{measured}")
+    }
+
+    /// Every number that was found with its unit: lengths and girths in per cent, places in millimetres.
+    pub fn describe_numbers(&self) -> Vec<(String, String)> {
         let shares = self.shares.iter().map(|(name, share)| (name.clone(), format!("{:+.1} %", 100.0 * share)));
         let metres = self.metres.iter().map(|(name, metres)| (name.clone(), format!("{:+.1} mm", 1000.0 * metres)));
         shares.chain(metres).collect()

@@ -35,13 +35,13 @@ pub(super) struct CalibrationProblem<'a> {
     /// `[frame][view]`: the cameras as they were.
     pub(super) cameras: Vec<Vec<Camera>>,
     /// What each place of the body counts.
-    pub(super) importance: OutlineImportance,
+    pub(super) importance: &'a OutlineImportance,
     /// `[frame][view]`: what was observed.
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
     /// The poses in which the search begins, one a frame.
     pub(super) tracked: Vec<Pose>,
     /// Precision by which every number of a pose's step is held to the tracked pose.
-    pub(super) precision: Vec<f64>,
+    pub(super) precision: &'a [f64],
 }
 
 /// Poses and a shape.
@@ -77,10 +77,18 @@ struct Eliminated {
 }
 
 impl CalibrationProblem<'_> {
-    /// The solution, with the shape held or free.
-    pub(super) fn solve(&self, is_free: bool) -> CalibrationSolution {
-        let count = if is_free { self.model.numbers.len() } else { 0 };
-        let mut values = vec![0.0; self.model.numbers.len()];
+    /// The shape and the poses that fit best.
+    pub(super) fn solve(&self) -> CalibrationSolution {
+        self.solve_from(vec![0.0; self.model.numbers.len()], self.model.numbers.len())
+    }
+
+    /// The poses that fit best with the shape `values`.
+    pub(super) fn solve_poses(&self, values: &[f64]) -> CalibrationSolution {
+        self.solve_from(values.to_vec(), 0)
+    }
+
+    /// The solution from a shape, of which the first `count` numbers are free.
+    fn solve_from(&self, mut values: Vec<f64>, count: usize) -> CalibrationSolution {
         let mut poses = self.tracked.clone();
         for step in 0..STEPS {
             let share = step as f64 / (STEPS - 1) as f64;
@@ -238,7 +246,7 @@ impl CalibrationProblem<'_> {
         body.difference(pose, anchor, &mut towards);
         let (mut matrix, mut gradient) = (frame.pose.matrix.clone(), frame.pose.gradient.clone());
         let mut cross = frame.cross.clone();
-        for (number, (towards, precision)) in towards.iter().zip(&self.precision).enumerate() {
+        for (number, (towards, precision)) in towards.iter().zip(self.precision).enumerate() {
             matrix[(number, number)] = (matrix[(number, number)] + precision) * (1.0 + DAMPING);
             gradient[number] -= precision * towards;
         }
@@ -390,10 +398,10 @@ mod tests {
         let problem = CalibrationProblem {
             model: &model,
             cameras: vec![vec![camera.clone()]],
-            importance: OutlineImportance::default(),
+            importance: &OutlineImportance::default(),
             observed: Vec::new(),
             tracked: Vec::new(),
-            precision: Vec::new(),
+            precision: &[],
         };
         let zero = vec![0.0; model.numbers.len()];
         let varied = |number: usize, by: f64| {

@@ -41,9 +41,9 @@ fn a_planted_body_is_found_from_its_silhouettes() {
     let values: Vec<f64> = model.numbers.iter().map(|number| planted(&number.name)).collect();
     let actor = model.shaped(&values);
     let rig = rig(4);
-    let seen = seen(&actor, &rig, 8);
+    let seen = seen(&actor, &rig, 12);
     let found = calibrated(&body, &rig, &seen);
-    assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.in_words());
+    assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
     for (name, value) in &found.report.shares {
         // A pixel is 10 mm: a fifth of a limb's radius, 3 % of its length.
         let within = if name.contains("girth") { 0.1 } else { 0.03 };
@@ -63,8 +63,30 @@ fn a_right_body_stays_as_it_is() {
     let body = Humanoid::tracker25().unwrap();
     let rig = rig(4);
     let found = calibrated(&body, &rig, &seen(&body, &rig, 6));
-    assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.in_words());
+    assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.describe());
     assert!(found.body.is_same_body(&body));
+}
+
+#[test]
+fn a_body_that_fits_only_the_frames_it_was_solved_on_is_not_used() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.15));
+    let rig = rig(4);
+    let (others, mut seen) = (seen(&body, &rig, 9), seen(&actor, &rig, 9));
+    let verdict = |seen: &[_]| calibrated(&body, &rig, seen).report.verdict;
+    assert_eq!(verdict(&seen), CalibrationVerdict::Kept);
+    seen.splice(6.., others.into_iter().skip(6));
+    assert_eq!(verdict(&seen), CalibrationVerdict::NoBetter);
+}
+
+#[test]
+fn too_few_frames_leave_the_body_alone() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
+    let rig = rig(3);
+    let found = calibrated(&body, &rig, &seen(&actor, &rig, 5));
+    assert_eq!(found.report.verdict, CalibrationVerdict::TooFewFrames);
+    assert!(found.body.is_same_body(&body) && found.report.describe().contains("third of a second"));
 }
 
 #[test]
@@ -82,7 +104,7 @@ fn one_camera_leaves_the_body_alone_and_empty_masks_do() {
     let found = calibrated(&body, &four, &blank);
     assert_eq!((found.report.verdict, found.report.cost), (CalibrationVerdict::TooFewViews, None));
     assert!(found.body.is_same_body(&body) && found.start == blank[0].1);
-    assert!(found.report.in_words().contains("fewer than two cameras"));
+    assert!(found.report.describe().contains("fewer than two cameras"));
 }
 
 #[test]
@@ -90,10 +112,10 @@ fn a_frame_without_silhouettes_between_others_does_no_harm() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
     let rig = rig(3);
-    let mut seen = seen(&actor, &rig, 5);
+    let mut seen = seen(&actor, &rig, 7);
     seen[2].0.silhouettes.iter_mut().for_each(|mask| *mask = Mask::new(320, 240));
     let found = calibrated(&body, &rig, &seen);
-    assert!(found.report.shares.iter().all(|(_, share)| share.is_finite()));
+    assert!(!found.report.shares.is_empty() && found.report.shares.iter().all(|(_, share)| share.is_finite()));
     assert!(found.start.joint_angles.iter().all(|angle| angle.is_finite()));
 }
 
@@ -102,7 +124,7 @@ fn any_number_of_threads_finds_the_same_bits() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 2, 0.03, 0.1));
     let rig = rig(2);
-    let seen = seen(&actor, &rig, 3);
+    let seen = seen(&actor, &rig, 6);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| calibrated(&body, &rig, &seen)).report

@@ -1,35 +1,36 @@
-//! From markers on the skin to the centres of joints, in one frame.
+//! Joint centres and segment orientations from skin markers, in one frame.
 //!
 //! * **Hips**: Harrington's regression on the width and depth of the pelvis (`[Harrington 2007]`).
-//! * **Knees and ankles**: the middle of lateral and medial marker where both are worn; else the chord of Plug-in Gait:
-//!   the centre lies half a joint's breadth from the lateral marker, at a right angle to the segment above, in the
-//!   plane of the marker on thigh or shank.
-//! * **Elbows** alike, in the plane across the bend of the arm; **wrists** in the middle of their two markers.
-//! * **Shoulders** below the acromion, the seventh vertebra before its marker, the top of the head above the head band.
+//! * **Knees and ankles**: the midpoint of the lateral and medial markers if both exist; else the chord function of
+//!   Plug-in Gait: the centre lies half a joint's breadth from the lateral marker, where the directions to that marker
+//!   and to the joint above are perpendicular, in the plane of the thigh or shank marker.
+//! * **Elbows** likewise, in the plane perpendicular to the arm's plane of flexion; **wrists** at the midpoint of their
+//!   two markers.
+//! * **Shoulders** below the acromion, the neck in front of the C7 marker, the top of the head above the head band.
 //!
-//! Breadths and offsets are this project's round figures for adults ([`HALF_KNEE`] and the others): a file seldom tells
-//! its subject's. They are the greatest error of what is found, one to two centimetres.
+//! Breadths and offsets are round values for adults chosen by this project ([`HALF_KNEE`] and the others), since files
+//! seldom give the subject's. They are the largest source of error, one to two centimetres.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-/// Half a knee's breadth and half a marker's, metres.
+/// Half the breadth of a knee plus half a marker's diameter, metres.
 pub(super) const HALF_KNEE: f64 = 0.058;
-/// The same of an ankle.
+/// The same for an ankle.
 pub(super) const HALF_ANKLE: f64 = 0.042;
-/// The same of an elbow.
+/// The same for an elbow.
 pub(super) const HALF_ELBOW: f64 = 0.045;
-/// From a marker on the acromion down to the centre of the shoulder, metres.
+/// Distance of the shoulder's centre below the acromion marker, metres.
 const BELOW_ACROMION: f64 = 0.055;
-/// From the marker on the seventh vertebra ahead to where the neck bends, metres.
+/// Distance of the neck joint in front of the marker on the seventh vertebra, metres.
 const INTO_NECK: f64 = 0.04;
-/// From the middle of a head band up to the crown, metres.
+/// Height of the crown above the middle of the head band, metres.
 const ABOVE_BAND: f64 = 0.10;
-/// Directions between points that are nearer than this are unknown, metres.
-const LEAST_LENGTH: f64 = 1e-4;
-/// Two directions with a smaller sine between them do not tell a frame.
-const LEAST_SINE: f64 = 0.02;
+/// Closer points define no direction, metres.
+const MIN_LENGTH: f64 = 1e-4;
+/// Two directions with a smaller sine between them define no frame.
+const MIN_SINE: f64 = 0.02;
 
 /// Markers and landmarks of one frame, metres, by name.
 pub(super) struct MarkerFrame<'a>(pub(super) &'a BTreeMap<String, Point3<f64>>);
@@ -48,17 +49,17 @@ pub(super) struct Side {
 pub(super) const SIDES: [Side; 2] =
     [Side { word: "left", letter: "L", sign: 1.0 }, Side { word: "right", letter: "R", sign: -1.0 }];
 
-/// A frame with X ahead, Y to the left, Z up: Y as given, Z as nearly as that allows.
+/// A frame with X forward, Y left, Z up: Y exactly along `left`, Z as close to `up` as possible.
 pub(super) fn upright(left: Vector3<f64>, up: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
-    let (y, up) = (left.try_normalize(LEAST_LENGTH)?, up.try_normalize(LEAST_LENGTH)?);
-    let z = (up - y * y.dot(&up)).try_normalize(LEAST_SINE)?;
+    let (y, up) = (left.try_normalize(MIN_LENGTH)?, up.try_normalize(MIN_LENGTH)?);
+    let z = (up - y * y.dot(&up)).try_normalize(MIN_SINE)?;
     Some(rotation(y.cross(&z), y, z))
 }
 
-/// A frame with Z as given, Y as nearly as that allows.
+/// A frame with Z exactly along `up`, Y as close to `left` as possible.
 pub(super) fn along(up: Vector3<f64>, left: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
-    let (z, left) = (up.try_normalize(LEAST_LENGTH)?, left.try_normalize(LEAST_LENGTH)?);
-    let y = (left - z * z.dot(&left)).try_normalize(LEAST_SINE)?;
+    let (z, left) = (up.try_normalize(MIN_LENGTH)?, left.try_normalize(MIN_LENGTH)?);
+    let y = (left - z * z.dot(&left)).try_normalize(MIN_SINE)?;
     Some(rotation(y.cross(&z), y, z))
 }
 
@@ -67,13 +68,13 @@ fn rotation(x: Vector3<f64>, y: Vector3<f64>, z: Vector3<f64>) -> UnitQuaternion
     UnitQuaternion::new_normalize(UnitQuaternion::from_rotation_matrix(&rotation).into_inner())
 }
 
-/// The centre of a joint at half a breadth from its lateral marker, where it sees the joint above at a right angle to
-/// the marker; `outside` tells which side of the line between them is outside.
+/// The centre of a joint at half a breadth from its lateral marker, where the directions to the marker and to the joint
+/// above are perpendicular; `outside` is the direction from the centre to the marker's side.
 fn chord(above: Point3<f64>, marker: Point3<f64>, outside: Vector3<f64>, half: f64) -> Option<Point3<f64>> {
     let line = above - marker;
     let length = line.norm();
-    let (ahead, outside) = (line.try_normalize(LEAST_LENGTH)?, outside.try_normalize(LEAST_LENGTH)?);
-    let outside = (outside - ahead * ahead.dot(&outside)).try_normalize(LEAST_SINE)?;
+    let (ahead, outside) = (line.try_normalize(MIN_LENGTH)?, outside.try_normalize(MIN_LENGTH)?);
+    let outside = (outside - ahead * ahead.dot(&outside)).try_normalize(MIN_SINE)?;
     let along = half * half / length;
     Some(marker + ahead * along - outside * libm::sqrt((half * half - along * along).max(0.0)))
 }
@@ -95,7 +96,7 @@ impl MarkerFrame<'_> {
         Some(nalgebra::center(&self.sided(SIDES[0], name)?, &self.sided(SIDES[1], name)?))
     }
 
-    /// Orientation of the pelvis by its markers; else by hips and trunk.
+    /// Orientation of the pelvis from its markers, else from hips and trunk.
     pub(super) fn pelvis(&self) -> Option<UnitQuaternion<f64>> {
         if let (Some(left), Some(right), Some(back)) =
             (self.sided(SIDES[0], "ASI"), self.sided(SIDES[1], "ASI"), self.middle("PSI").or_else(|| self.get("SACR")))
@@ -123,7 +124,7 @@ impl MarkerFrame<'_> {
         self.landmark(side, "hip").or_else(by_markers)
     }
 
-    /// Where the neck begins.
+    /// The base of the neck.
     pub(super) fn neck(&self) -> Option<Point3<f64>> {
         let by_markers = || {
             let back = self.get("C7")?;
@@ -206,16 +207,16 @@ impl MarkerFrame<'_> {
                 return Some(nalgebra::center(&lateral, &medial));
             }
             let (shoulder, wrist) = (self.shoulder(side)?, self.wrist(side)?);
-            let up = (shoulder - lateral).try_normalize(LEAST_LENGTH)?;
-            let ahead = (wrist - lateral).try_normalize(LEAST_LENGTH)?;
-            // an arm that is nearly straight does not tell: then the side of the body
+            let up = (shoulder - lateral).try_normalize(MIN_LENGTH)?;
+            let ahead = (wrist - lateral).try_normalize(MIN_LENGTH)?;
+            // a nearly straight arm defines no plane: the lateral direction of the body decides
             let outside = up.cross(&ahead) * side.sign + self.thorax()? * Vector3::y() * (0.1 * side.sign);
             chord(shoulder, lateral, outside, HALF_ELBOW)
         };
         self.landmark(side, "elbow").or_else(by_markers)
     }
 
-    /// Orientation of the head, if it has its markers.
+    /// Orientation of the head from its markers.
     fn head_by_markers(&self) -> Option<UnitQuaternion<f64>> {
         let (front, back) = (self.middle("FHD")?, self.middle("BHD")?);
         let across = self.sided(SIDES[0], "FHD")? - self.sided(SIDES[1], "FHD")?;
@@ -242,11 +243,11 @@ impl MarkerFrame<'_> {
         self.landmark(side, "toes").or_else(|| self.sided(side, "TOE"))
     }
 
-    /// Orientation of a foot: by heel and toes, else as the shank's.
+    /// Orientation of a foot from heel and toes, else that of the shank.
     pub(super) fn foot(&self, side: Side, shank: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
         let by_markers = || {
             let (toes, back) = (self.toes(side)?, self.sided(side, "HEE").or_else(|| self.ankle(side))?);
-            let ahead = (toes - back).try_normalize(LEAST_LENGTH)?;
+            let ahead = (toes - back).try_normalize(MIN_LENGTH)?;
             let left = (shank * Vector3::z()).cross(&ahead);
             upright(left, ahead.cross(&left))
         };
@@ -259,9 +260,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_chord_is_half_a_breadth_from_the_marker_and_square_to_the_segment() {
+    fn the_chord_centre_is_half_a_breadth_from_the_marker_and_perpendicular_to_the_segment() {
         let (hip, centre) = (Point3::new(0.0, 0.09, 0.93), Point3::new(0.02, 0.1, 0.5));
-        // the marker is beside the centre, square to the thigh
+        // the marker is beside the centre, perpendicular to the thigh
         let thigh = (hip - centre).normalize();
         let aside = (Vector3::y() - thigh * thigh.y).normalize();
         let found = chord(hip, centre + aside * HALF_KNEE, aside + thigh * 0.3, HALF_KNEE).unwrap();
@@ -269,8 +270,8 @@ mod tests {
     }
 
     #[test]
-    fn harringtons_hips_are_where_the_regression_has_them() {
-        // a pelvis of 240 mm by 160 mm, level, facing +X: by hand
+    fn hips_follow_harringtons_regression() {
+        // a level pelvis of 240 mm by 160 mm facing +X, computed by hand
         let mut markers = BTreeMap::new();
         for (name, x, y) in [("LASI", 0.08, 0.12), ("RASI", 0.08, -0.12), ("LPSI", -0.08, 0.05), ("RPSI", -0.08, -0.05)]
         {

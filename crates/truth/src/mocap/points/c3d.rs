@@ -1,18 +1,18 @@
-//! C3D, the binary marker format of motion capture systems (`www.c3d.org`, user guide): blocks of 512 bytes, a header,
-//! groups of parameters, then frames of points and analogue samples, which are skipped. Intel, DEC and SGI numbers,
-//! whole or floating.
+//! C3D, the binary marker format of motion capture systems (`www.c3d.org`, user guide): blocks of 512 bytes with a
+//! header, groups of parameters, then frames of points and of analogue samples, which are skipped. Intel, DEC and SGI
+//! numbers, integer or floating point.
 //!
-//! This is a reader of our own because the crates that read C3D panic on damaged files.
+//! Existing crates that read C3D panic on damaged files, so they are not used.
 
 use super::{MOST_POINTS, PointFile};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
 const BLOCK: usize = 512;
-/// C3dParameters that a file may have.
-const MOST_PARAMETERS: usize = 10_000;
+/// Limit on the parameters and groups of a file.
+const MAX_PARAMETERS: usize = 10_000;
 
-/// How numbers are written.
+/// Number format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Processor {
     Intel,
@@ -32,13 +32,13 @@ impl Processor {
         f64::from(match self {
             Self::Intel => f32::from_le_bytes([a, b, c, d]),
             Self::Sgi => f32::from_be_bytes([a, b, c, d]),
-            // words exchanged, and an exponent that is two greater
+            // words swapped, and an exponent greater by two
             Self::Dec => 0.25 * f32::from_le_bytes([c, d, a, b]),
         })
     }
 }
 
-/// The bytes of a file, with numbers as its processor writes them.
+/// The bytes of a file, and its number format.
 #[derive(Clone, Copy)]
 struct Bytes<'a> {
     all: &'a [u8],
@@ -63,7 +63,7 @@ impl Bytes<'_> {
 struct C3dParameter {
     group: String,
     name: String,
-    /// -1 text, 1 byte, 2 whole number, 4 float.
+    /// -1 text, 1 byte, 2 integer, 4 float.
     kind: i8,
     dimensions: Vec<usize>,
     data: Vec<u8>,
@@ -75,14 +75,14 @@ struct C3dParameters {
 }
 
 impl C3dParameters {
-    /// The section that begins at `start`.
+    /// Reads the section that begins at `start`.
     fn read(bytes: Bytes<'_>, start: usize) -> Result<Self, String> {
-        let cut = || "its parameters end early".to_owned();
+        let cut = || "the parameter section is truncated".to_owned();
         let mut groups: Vec<(u8, String)> = Vec::new();
         let mut found: Vec<(u8, C3dParameter)> = Vec::new();
         let mut at = start + 4;
-        while found.len() + groups.len() < MOST_PARAMETERS {
-            // a negative length says that the parameter is locked; 0 ends the section
+        while found.len() + groups.len() < MAX_PARAMETERS {
+            // a negative length marks a locked parameter; 0 ends the section
             let Some(length) = bytes.byte(at).map(|length| usize::from((length as i8).unsigned_abs())) else { break };
             if length == 0 {
                 break;
@@ -114,7 +114,7 @@ impl C3dParameters {
         self.all.iter().find(|parameter| parameter.group == group && parameter.name == name)
     }
 
-    /// The numbers of a parameter; empty where there is none.
+    /// The numbers of a parameter; empty if there is none.
     fn numbers(&self, group: &str, name: &str) -> Vec<f64> {
         let Some(parameter) = self.find(group, name) else { return Vec::new() };
         match parameter.kind {
@@ -125,7 +125,7 @@ impl C3dParameters {
         }
     }
 
-    /// The texts of a parameter, without blanks at their ends.
+    /// The texts of a parameter, trimmed.
     fn texts(&self, group: &str, name: &str) -> Vec<String> {
         let Some(parameter) = self.find(group, name).filter(|p| p.kind == -1) else { return Vec::new() };
         let length = parameter.dimensions.first().copied().unwrap_or(parameter.data.len()).max(1);
@@ -148,10 +148,10 @@ impl C3dParameter {
     }
 }
 
-/// Reads a file.
+/// Parses the bytes of a C3D file.
 ///
 /// # Errors
-/// What was expected, and what was found.
+/// A message with what was expected and what was found.
 pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     let first = all.first().copied().map(usize::from);
     let Some(start) = first.filter(|block| *block > 0 && all.get(1) == Some(&0x50)).map(|block| (block - 1) * BLOCK)
@@ -163,7 +163,7 @@ pub fn parse(all: &[u8]) -> Result<PointFile, String> {
         Some(85) => Processor::Dec,
         Some(86) => Processor::Sgi,
         Some(other) => return Err(format!("expected processor type 84, 85 or 86, found {other}")),
-        None => return Err("it ends before its parameters".to_owned()),
+        None => return Err("the file ends before its parameters".to_owned()),
     };
     let bytes = Bytes { all, processor };
     let parameters = C3dParameters::read(bytes, start)?;
@@ -185,7 +185,7 @@ pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     })
 }
 
-/// Labels of all points; further ones than 255 stand in LABELS2 and so on.
+/// Labels of all points; those beyond 255 are in LABELS2 and so on.
 fn labels(parameters: &C3dParameters, points: usize) -> Vec<String> {
     let mut labels = parameters.texts("POINT", "LABELS");
     for number in 2..=99 {
@@ -214,7 +214,7 @@ fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f6
     }))
 }
 
-/// The axis that a screen shows upwards.
+/// The axis that points up on a screen.
 fn up(parameters: &C3dParameters) -> Option<UpAxis> {
     match parameters.texts("POINT", "Y_SCREEN").concat().trim().to_ascii_uppercase().as_str() {
         "+Z" | "Z" => Some(UpAxis::Z),
@@ -223,21 +223,21 @@ fn up(parameters: &C3dParameters) -> Option<UpAxis> {
     }
 }
 
-/// Where the numbers of frames are.
+/// Layout of the frame data.
 struct Layout {
     start: usize,
     points: usize,
     frames: usize,
-    /// Bytes of a number.
+    /// Bytes per number.
     size: usize,
-    /// Numbers of a frame, points and samples.
+    /// Numbers per frame, points and samples.
     numbers: usize,
     scale: f64,
 }
 
 impl Layout {
     fn of(bytes: Bytes<'_>, parameters: &C3dParameters) -> Result<Self, String> {
-        let word = |at: usize| bytes.word(at).map(usize::from).ok_or_else(|| "it ends in its header".to_owned());
+        let word = |at: usize| bytes.word(at).map(usize::from).ok_or_else(|| "the header is truncated".to_owned());
         let number = |name: &str| parameters.numbers("POINT", name).first().copied();
         let points = number("USED").map_or(word(2)?, |used| used as usize);
         let samples = word(4)?;
@@ -260,13 +260,13 @@ impl Layout {
             (None, Some(frames)) if frames >= 1.0 => frames as usize,
             _ => (last + 1).saturating_sub(first),
         };
-        // what has more frames than 16 bits can say may still say 65535
+        // files with more frames than 16 bits can count may declare 65535
         let frames = if said == 0 || (last >= 65_535 && said < held) { held } else { said };
         if frames > held {
-            return Err(format!("expected {frames} frames of {points} points, found {held}: it is cut off"));
+            return Err(format!("expected {frames} frames of {points} points, found {held}: the file is truncated"));
         }
         if frames.saturating_mul(points) > MOST_POINTS {
-            return Err(format!("{frames} frames of {points} points; expected at most {MOST_POINTS} points"));
+            return Err(format!("expected at most {MOST_POINTS} points, found {frames} frames of {points} points"));
         }
         Ok(Self { start, points, frames, size, numbers, scale: scale.abs() })
     }
@@ -284,21 +284,21 @@ impl Layout {
             let own = [0, 1, 2, 3].map(|i| number(4 * point + i).unwrap_or(f64::NAN));
             let [x, y, z, residual] = own;
             let place = if self.size == 2 { [x, y, z].map(|c| c * self.scale) } else { [x, y, z] };
-            // not seen: a negative residual, no number, or the origin exactly
+            // missing: a negative residual, not a number, or exactly the origin
             if residual < 0.0 || place.iter().any(|c| c.is_nan()) || place == [0.0; 3] {
                 return Ok(None);
             }
             if place.iter().all(|c| c.abs() < 1e9) {
                 Ok(Some(place))
             } else {
-                Err(format!("frame {}, point {}: expected a place, found {place:?}", frame + 1, point + 1))
+                Err(format!("frame {}, point {}: expected a position, found {place:?}", frame + 1, point + 1))
             }
         };
         (0..self.points).map(point).collect()
     }
 }
 
-/// The number of frames by TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, 32 bits in two words each.
+/// The number of frames from TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, 32 bits in two words each.
 fn actual_frames(parameters: &C3dParameters) -> Option<usize> {
     let field = |name: &str| match parameters.numbers("TRIAL", name).as_slice() {
         [low, high] => Some(*low as usize + 65_536 * *high as usize),

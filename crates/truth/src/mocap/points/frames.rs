@@ -1,36 +1,36 @@
-//! Points of a file in metres, Z up, without gaps, by the names of markers.
+//! Converts a file's points to metres, Z up, without gaps, keyed by marker name.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::gaps::{Track, filled, missing};
+use super::gaps::{Track, fill, missing_frames};
 use super::names::KnownPoints;
 use super::{PointFile, malformed};
 use crate::mocap::{MocapError, ReadOptions, UpAxis};
 
-/// A point that is seen in a smaller share of the frames is left out.
-const LEAST_SEEN: f64 = 0.5;
+/// A point seen in a smaller share of the frames is dropped.
+const MIN_SHARE_SEEN: f64 = 0.5;
 
-/// A gap longer than this is a guess, seconds.
+/// Interpolation over a longer gap is a guess, seconds.
 const LONG_GAP: f64 = 0.25;
 
-/// Farthest that a point may be, metres.
-const FARTHEST: f64 = 1e4;
+/// Largest accepted coordinate, metres.
+const MAX_COORDINATE: f64 = 1e4;
 
 /// Points that move with the trunk.
 const TRUNK: [&str; 12] =
     ["LASI", "RASI", "LPSI", "RPSI", "SACR", "C7", "CLAV", "thorax", "pelvis", "left_hip", "right_hip", "STRN"];
 
-/// Points of every frame, metres, Z up.
-pub(super) struct Placed {
+/// Points of every frame by marker name, metres, Z up.
+pub(super) struct MetricPoints {
     pub(super) frames: Vec<BTreeMap<String, Point3<f64>>>,
     pub(super) notes: Vec<String>,
-    /// Points that are left out for they are seldom seen, in words.
+    /// Descriptions of points dropped because they are seldom seen.
     pub(super) seldom: Vec<String>,
 }
 
-impl Placed {
+impl MetricPoints {
     pub(super) fn of(
         file: &str,
         points: PointFile,
@@ -39,7 +39,7 @@ impl Placed {
     ) -> Result<Self, MocapError> {
         let mut notes = points.notes.clone();
         let metres = options.metres_per_unit.or(points.metres_per_unit);
-        let metres = metres.ok_or_else(|| malformed(file, "it does not say its unit; set `metres_per_unit`"))?;
+        let metres = metres.ok_or_else(|| malformed(file, "the file declares no unit; set `metres_per_unit`"))?;
         let mean = |frame: &Vec<Option<[f64; 3]>>, columns: &[usize]| {
             let sum = columns.iter().try_fold(Vector3::zeros(), |sum, column| {
                 let place = (*frame.get(*column)?)?;
@@ -53,50 +53,52 @@ impl Placed {
             .map(|(name, columns)| (name, points.frames.iter().map(|frame| mean(frame, columns)).collect()))
             .collect();
         let mut places = tracks.values().flat_map(|track| track.iter().flatten());
-        if let Some(far) = places.find(|place| !place.iter().all(|c| c.abs() <= FARTHEST)) {
+        if let Some(far) = places.find(|place| !place.iter().all(|c| c.abs() <= MAX_COORDINATE)) {
             let found = far.coords.amax();
-            let detail = format!("a point {found:.3e} m away; expected {FARTHEST} at most: is the unit right?");
+            let detail = format!(
+                "a point is {found:.3e} m from the origin, expected at most {MAX_COORDINATE} m; check the unit"
+            );
             return Err(malformed(file, detail));
         }
         let up = match (options.up, points.up) {
             (Some(up), _) => up,
-            (None, Some(usual)) if points.up_is_usual => confirmed_up(&tracks, usual, &mut notes),
+            (None, Some(usual)) if points.up_is_usual => check_usual_up(&tracks, usual, &mut notes),
             (None, Some(up)) => up,
-            (None, None) => guessed_up(&tracks, &mut notes),
+            (None, None) => guess_up_from_points(&tracks, &mut notes),
         };
         if up == UpAxis::Y {
             let turned = |place: &mut Option<Point3<f64>>| *place = place.map(|p| Point3::new(p.x, -p.z, p.y));
             tracks.values_mut().flatten().for_each(turned);
         }
-        let (frames, seldom) = without_gaps(&tracks, &points, options, &mut notes);
+        let (frames, seldom) = fill_gaps(&tracks, &points, options, &mut notes);
         Ok(Self { frames, notes, seldom })
     }
 }
 
-/// Floors are usually at 0, metres.
-const NEAR_FLOOR: f64 = 0.2;
+/// Tolerated height of the lowest point above a floor at 0, metres.
+const FLOOR_TOLERANCE: f64 = 0.2;
 
-/// The format's usual axis, or the other one where the body stands along that: a note says why. A body that lies on the
-/// floor of the usual axis does not stand along the other.
-fn confirmed_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut Vec<String>) -> UpAxis {
+/// The format's usual axis, or the other one if the body stands along it, with a note. A body lying on the floor of the
+/// usual axis is not taken for one standing along the other.
+fn check_usual_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut Vec<String>) -> UpAxis {
     let rise = rise(tracks);
     let (along_usual, along_other, other) = match usual {
         UpAxis::Y => (rise.y, rise.z, UpAxis::Z),
         UpAxis::Z => (rise.z, rise.y, UpAxis::Y),
     };
-    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= NEAR_FLOOR;
+    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE;
     let stands = along_other > along_usual && (is_on_floor(other) || !is_on_floor(usual));
     let up = if stands { other } else { usual };
     let why = if stands { "although TRC files usually have" } else { "as TRC files usually have it, not" };
     let unused = if stands { usual } else { other };
     notes.push(format!(
         "up axis: {up:?}, {why} {unused:?}: the shoulders lie {along_usual:.2} m above the feet along {usual:?} and \
-         {along_other:.2} m along {other:?}; `up` sets another"
+         {along_other:.2} m along {other:?}; set `up` to override"
     ));
     up
 }
 
-/// Where the lowest point is along an axis in the middle one of the frames, metres.
+/// Median over the frames of the lowest coordinate along an axis, metres.
 fn lowest(tracks: &BTreeMap<&String, Track>, axis: UpAxis) -> f64 {
     let frames = tracks.values().map(Vec::len).max().unwrap_or(0);
     let of = |frame: usize| {
@@ -108,15 +110,15 @@ fn lowest(tracks: &BTreeMap<&String, Track>, axis: UpAxis) -> f64 {
     lowest.get(lowest.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The axis along which the highest points of the body lie farthest above the lowest.
-fn guessed_up(tracks: &BTreeMap<&String, Track>, notes: &mut Vec<String>) -> UpAxis {
+/// The axis along which the shoulders are farthest above the feet, with a note.
+fn guess_up_from_points(tracks: &BTreeMap<&String, Track>, notes: &mut Vec<String>) -> UpAxis {
     let rise = rise(tracks);
     let up = if rise.y > rise.z { UpAxis::Y } else { UpAxis::Z };
     notes.push(format!("up axis guessed: {up:?}"));
     up
 }
 
-/// From the mean of the feet to the mean of the shoulders, metres.
+/// Vector from the mean of the feet to the mean of the shoulders, metres.
 fn rise(tracks: &BTreeMap<&String, Track>) -> Vector3<f64> {
     let mean = |wanted: &dyn Fn(&str) -> bool| {
         let places = tracks.iter().filter(|(name, _)| wanted(name)).flat_map(|(_, track)| track.iter().flatten());
@@ -129,8 +131,8 @@ fn rise(tracks: &BTreeMap<&String, Track>) -> Vector3<f64> {
     high - low
 }
 
-/// Points of every frame, with what was filled in told, and what is left out.
-fn without_gaps(
+/// Interpolates the gaps, with notes. Returns the points of every frame, and descriptions of the dropped points.
+fn fill_gaps(
     tracks: &BTreeMap<&String, Track>,
     points: &PointFile,
     options: &ReadOptions,
@@ -142,7 +144,7 @@ fn without_gaps(
     let trunk: Vec<Vec<Point3<f64>>> = tracks
         .iter()
         .filter(|(name, track)| TRUNK.contains(&name.as_str()) && is_seen(track, count))
-        .filter_map(|(_, track)| filled(track, &still))
+        .filter_map(|(_, track)| fill(track, &still))
         .collect();
     let reference: Vec<Vector3<f64>> = (0..count)
         .map(|frame| trunk.iter().map(|own| own[frame].coords).sum::<Vector3<f64>>() / trunk.len().max(1) as f64)
@@ -150,9 +152,9 @@ fn without_gaps(
     let mut frames = vec![BTreeMap::new(); count];
     let (mut gaps, mut guesses, mut seldom) = (Vec::new(), Vec::new(), Vec::new());
     for (name, track) in tracks {
-        let lost = missing(track);
+        let lost = missing_frames(track);
         if !is_seen(track, count) {
-            notes.push(format!("{name} is not seen in {} of {count} frames: left out", lost.frames));
+            notes.push(format!("{name} is not seen in {} of {count} frames: dropped", lost.frames));
             seldom.push(format!("`{name}` is seen in {} of {count} frames", count - lost.frames));
             continue;
         }
@@ -160,7 +162,7 @@ fn without_gaps(
             let entry = format!("{name} {} (at most {} in a row)", lost.frames, lost.longest);
             if lost.longest as f64 > LONG_GAP * rate { guesses.push(entry) } else { gaps.push(entry) }
         }
-        for (frame, place) in frames.iter_mut().zip(filled(track, &reference).into_iter().flatten()) {
+        for (frame, place) in frames.iter_mut().zip(fill(track, &reference).into_iter().flatten()) {
             frame.insert((*name).clone(), place);
         }
     }
@@ -175,7 +177,7 @@ fn without_gaps(
 }
 
 fn is_seen(track: &Track, count: usize) -> bool {
-    missing(track).frames as f64 <= (1.0 - LEAST_SEEN) * count as f64
+    missing_frames(track).frames as f64 <= (1.0 - MIN_SHARE_SEEN) * count as f64
 }
 
 #[cfg(test)]
@@ -201,7 +203,7 @@ mod tests {
         ("right_ankle", [0.0, -0.09, 0.08]),
     ];
 
-    /// Two frames of it with its coordinates as `place` writes them.
+    /// Two frames of the body with coordinates transformed by `place`.
     fn file(place: impl Fn([f64; 3]) -> [f64; 3]) -> String {
         let names: String = BODY.iter().map(|(name, _)| format!("\t{name}\t\t")).collect();
         let row: String = BODY.iter().flat_map(|(_, at)| place(*at)).map(|c| format!("\t{c}")).collect();
@@ -211,7 +213,7 @@ mod tests {
         )
     }
 
-    /// Height of the head above the pelvis, and what is said of the axis.
+    /// Height of the neck above the pelvis, and the notes.
     fn read(text: &str, up: Option<UpAxis>) -> (f64, String) {
         let options = ReadOptions { up, ..ReadOptions::default() };
         let clip = parse_markers(text.as_bytes(), "a.trc", &options).unwrap();
@@ -220,40 +222,36 @@ mod tests {
         (places[of("neck")].z - places[of("pelvis")].z, clip.notes.join("; "))
     }
 
-    /// Files with Z up were laid on their side.
     #[test]
-    fn a_body_that_stands_along_z_has_z_up_and_one_that_lies_has_not() {
+    fn up_is_z_for_a_body_standing_along_z_but_not_for_a_lying_one() {
         let (height, notes) = read(&file(|[x, y, z]| [x + 2.0, y + 3.0, z]), None);
         assert!(height > 0.4 && notes.contains("up axis: Z, although TRC files usually have Y"), "{height} {notes}");
         let (height, notes) = read(&file(|[x, y, z]| [x + 2.0, z, 3.0 - y]), None);
         assert!(height > 0.4 && notes.contains("up axis: Y, as TRC files usually have it"), "{height} {notes}");
-        // on its back, the head away: along Z it is long, but the floor is that of Y
+        // lying on its back: longest along Z, but on the floor of Y
         let (height, notes) = read(&file(|[x, y, z]| [-y, x + 0.1, z + 2.0]), None);
         assert!(height.abs() < 0.1 && notes.contains("up axis: Y"), "{height} {notes}");
         let (height, notes) = read(&file(|[x, y, z]| [-y, x + 0.1, z + 2.0]), Some(UpAxis::Z));
         assert!(height > 0.4 && !notes.contains("up axis"), "{height} {notes}");
     }
 
-    /// The reason was in a note, which an error does not show.
     #[test]
-    fn a_point_that_is_seldom_seen_is_told_where_it_is_needed() {
+    fn the_error_about_a_missing_joint_names_seldom_seen_points() {
         let text = file(|place| place);
         let without_knee = text.lines().last().unwrap().replace("\t0.02\t0.09\t0.5", "\t\t\t");
         let text = format!("{text}{without_knee}\n{without_knee}\n{without_knee}\n");
-        let told = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
-        assert!(told.contains("`left_knee` is seen in 2 of 5 frames, expected at least half;"), "{told}");
-        assert!(told.contains("do not tell left_knee (frame 1"), "{told}");
+        let message = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message.contains("`left_knee` is seen in 2 of 5 frames, expected at least half;"), "{message}");
+        assert!(message.contains("cannot locate left_knee in frame 1"), "{message}");
     }
 
-    /// The message had words in place of a key of `marker_map`.
     #[test]
-    fn a_flat_trunk_has_a_message_of_its_own() {
+    fn a_collinear_trunk_has_its_own_message() {
         let text = file(|[x, _, z]| [x, 0.0, z]);
-        let told = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
-        assert!(told.contains("lie on one line in frame 1 (from 1)") && !told.contains("marker_map"), "{told}");
+        let message = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message.contains("are collinear in frame 1 (from 1)") && !message.contains("marker_map"), "{message}");
     }
 
-    /// Missing points are often written as zeros.
     #[test]
     fn points_at_zero_are_interpolated_and_counted() {
         let text = file(|place| place);
@@ -264,6 +262,6 @@ mod tests {
         let [seen, filled] = [1, 2].map(|frame| clip.joint_positions(frame)[knee]);
         assert!((seen - filled).norm() < 1e-9, "{seen} {filled}");
         let notes = clip.notes.join("; ");
-        assert!(notes.contains("exactly 0, 0, 0: 1 points") && notes.contains("left_knee 1"), "{notes}");
+        assert!(notes.contains("1 points at exactly 0, 0, 0") && notes.contains("left_knee 1"), "{notes}");
     }
 }

@@ -1,17 +1,17 @@
-//! A skeleton of points: joints at their centres, turned as the segments are.
+//! A skeleton from points: joint positions are joint centres, rotations are segment orientations.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::anatomical::{MarkerFrame, SIDES, along};
-use super::frames::Placed;
-use super::names::{KnownPoints, listed};
+use super::frames::MetricPoints;
+use super::names::{KnownPoints, short_list};
 use super::{PointFile, malformed};
 use crate::mocap::rotation::make_signs_continuous;
 use crate::mocap::{Clip, MocapError, ReadOptions, Skeleton, SkeletonJoint, clip};
 
-/// Joints with their parents; sides stand one after another.
+/// Joints with their parents; each side's joints are contiguous.
 const JOINTS: [(&str, Option<usize>); 16] = [
     ("pelvis", None),
     ("left_hip", Some(0)),
@@ -33,24 +33,28 @@ const JOINTS: [(&str, Option<usize>); 16] = [
 const HEAD: usize = 9;
 const ANKLES: [usize; 2] = [3, 6];
 
-/// A clip of the points of a file.
+/// Converts the points of a file to a clip.
 ///
 /// # Errors
-/// [`MocapError::Points`] for points that are no body, with those that are not known and the map to fill in.
-pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOptions) -> Result<Clip, MocapError> {
+/// [`MocapError::Points`] for points that do not define a body, with the unrecognised points and the map to fill in.
+pub(in crate::mocap) fn clip_from_points(
+    file: &str,
+    points: PointFile,
+    options: &ReadOptions,
+) -> Result<Clip, MocapError> {
     let known = KnownPoints::of(file, &points.names, &options.markers)?;
     let unknown = known.unknown.clone();
     let rate = options.frames_per_second.or(points.frames_per_second);
-    let rate = rate.ok_or_else(|| malformed(file, "it does not say its frame rate; set `source_hz`"))?;
+    let rate = rate.ok_or_else(|| malformed(file, "the file declares no frame rate; set `source_hz`"))?;
     if points.frames.len() < 2 {
         return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: points.frames.len() });
     }
-    let mut placed = Placed::of(file, points, &known, options)?;
+    let mut placed = MetricPoints::of(file, points, &known, options)?;
     let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
     for (index, frame) in placed.frames.iter().enumerate() {
-        let found = skeleton_in(&MarkerFrame(frame)).map_err(|lacking| match lacking {
-            Lacking::Points(names) => lacks(file, &names, index, &placed.seldom, &unknown),
-            Lacking::Volume => malformed(file, flat(index)),
+        let found = joints_of_frame(&MarkerFrame(frame)).map_err(|lacking| match lacking {
+            BodyFailure::Joints(names) => missing_points_error(file, &names, index, &placed.seldom, &unknown),
+            BodyFailure::Collinear => malformed(file, collinear_message(index)),
         })?;
         let ends = [(HEAD, found.head_top), (ANKLES[0], found.toes[0]), (ANKLES[1], found.toes[1])];
         for (tip, (joint, end)) in tips.iter_mut().zip(ends) {
@@ -73,7 +77,7 @@ pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOpt
         (0..JOINTS.len()).map(own).collect()
     };
     if !unknown.is_empty() {
-        placed.notes.push(format!("points that are not used: {}", listed(&unknown)));
+        placed.notes.push(format!("unused points: {}", short_list(&unknown)));
     }
     let mut clip = Clip {
         name: clip::clip_name(file),
@@ -87,26 +91,26 @@ pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOpt
     Ok(clip)
 }
 
-/// What a frame tells.
-struct PlacedJoints {
+/// Joints and end points of one frame.
+struct FrameJoints {
     joints: Vec<Isometry3<f64>>,
     head_top: Option<Point3<f64>>,
     toes: [Option<Point3<f64>>; 2],
 }
 
-/// Why a frame is no body.
-enum Lacking {
-    /// These cannot be placed.
-    Points(Vec<String>),
-    /// The points of pelvis, chest or head lie on a line.
-    Volume,
+/// Why the points of a frame do not define a body.
+enum BodyFailure {
+    /// These joints cannot be located.
+    Joints(Vec<String>),
+    /// The points of pelvis, chest or head are collinear.
+    Collinear,
 }
 
-/// World from joint of all joints, in the order of [`JOINTS`].
+/// `world_from_joint` of all joints, in the order of [`JOINTS`].
 ///
 /// # Errors
-/// What cannot be placed.
-fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Lacking> {
+/// [`BodyFailure`] if the points do not define a body.
+fn joints_of_frame(frame: &MarkerFrame<'_>) -> Result<FrameJoints, BodyFailure> {
     let mut lacking = Vec::new();
     let mut need = |name: &str, place: Option<Point3<f64>>| {
         if place.is_none() {
@@ -131,11 +135,11 @@ fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Lacking> {
         }
     }
     if !lacking.is_empty() {
-        return Err(Lacking::Points(lacking));
+        return Err(BodyFailure::Joints(lacking));
     }
     let turns = (frame.pelvis(), frame.thorax(), frame.head());
     let (Some(pelvis), Some(chest), Some(head)) = turns else {
-        return Err(Lacking::Volume);
+        return Err(BodyFailure::Collinear);
     };
     let at = |place: Point3<f64>, turn: UnitQuaternion<f64>| Isometry3::from_parts(place.coords.into(), turn);
     let bone = |upper: &str, lower: &str, side: usize, left: UnitQuaternion<f64>| {
@@ -158,17 +162,24 @@ fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Lacking> {
     joints[7] = at(neck, chest);
     joints[8] = at(neck, chest);
     joints[HEAD] = at(neck, head);
-    Ok(PlacedJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
+    Ok(FrameJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
 }
 
-/// Points that are no body; `seldom` tells those that are left out.
-fn lacks(file: &str, lacking: &[String], frame: usize, seldom: &[String], unknown: &[String]) -> MocapError {
-    let unknown = if unknown.is_empty() { "none".to_owned() } else { listed(unknown) };
-    let why = if seldom.is_empty() { String::new() } else { format!("{}, expected at least half; ", listed(seldom)) };
+/// The error for joints that cannot be located; `seldom` lists the dropped points.
+fn missing_points_error(
+    file: &str,
+    lacking: &[String],
+    frame: usize,
+    seldom: &[String],
+    unknown: &[String],
+) -> MocapError {
+    let unknown = if unknown.is_empty() { "none".to_owned() } else { short_list(unknown) };
+    let why =
+        if seldom.is_empty() { String::new() } else { format!("{}, expected at least half; ", short_list(seldom)) };
     let detail = format!(
-        "its points do not tell {} (frame {}, from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; \
-         name them in `marker_map` of `[motion]`, as {} = \"LABEL\" or \"LABEL+LABEL\" for the middle; points that are not \
-         known: {unknown}",
+        "cannot locate {} in frame {} (from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; set \
+         `marker_map` of `[motion]`, for example {} = \"LABEL\", or \"LABEL+LABEL\" for a midpoint; unrecognised points: \
+         {unknown}",
         lacking.join(", "),
         frame + 1,
         lacking.first().map_or("left_hip", String::as_str),
@@ -176,12 +187,11 @@ fn lacks(file: &str, lacking: &[String], frame: usize, seldom: &[String], unknow
     malformed(file, detail)
 }
 
-/// Points on one line, which do not tell how a body is turned.
-fn flat(frame: usize) -> String {
+/// The message for collinear points, which do not define the body's orientation.
+fn collinear_message(frame: usize) -> String {
     format!(
-        "the points of its pelvis, chest or head lie on one line in frame {} (from 1), so they do not tell how the body is \
-         turned: expected left and right hip, left and right shoulder, neck and crown at places of their own; mend the \
-         file there",
+        "the points of the pelvis, chest or head are collinear in frame {} (from 1): expected distinct positions of left and \
+         right hip, left and right shoulder, neck and crown; correct that frame",
         frame + 1
     )
 }

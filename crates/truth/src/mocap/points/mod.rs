@@ -1,4 +1,4 @@
-//! Recordings of points: markers of C3D and TRC files. [`joints`] makes a skeleton of them.
+//! Marker recordings in C3D and TRC files. [`joints`] computes a skeleton from the markers.
 
 mod anatomical;
 mod c3d;
@@ -13,42 +13,45 @@ use super::{Clip, MocapError, ReadOptions, UpAxis};
 pub use c3d::parse as parse_c3d;
 pub use trc::parse as parse_trc;
 
-/// Points times frames that a file may have.
+/// Limit on points times frames of a file.
 pub const MOST_POINTS: usize = 20_000_000;
 
-/// Points by names, frame by frame, as a file has them.
+/// Named points of every frame, in the file's units and axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointFile {
-    /// Of the points.
+    /// Names of the points.
     pub names: Vec<String>,
-    /// As the file declares it.
+    /// Frames per second, if the file declares it.
     pub frames_per_second: Option<f64>,
-    /// As the file declares it.
+    /// Length of the unit in metres, if the file declares it.
     pub metres_per_unit: Option<f64>,
-    /// As the file declares it.
+    /// Up axis, if the file or its format defines it.
     pub up: Option<UpAxis>,
-    /// Whether that is only what its format usually has.
+    /// Whether `up` is only the format's usual axis, not declared by the file.
     pub up_is_usual: bool,
-    /// One entry a frame, one a name; `None` where a point is not seen.
+    /// Per frame and name; `None` where the point is missing.
     pub frames: Vec<Vec<Option<[f64; 3]>>>,
-    /// What was noticed.
+    /// Notes of the reader.
     pub notes: Vec<String>,
 }
 
-/// An error of a whole file of points.
+/// An error about the whole file.
 pub(super) fn malformed(file: &str, detail: impl Into<String>) -> MocapError {
     MocapError::Points { file: file.to_owned(), detail: detail.into() }
 }
 
-/// Reads a recording of markers: C3D, or TRC where `file` ends so. Markers become joint centres by their names
-/// (Plug-in Gait, CMU, or joint centres), or by [`ReadOptions::markers`].
+/// Parses a marker recording: TRC if `file` ends in `.trc`, else C3D. Joint centres are computed from the markers,
+/// which are identified by name (Plug-in Gait, CMU, or joint centres) or by [`ReadOptions::markers`].
 ///
 /// # Errors
-/// [`MocapError`] that names the file, what was expected and found.
+/// [`MocapError`] with the file, what was expected and what was found.
 pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");
-    let of_text = || trc::parse(&String::from_utf8_lossy(bytes)).map(trc::without_zeros);
-    let points = if is_text { of_text() } else { c3d::parse(bytes) };
-    joints::clip_of(file, points.map_err(|detail| malformed(file, detail))?, options)
+    let points = if is_text {
+        trc::parse(&String::from_utf8_lossy(bytes)).map(trc::zeros_as_missing)
+    } else {
+        c3d::parse(bytes)
+    };
+    joints::clip_from_points(file, points.map_err(|detail| malformed(file, detail))?, options)
 }

@@ -1,46 +1,48 @@
-//! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then a row a frame; usually Y up,
-//! which the file does not say.
+//! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then one row per frame. The up axis is
+//! usually Y; the file does not declare it.
 
 use super::{MOST_POINTS, PointFile};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
-/// Reads a file's text.
+/// Parses the text of a TRC file.
 ///
 /// # Errors
-/// What was expected, with the line.
+/// A message with the line and what was expected.
 pub fn parse(text: &str) -> Result<PointFile, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
-    let mut line = |what: &str| lines.next().ok_or_else(|| format!("it ends before {what}"));
-    let (_, kind) = line("its first line")?;
+    let mut line = |what: &str| lines.next().ok_or_else(|| format!("the file ends before {what}"));
+    let (_, kind) = line("the first line")?;
     if !kind.starts_with("PathFileType") {
         return Err("line 1: expected PathFileType, found something else".to_owned());
     }
-    let (_, keys) = line("the names of its facts")?;
-    let (at, values) = line("its facts")?;
-    let facts: Vec<(&str, &str)> = keys.split('\t').map(str::trim).zip(values.split('\t').map(str::trim)).collect();
-    let fact = |name: &str| facts.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
-    let rate =
-        fact("DataRate").and_then(|rate| rate.parse::<f64>().ok()).filter(|rate| rate.is_finite() && *rate > 0.0);
-    let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames a second"))?;
-    let metres_per_unit = match fact("Units").unwrap_or_default().to_ascii_lowercase().as_str() {
+    let (_, keys) = line("the header keys")?;
+    let (at, values) = line("the header values")?;
+    let header: Vec<(&str, &str)> = keys.split('\t').map(str::trim).zip(values.split('\t').map(str::trim)).collect();
+    let header_value = |name: &str| header.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+    let rate = header_value("DataRate")
+        .and_then(|rate| rate.parse::<f64>().ok())
+        .filter(|rate| rate.is_finite() && *rate > 0.0);
+    let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames per second"))?;
+    let metres_per_unit = match header_value("Units").unwrap_or_default().to_ascii_lowercase().as_str() {
         "m" => 1.0,
         "cm" => 0.01,
         "mm" => 0.001,
         other => return Err(format!("line {at}: Units: expected m, cm or mm, found {:?}", excerpt(other))),
     };
-    let counts = ["NumFrames", "NumMarkers"].map(|name| (name, fact(name).and_then(|count| count.parse().ok())));
-    let (_, header) = line("the names of its markers")?;
-    // names stand at every third column; the cells between are empty
+    let counts =
+        ["NumFrames", "NumMarkers"].map(|name| (name, header_value(name).and_then(|count| count.parse().ok())));
+    let (_, columns) = line("the marker names")?;
+    // names are in every third column; the cells between are empty
     let names: Vec<String> =
-        header.split('\t').skip(2).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+        columns.split('\t').skip(2).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect();
     if names.is_empty() {
-        return Err("line 4: expected Frame#, Time and names of markers, divided by tabs".to_owned());
+        return Err("line 4: expected Frame#, Time and marker names, separated by tabs".to_owned());
     }
-    line("the names of its coordinates")?;
-    let [of_frames, of_markers] = counts.map(|(name, said)| HeaderCount { line: at, name, said });
-    of_markers.check("names of markers", names.len())?;
+    line("the coordinate names")?;
+    let [frame_count, marker_count] = counts.map(|(name, declared)| DeclaredCount { line: at, name, declared });
+    marker_count.check("marker names", names.len())?;
     let mut frames = Vec::new();
     for (at, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
         if (frames.len() + 1).saturating_mul(names.len()) > MOST_POINTS {
@@ -48,7 +50,7 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
         }
         frames.push(frame(at, row, &names)?);
     }
-    of_frames.check("rows", frames.len())?;
+    frame_count.check("rows", frames.len())?;
     Ok(PointFile {
         names,
         frames_per_second: Some(rate),
@@ -60,42 +62,42 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
     })
 }
 
-/// A number that the header says.
-struct HeaderCount {
+/// A count declared in the header.
+struct DeclaredCount {
     line: usize,
     name: &'static str,
-    said: Option<usize>,
+    declared: Option<usize>,
 }
 
-impl HeaderCount {
-    /// Refuses another number than that of the header; one that is absent is not compared.
+impl DeclaredCount {
+    /// Rejects a count that differs from the header's; an absent one is not compared.
     fn check(&self, what: &str, found: usize) -> Result<(), String> {
-        let Self { line, name, said } = self;
-        match said {
-            Some(said) if *said != found => Err(format!(
-                "line {line}: {name}: expected {said} {what}, as it says, found {found}: it is cut off, or was edited; \
-                 export it again, or correct {name}"
+        let Self { line, name, declared } = self;
+        match declared {
+            Some(declared) if *declared != found => Err(format!(
+                "line {line}: {name}: expected {declared} {what}, as declared, found {found}: the file is truncated or was \
+                 edited; export it again, or correct {name}"
             )),
             _ => Ok(()),
         }
     }
 }
 
-/// Takes points that are exactly at the origin for missing, as many programs write those; a note how many. For
-/// recordings: estimates of poses may have their root there in every frame.
-pub(super) fn without_zeros(mut points: PointFile) -> PointFile {
+/// Treats points exactly at the origin as missing, since many programs write missing points so, with a note. Only for
+/// recordings: pose estimates may have their root at the origin in every frame.
+pub(super) fn zeros_as_missing(mut points: PointFile) -> PointFile {
     let mut zeros = 0;
     for point in points.frames.iter_mut().flatten().filter(|point| **point == Some([0.0; 3])) {
         *point = None;
         zeros += 1;
     }
     if zeros > 0 {
-        points.notes.push(format!("taken for missing, for they are exactly 0, 0, 0: {zeros} points of all frames"));
+        points.notes.push(format!("{zeros} points at exactly 0, 0, 0 in all frames treated as missing"));
     }
     points
 }
 
-/// Frame number, time, and three numbers a marker; empty where a marker is missing.
+/// Parses a row: frame number, time, and three numbers per marker, empty if the marker is missing.
 fn frame(at: usize, row: &str, names: &[String]) -> Result<Vec<Option<[f64; 3]>>, String> {
     let fields: Vec<&str> = row.split('\t').skip(2).map(str::trim).collect();
     let number = |index: usize, name: &str| match fields.get(index).copied().unwrap_or_default() {
@@ -126,7 +128,7 @@ mod tests {
                         Frame#\tTime\tpelvis\t\t\thead\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0.0\t1\t2\t3\t4\t5\t6\n2\t0.1\t\t\t\t7\t8\t9\n";
 
     #[test]
-    fn a_file_as_opensim_writes_it_is_read() {
+    fn an_opensim_file_is_read() {
         let found = parse(FILE).unwrap();
         assert_eq!(
             (found.names.as_slice(), found.frames_per_second),
@@ -139,29 +141,26 @@ mod tests {
     #[test]
     fn points_at_zero_are_missing_and_a_byte_order_mark_is_skipped() {
         let text = format!("\u{feff}{}", FILE.replace("\t1\t2\t3", "\t0\t0.0\t-0"));
-        let found = without_zeros(parse(&text).unwrap());
+        let found = zeros_as_missing(parse(&text).unwrap());
         assert_eq!(found.frames[0], [None, Some([4.0, 5.0, 6.0])]);
-        assert_eq!(found.notes, ["taken for missing, for they are exactly 0, 0, 0: 1 points of all frames"]);
-        assert_eq!(without_zeros(parse(FILE).unwrap()).notes, Vec::<String>::new());
+        assert_eq!(found.notes, ["1 points at exactly 0, 0, 0 in all frames treated as missing"]);
+        assert_eq!(zeros_as_missing(parse(FILE).unwrap()).notes, Vec::<String>::new());
     }
 
     #[test]
-    fn mistakes_are_told_with_their_line() {
+    fn errors_name_the_line() {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
             (FILE.replace("mm", "ft"), "found \"ft\""),
             (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
-            (FILE.replace("60\t60\t2\t2", "60\t60\t9\t2"), "line 3: NumFrames: expected 9 rows, as it says, found 2"),
-            (
-                FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"),
-                "NumMarkers: expected 3 names of markers, as it says, found 2",
-            ),
+            (FILE.replace("60\t60\t2\t2", "60\t60\t9\t2"), "line 3: NumFrames: expected 9 rows, as declared, found 2"),
+            (FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"), "NumMarkers: expected 3 marker names, as declared, found 2"),
             ("PathFileType\n".to_owned(), "ends before"),
         ] {
-            let told = parse(&text).unwrap_err();
-            assert!(told.contains(part), "{part}: {told}");
+            let message = parse(&text).unwrap_err();
+            assert!(message.contains(part), "{part}: {message}");
         }
     }
 }

@@ -1,58 +1,59 @@
-//! Pixels that a frozen mixture surely calls background or foreground, found with small whole numbers.
+//! Classifies the pixels that are certainly background or foreground under a frozen mixture, with small integers.
 //!
-//! A pixel is background where one component alone explains it: where `sum_c ((x_c - mu_c) / sigma_c)^2 <= T`, with `T`
-//! twice what its logarithmic density at the mean has above the threshold. Each mean is rounded to a grey value and
-//! each `1 / (sigma_c sqrt(T))` up to a small whole number, and what that loses is added to the distance: so sums below
-//! the limit say *surely background*. With distances and weights rounded the other way, sums above a higher limit for
-//! all components say *surely foreground*. Pixels in between, one in a thousand, are left to the densities themselves.
-//! Twice a channel a byte, in place of two floats and one more, is what makes it fast: memory is what it waits for.
+//! A pixel is background if a single component explains it: if `sum_c ((x_c - mu_c) / sigma_c)^2 <= T`, where `T` is
+//! twice the difference between the component's log density at the mean and the threshold. Means are rounded to grey
+//! values and each `1 / (sigma_c sqrt(T))` is rounded up to a small integer; the rounding errors are added to the
+//! distance, so that sums below the limit are *certainly background*. With distances and weights rounded the other way,
+//! sums above a higher limit for all components are *certainly foreground*. The remaining pixels, one in a thousand,
+//! are decided by their densities. Using two bytes per channel instead of two floats (and one more) makes this fast,
+//! since it is limited by memory bandwidth.
 
-/// Pixels of a block.
+/// Pixels per block.
 pub(super) const BLOCK: usize = 32;
 
 /// A value for every pixel of a block.
 pub(super) type ByteLane = [u8; BLOCK];
 
-/// What is known of each pixel of a block: a byte each, 1 for yes.
+/// A flag for each pixel of a block: one byte each, 0 or 1.
 pub(super) type Flags = [u64; BLOCK / 8];
 
-/// All pixels of a block.
+/// The flags of all pixels set.
 pub(super) const ALL: Flags = [0x0101_0101_0101_0101; BLOCK / 8];
 
 /// The limit of the distance, `sqrt(T)`, in scaled units.
 const UNIT: u16 = 80;
 
-/// Sixteenths of a scaled unit are what weights count, for distances in half grey values.
+/// Weights are in sixteenths of a scaled unit, for distances in half grey values.
 const SHIFT: u32 = 4;
 
-/// A scaled distance counts as at most this much: three squares of it are a sum of 16 bits.
-const MOST: u16 = 147;
+/// Upper bound of a scaled distance: the sum of three of its squares fits into 16 bits.
+const MAX_SCALED: u16 = 147;
 
-/// Greatest difference in grey values that is told from greater ones.
-const FARTHEST: u8 = 127;
+/// Larger differences in grey values are clamped to this.
+const MAX_DIFFERENCE: u8 = 127;
 
-/// Least weight, with which [`FARTHEST`] is beyond the limit.
-const LEAST_WEIGHT: f64 = 6.0;
+/// Least weight, for which [`MAX_DIFFERENCE`] is beyond the limit.
+const MIN_WEIGHT: f64 = 6.0;
 
-/// Least `T` of a component; a lower one, of variances in hundreds, is left to densities.
-const LEAST_SLACK: f64 = 4.0;
+/// Least `T` of a component; lower ones, for variances in the hundreds, are decided by densities.
+const MIN_SLACK: f64 = 4.0;
 
-/// What the rounding of densities in single precision may amount to, generously.
+/// Generous bound on the rounding error of densities in single precision.
 const ROUNDING: f64 = 1e-3;
 
 /// Bounds of every pixel and component.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CertainBounds {
-    /// `[component][block]`, blocks row by row: rounded means of every channel, then weights; a weight of 0 leaves the
-    /// pixel to its density.
+    /// `[component][block]`, blocks row by row: rounded means of every channel, then weights; pixels with weight 0 are
+    /// decided by their density.
     blocks: Vec<Vec<ByteLane>>,
     channels: usize,
     per_row: usize,
-    /// Sums above it say that no component explains a pixel.
+    /// Limit above which a sum means that a component does not explain a pixel.
     outside: u16,
 }
 
-/// One component at one pixel, as its density is computed.
+/// One component at one pixel, with the parameters of its density.
 pub(super) struct PixelGaussian<'a> {
     pub(super) means: &'a [f32],
     /// `1 / (2 variance)`.
@@ -62,20 +63,20 @@ pub(super) struct PixelGaussian<'a> {
 }
 
 impl PixelGaussian<'_> {
-    /// `T`, and the weight of every channel; `None` where it is left to its density.
+    /// `T`, and the weight of every channel; `None` if the pixel is decided by its density.
     fn weights(&self, threshold: f32) -> Option<(f64, impl Iterator<Item = u8>)> {
         let slack = 2.0 * (f64::from(self.at_mean) - f64::from(threshold));
         let scale = 0.5 * f64::from(UNIT << SHIFT);
         let weight = move |precision: &f32| (scale * (2.0 * f64::from(*precision) / (slack - ROUNDING)).sqrt()).ceil();
-        let fits = slack >= LEAST_SLACK
-            && self.precisions.iter().all(|p| (LEAST_WEIGHT..=f64::from(u8::MAX)).contains(&weight(p)));
+        let fits = slack >= MIN_SLACK
+            && self.precisions.iter().all(|p| (MIN_WEIGHT..=f64::from(u8::MAX)).contains(&weight(p)));
         fits.then(|| (slack, self.precisions.iter().map(move |precision| weight(precision) as u8)))
     }
 }
 
 impl CertainBounds {
-    /// Of images of that width, height and number of channels. `visit(component, x, y, look)` calls `look` with the
-    /// component at a pixel.
+    /// Bounds for images of the given width, height and number of channels. `visit(component, x, y, look)` calls `look`
+    /// with the component at a pixel.
     pub(super) fn new(
         (width, height, channels): (u32, u32, usize),
         components: usize,
@@ -83,11 +84,11 @@ impl CertainBounds {
         visit: impl Fn(usize, u32, u32, &mut dyn FnMut(PixelGaussian<'_>)),
     ) -> Self {
         let per_row = (width as usize).div_ceil(BLOCK);
-        // beyond the right edge everything is background
-        let beyond = [[0; BLOCK], [LEAST_WEIGHT as u8; BLOCK]].map(|lane| vec![lane; channels]).concat();
+        // pixels beyond the right edge are background
+        let beyond = [[0; BLOCK], [MIN_WEIGHT as u8; BLOCK]].map(|lane| vec![lane; channels]).concat();
         let empty = beyond.repeat(per_row * height as usize);
         let (mut blocks, mut ratio) = (vec![empty; components], 1.0_f64);
-        // all densities together are at most K times the greatest
+        // the sum of the densities is at most K times the largest
         let more = 2.0 * (components as f64).ln() + ROUNDING;
         for (component, lanes) in blocks.iter_mut().enumerate() {
             for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
@@ -119,7 +120,7 @@ impl CertainBounds {
         [part(0), part(CHANNELS)]
     }
 
-    /// The pixels of a block that a component surely explains.
+    /// The pixels of a block that a component certainly explains.
     #[inline(always)]
     pub(super) fn explained<const CHANNELS: usize>(
         &self,
@@ -132,17 +133,18 @@ impl CertainBounds {
         for (i, flag) in flags.iter_mut().enumerate() {
             let mut sum = 0;
             for c in 0..CHANNELS {
-                let off = u16::from(centres[c][i].abs_diff(pixels[c][i]).min(FARTHEST));
-                let scaled = ((2 * off + 1) * u16::from(weights[c][i]) + (1 << SHIFT) - 1) >> SHIFT;
-                sum += scaled.min(MOST) * scaled.min(MOST);
+                let difference = u16::from(centres[c][i].abs_diff(pixels[c][i]).min(MAX_DIFFERENCE));
+                let scaled = ((2 * difference + 1) * u16::from(weights[c][i]) + (1 << SHIFT) - 1) >> SHIFT;
+                sum += scaled.min(MAX_SCALED) * scaled.min(MAX_SCALED);
             }
-            // without weights the sum is 0, else never
+            // the sum is 0 only without weights
             *flag = u8::from(sum.wrapping_sub(1) < UNIT * UNIT);
         }
-        packed(&flags)
+        pack(&flags)
     }
 
-    /// The pixels of a block that a component surely does not explain, nor all together if that holds for each.
+    /// The pixels of a block that a component certainly does not explain. If this holds for every component, the
+    /// mixture does not explain them either.
     #[inline(always)]
     pub(super) fn excluded<const CHANNELS: usize>(
         &self,
@@ -155,14 +157,14 @@ impl CertainBounds {
         for (i, flag) in flags.iter_mut().enumerate() {
             let mut sum = 0;
             for c in 0..CHANNELS {
-                let off = u16::from(centres[c][i].abs_diff(pixels[c][i]).min(FARTHEST));
+                let difference = u16::from(centres[c][i].abs_diff(pixels[c][i]).min(MAX_DIFFERENCE));
                 let weight = u16::from(weights[c][i].saturating_sub(1));
-                let scaled = ((2 * off).saturating_sub(1) * weight) >> SHIFT;
-                sum += scaled.min(MOST) * scaled.min(MOST);
+                let scaled = ((2 * difference).saturating_sub(1) * weight) >> SHIFT;
+                sum += scaled.min(MAX_SCALED) * scaled.min(MAX_SCALED);
             }
             *flag = u8::from(sum > self.outside);
         }
-        packed(&flags)
+        pack(&flags)
     }
 }
 
@@ -177,7 +179,7 @@ pub(super) fn bytes_of(row: &[u8], block: usize) -> ByteLane {
 }
 
 #[inline(always)]
-fn packed(flags: &[u8; BLOCK]) -> Flags {
+fn pack(flags: &[u8; BLOCK]) -> Flags {
     let mut words = [0; BLOCK / 8];
     for (word, eight) in words.iter_mut().zip(flags.as_chunks().0) {
         *word = u64::from_le_bytes(*eight);
@@ -185,15 +187,15 @@ fn packed(flags: &[u8; BLOCK]) -> Flags {
     words
 }
 
-/// A bit for every pixel, the first in the lowest.
+/// One bit per pixel, the first pixel in the lowest bit.
 #[inline(always)]
 pub(super) fn to_bits(flags: &Flags) -> u32 {
-    // the product brings the lowest bits of eight bytes together in the highest byte
+    // the product collects the lowest bits of eight bytes in the highest byte
     let bits = |word: &u64| (word.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32;
     flags.iter().rev().fold(0, |all, word| all << 8 | bits(word))
 }
 
-/// How many pixels.
+/// Number of set flags.
 #[inline(always)]
 pub(super) fn count(flags: &Flags) -> u32 {
     flags.iter().map(|word| word.count_ones()).sum()
@@ -207,7 +209,7 @@ mod tests {
     #[test]
     fn flags_become_bits_in_order() {
         for pattern in [0_u32, 1, 0x8000_0000, 0xdead_beef, u32::MAX] {
-            let flags = packed(&std::array::from_fn(|i| (pattern >> i & 1) as u8));
+            let flags = pack(&std::array::from_fn(|i| (pattern >> i & 1) as u8));
             assert_eq!((to_bits(&flags), count(&flags)), (pattern, pattern.count_ones()));
         }
         assert_eq!(to_bits(&ALL), u32::MAX);
@@ -216,9 +218,9 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
-        /// What is sure is true of densities in f32, by their definition.
+        /// Certain decisions agree with densities in f32 by definition.
         #[test]
-        fn what_is_sure_is_what_the_density_says(
+        fn certain_decisions_agree_with_the_density(
             means in prop::array::uniform3(0.0..255.0_f32),
             deviations in prop::array::uniform3(prop_oneof![1.0..6.0_f64, 1.0..120.0_f64]),
             threshold in -25.0..-8.0_f32,

@@ -5,18 +5,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::raster::{Mask, closed, opened, without_specks};
 
-/// How a mask is cleaned: small components are cleared and small holes filled, before and after the mask is opened and
-/// closed. Sizes are for images of 640 x 480 pixels; components and holes scale with the number of pixels.
+/// Cleaning of masks: small components are cleared and small holes filled, before and after morphological opening and
+/// closing. Sizes are for images of 640 x 480 pixels; components and holes scale with the number of pixels.
 ///
-/// The default does not open: a square wider than a forearm in the image erases it.
+/// The default does not open, since a square wider than a forearm in the image erases the forearm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cleaning {
-    /// Radius of the square that the mask is opened with, pixels: 1 is 3 x 3, 0 leaves it.
+    /// Radius of the square for opening, pixels: 1 is 3 x 3, 0 disables opening.
     pub open_px: u32,
-    /// Radius of the square that the mask is closed with, pixels: 2 is 5 x 5, 0 leaves it.
+    /// Radius of the square for closing, pixels: 2 is 5 x 5, 0 disables closing.
     pub close_px: u32,
-    /// Components of fewer pixels are cleared, but for the largest, and holes of fewer are filled.
+    /// Components with fewer pixels are cleared, except the largest, and holes with fewer pixels are filled.
     pub least_px: u32,
 }
 
@@ -27,15 +27,15 @@ impl Default for Cleaning {
 }
 
 impl Cleaning {
-    /// No cleaning at all.
+    /// No cleaning.
     pub const NONE: Self = Self { open_px: 0, close_px: 0, least_px: 0 };
 
     /// The cleaned mask.
     pub fn clean(&self, mask: &Mask) -> Mask {
         let pixels = f64::from(mask.width()) * f64::from(mask.height());
-        let least = (f64::from(self.least_px) * pixels / (640.0 * 480.0)).round() as u64;
-        let whole = without_specks(mask, least);
-        without_specks(&closed(&opened(&whole, self.open_px), self.close_px), least)
+        let min_px = (f64::from(self.least_px) * pixels / (640.0 * 480.0)).round() as u64;
+        let whole = without_specks(mask, min_px);
+        without_specks(&closed(&opened(&whole, self.open_px), self.close_px), min_px)
     }
 }
 
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn cleaning_leaves_a_body_and_takes_noise_cracks_and_specks() {
+    fn cleaning_keeps_a_body_and_removes_noise_cracks_and_specks() {
         let body = Mask::from_fn(640, 480, |x, y| (200..300).contains(&x) && (100..400).contains(&y));
         let mut noisy = body.clone();
         (0..640).step_by(7).for_each(|x| noisy.set(x, (x * 5) % 480, (x * 5) % 480 > 450 || x < 190));

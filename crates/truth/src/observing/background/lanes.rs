@@ -1,14 +1,14 @@
-//! Pixels in groups of eight, row by row, as vector instructions want them.
+//! Pixels in groups of eight, row by row, for vector instructions.
 
 use crate::raster::Mask;
 
-/// Pixels of a group.
+/// Pixels per group.
 pub(super) const LANES: usize = 8;
 
 /// A value for every pixel of a group.
 pub(super) type PixelLane = [f32; LANES];
 
-/// Groups that a row of `width` pixels takes; the last is filled up with pixels that are not there.
+/// Number of groups in a row of `width` pixels; the last one is padded.
 pub(super) fn groups_per_row(width: u32) -> usize {
     (width as usize).div_ceil(LANES)
 }
@@ -22,7 +22,7 @@ pub(super) fn lane_of(row: &[u8], group: usize) -> PixelLane {
     }
 }
 
-/// Writes the eight bits of a group into a row of a mask; those beyond the image are left out.
+/// Writes the eight bits of a group into a row of a mask, except those beyond the image.
 #[inline(always)]
 pub(super) fn put(mask: &mut Mask, y: u32, group: usize, bits: u8) {
     let left = (mask.width() as usize).saturating_sub(group * LANES);

@@ -1,12 +1,13 @@
-//! The frozen mixture: one Gaussian a pixel for each period of the background.
+//! The frozen mixture: one Gaussian per pixel for each background period.
 //!
 //! A pixel `x` is foreground iff `ln sum_i eta N(x; mu_i, Sigma_i) < -C ln 256 - ln risk`, with `eta = 1 / K`, `C`
 //! channels, diagonal `Sigma_i`, and means and variances over the frames of period `i` (HumanEva's
-//! `BackgroundSubtraction.m`, `[Sigal 2010]`). `256^-C` is the density of a foreground of even colours; `risk` is what
-//! a false alarm costs compared with a miss. Densities are compared as logarithms, for they underflow. A variance is at
-//! least 1 grey value squared: that is the rounding of the image, and less makes saturated pixels flicker.
+//! `BackgroundSubtraction.m`, `[Sigal 2010]`). `256^-C` is the density of a foreground with uniformly distributed
+//! colours; `risk` is the cost of a false alarm relative to a miss. Densities are compared as logarithms, because they
+//! underflow. Variances are at least 1 grey value squared, the rounding of the image; less makes saturated pixels
+//! flicker.
 //!
-//! Nearly all pixels are decided by [`CertainBounds`]; the masks are those that densities alone give.
+//! Nearly all pixels are decided by [`CertainBounds`]; the masks are identical to those from densities alone.
 
 use super::BackgroundError;
 use super::bounds::{ALL, BLOCK, ByteLane, CertainBounds, Flags, PixelGaussian, bytes_of, count, to_bits};
@@ -16,27 +17,27 @@ use crate::raster::Mask;
 use crate::simd::{Dispatched, dispatch};
 
 /// Least variance of a channel, grey values squared.
-const LEAST_VARIANCE: f64 = 1.0;
+const MIN_VARIANCE: f64 = 1.0;
 
-/// What a false alarm costs compared with a miss.
+/// Cost of a false alarm relative to a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Risk(pub f64);
 
 impl Risk {
-    /// HumanEva's 1 for colour. Grey values tell a foreground apart less well: 100 leaves 2 pixels in 10,000 of a
-    /// background with a deviation of 3 grey values, where 1 would leave 3 in 100.
+    /// The default: HumanEva's 1 for colour. Grey values discriminate less: for a background with a deviation of 3 grey
+    /// values, 100 gives 2 false alarms in 10,000 pixels, whereas 1 would give 3 in 100.
     pub fn usual(channels: usize) -> Self {
         Self(if channels == 1 { 100.0 } else { 1.0 })
     }
 }
 
-/// A background that is learned once and then only compared.
+/// A background model that is learned once and not updated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BackgroundMixture {
     shape: (u32, u32, usize),
     components: usize,
-    /// `[component][group]`: means of every channel, then `1 / (2 variance)` of every channel, then the logarithm of
-    /// the weighted density at the mean; each for eight pixels.
+    /// `[component][group]`: means of every channel, `1 / (2 variance)` of every channel, and the logarithm of the
+    /// weighted density at the mean; each for eight pixels.
     blocks: Vec<Vec<PixelLane>>,
     /// Logarithm of the density below which a pixel is foreground.
     threshold: f32,
@@ -44,8 +45,8 @@ pub struct BackgroundMixture {
 }
 
 impl BackgroundMixture {
-    /// Learns one component from each period's images, all of one camera; periods may come one after another, so that
-    /// the images of one alone are in memory. `risk` is that of a number of channels.
+    /// Learns one component from each period's images, all of one camera. Periods are consumed one at a time, so that
+    /// only one needs to be in memory. `risk` maps the number of channels to the risk.
     ///
     /// # Errors
     /// [`BackgroundError`] for a period without an image and for images that differ in size or channels.
@@ -80,7 +81,7 @@ impl BackgroundMixture {
         Ok(Self { shape, components, blocks, threshold, bounds })
     }
 
-    /// Width, height and channels of its images.
+    /// Width, height and channels of the images.
     pub fn shape(&self) -> (u32, u32, usize) {
         self.shape
     }
@@ -90,7 +91,7 @@ impl BackgroundMixture {
         self.components
     }
 
-    /// The pixels of the foreground.
+    /// The foreground of an image.
     ///
     /// # Errors
     /// [`BackgroundError::Shape`] for an image of another size or number of channels.
@@ -106,7 +107,7 @@ impl BackgroundMixture {
         Ok(mask)
     }
 
-    /// The mean of each component at a pixel, channel by channel.
+    /// The means of each component at a pixel, by channel.
     pub(super) fn means(&self, x: u32, y: u32) -> impl Iterator<Item = Vec<f32>> + '_ {
         let channels = self.shape.2;
         let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;
@@ -117,7 +118,7 @@ impl BackgroundMixture {
     }
 }
 
-/// Means, precisions and weights of one period, group by group.
+/// Means, precisions and weights of one period, by group.
 fn component(period: &[Image], (width, height, channels): (u32, u32, usize), components: usize) -> Vec<PixelLane> {
     let (columns, groups) = (width as usize, groups_per_row(width));
     let mut blocks = vec![[0.0; LANES]; groups * height as usize * (2 * channels + 1)];
@@ -128,7 +129,7 @@ fn component(period: &[Image], (width, height, channels): (u32, u32, usize), com
         for channel in 0..channels {
             let (mean, variance) =
                 moments(period.iter().map(|image| f64::from(image.planes()[channel][y * columns + x])));
-            let variance = variance.max(LEAST_VARIANCE);
+            let variance = variance.max(MIN_VARIANCE);
             blocks[first + channel][x % LANES] = mean as f32;
             blocks[first + channels + channel][x % LANES] = (0.5 / variance) as f32;
             at_mean -= 0.5 * (std::f64::consts::TAU * variance).ln();
@@ -163,8 +164,8 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
     fn work(self) {
         let Self { model, image, mask } = self;
         let (width, groups) = (image.width() as usize, groups_per_row(image.width()));
-        // the component that explained the last block is tried first: where it explains all pixels the others need not
-        // be looked at
+        // the component that explained the last block is tried first: if it explains all pixels, the others are not
+        // needed
         let mut likely = 0;
         for y in 0..image.height() as usize {
             let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
@@ -180,10 +181,10 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
                 if background == ALL {
                     continue;
                 }
-                let (background, surely) = (to_bits(&background), to_bits(&excluded_by_all(model, block, &pixels)));
+                let (background, certain) = (to_bits(&background), to_bits(&excluded_by_all(model, block, &pixels)));
                 for eight in 0..BLOCK / LANES {
                     let byte = |bits: u32| (bits >> (eight * LANES)) as u8;
-                    let (mut bits, open) = (byte(surely), !byte(background | surely));
+                    let (mut bits, open) = (byte(certain), !byte(background | certain));
                     let group = column * (BLOCK / LANES) + eight;
                     if open != 0 {
                         let pixels = std::array::from_fn(|c| lane_of(rows[c], group));
@@ -199,8 +200,8 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
     }
 }
 
-/// The pixels of a block that any component surely explains, some of which `known` are by the component `likely`; and
-/// the component that explains most of them.
+/// The pixels of a block certainly explained by any component, where `known` are those explained by component `likely`;
+/// and the component that explains most of them.
 #[inline(always)]
 fn explained_by_any<const CHANNELS: usize>(
     model: &BackgroundMixture,
@@ -222,7 +223,7 @@ fn explained_by_any<const CHANNELS: usize>(
     (any, best)
 }
 
-/// The pixels of a block that surely are foreground.
+/// The pixels of a block that are certainly foreground.
 #[inline(always)]
 fn excluded_by_all<const CHANNELS: usize>(
     model: &BackgroundMixture,
@@ -255,24 +256,25 @@ fn log_density<const CHANNELS: usize>(block: &[PixelLane], pixels: &[PixelLane; 
 /// The foreground among eight pixels.
 #[inline(always)]
 fn decide<const CHANNELS: usize>(model: &BackgroundMixture, first: usize, pixels: &[PixelLane; CHANNELS]) -> u8 {
-    let mut most = [f32::NEG_INFINITY; LANES];
+    let mut largest = [f32::NEG_INFINITY; LANES];
     for blocks in &model.blocks {
         let score = log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels);
-        for (most, score) in most.iter_mut().zip(score) {
-            *most = if score > *most { score } else { *most };
+        for (largest, score) in largest.iter_mut().zip(score) {
+            *largest = if score > *largest { score } else { *largest };
         }
     }
-    // the sum lies between the greatest density and K times it
-    let surely_less = model.threshold - (model.components as f32).ln();
+    // the sum is between the largest density and K times that
+    let certainly_below = model.threshold - (model.components as f32).ln();
     let mut bits = 0;
-    for (lane, &most) in most.iter().enumerate() {
-        let is_foreground = most < surely_less || (most < model.threshold && sum_is_below(model, first, pixels, lane));
+    for (lane, &largest) in largest.iter().enumerate() {
+        let is_foreground =
+            largest < certainly_below || (largest < model.threshold && sum_is_below(model, first, pixels, lane));
         bits |= u8::from(is_foreground) << lane;
     }
     bits
 }
 
-/// Whether the densities of all components together are below the threshold, by the logarithm of the sum.
+/// Whether the sum of all components' densities is below the threshold.
 fn sum_is_below<const CHANNELS: usize>(
     model: &BackgroundMixture,
     first: usize,
@@ -293,7 +295,7 @@ mod tests {
     use crate::rng::{Purpose, normal, stream};
     use rand::RngExt;
 
-    /// Noise about a level that may differ from pixel to pixel.
+    /// Noise about a level that may vary between pixels.
     fn noisy(shape: (u32, u32, usize), seed: u64, level: impl Fn(usize) -> f64, deviation: f64) -> Image {
         let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
         let mut plane = || -> Vec<u8> {
@@ -335,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn the_foreground_is_what_the_definition_says_whatever_the_width_and_the_channels() {
+    fn the_foreground_follows_the_definition_for_any_width_and_number_of_channels() {
         for (width, channels) in [(67, 3), (64, 1), (5, 3)] {
             let shape = (width, 40, channels);
             let periods = periods(shape, [100.0, 112.0, 90.0], 3.0);
@@ -345,13 +347,14 @@ mod tests {
             let (found, expected) = (model.foreground(&image).unwrap(), by_definition(&periods, &image, 2.0));
             let differing = expected.count() + found.count() - 2 * expected.count_common(&found);
             assert!(expected.count() > 40 && expected.count() < u64::from(width) * 40 - 20, "{}", expected.count());
-            assert!(differing <= 1, "{differing} pixels at the threshold, which f32 may turn");
+            assert!(differing <= 1, "{differing} pixels at the threshold, more than f32 rounding explains");
         }
     }
 
     #[test]
-    fn masks_are_those_that_densities_alone_give_also_of_odd_backgrounds() {
-        // deviations from none to a fifth of all grey values, saturated pixels, components near each other and far
+    fn masks_equal_those_from_densities_alone_for_unusual_backgrounds() {
+        // deviations from zero to a fifth of all grey values, saturated pixels, components near each other and far
+        // apart
         for (seed, (width, channels, risk)) in (0..).zip([(70, 3, 1.0), (64, 1, 100.0), (33, 3, 1e-4), (5, 1, 1e6)]) {
             let deviation = |i: usize| [0.0, 0.5, 2.0, 3.0, 5.0, 9.0, 20.0, 45.0][i % 8];
             let image = |period: u64, number: u64| {
@@ -381,7 +384,7 @@ mod tests {
         }
     }
 
-    /// Without bounds, eight pixels at a time.
+    /// The foreground from densities alone, without bounds.
     fn by_densities(model: &BackgroundMixture, image: &Image) -> Mask {
         let (width, height, channels) = image.shape();
         let mut mask = Mask::new(width, height);
@@ -398,13 +401,13 @@ mod tests {
     }
 
     #[test]
-    fn a_background_of_any_period_is_background_and_false_alarms_are_as_rare_as_computed() {
+    fn every_period_is_background_with_the_computed_rate_of_false_alarms() {
         for (channels, risk, expected) in [(3, Risk::usual(3), 4e-4), (1, Risk(1.0), 0.03), (1, Risk::usual(1), 4e-4)] {
             let shape = (320, 240, channels);
             let model = learned(shape, [100.0, 130.0, 70.0], 3.0, risk);
             for level in [100.0, 130.0, 70.0] {
                 let share = model.foreground(&noisy(shape, 999, |_| level, 3.0)).unwrap().count() as f64 / 76_800.0;
-                // 30 frames tell the variance to within a quarter, which makes tails heavier
+                // 30 frames estimate the variance to within a quarter, which makes tails heavier
                 assert!(share < 6.0 * expected && share > 0.2 * expected, "{channels} channels: {share}, {expected}");
             }
         }
@@ -426,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_are_those_of_the_definition() {
+    fn moments_follow_the_definition() {
         let mut random = stream(1, Purpose::Corruption, 0, 0, 0);
         let values: Vec<f64> = (0..50).map(|_| 200.0 + random.random::<f64>()).collect();
         let mean = values.iter().sum::<f64>() / 50.0;

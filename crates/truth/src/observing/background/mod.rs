@@ -1,8 +1,8 @@
-//! Background subtraction: silhouettes from images of a camera that stands still.
+//! Background subtraction: silhouettes from images of a static camera.
 //!
-//! [`BackgroundMixture`] is HumanEva's (`[Sigal 2010]`): one Gaussian a pixel for each period in which the background
-//! was recorded, learned once. [`OnlineBackground`] learns while it goes on (`[Stauffer 1999]`). [`Cleaning`] and
-//! [`ShadowRule`] make masks of either fit for a tracker.
+//! [`BackgroundMixture`] is HumanEva's (`[Sigal 2010]`): one Gaussian per pixel for each period in which the background
+//! was recorded, learned once. [`OnlineBackground`] is updated with every frame (`[Stauffer 1999]`). [`Cleaning`] and
+//! [`ShadowRule`] post-process the masks of either for tracking.
 
 mod bounds;
 mod cleaning;
@@ -21,20 +21,20 @@ pub use shadow::ShadowRule;
 /// Errors of background models.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BackgroundError {
-    /// There are too few images of the background.
+    /// Too few images of the background.
     #[error(
-        "{frames} background frame(s) for {components} component(s) of the mixture; give at least one frame per component, \
-        better 20"
+        "{frames} background frame(s) for {components} component(s) of the mixture, expected at least one per component; \
+         record about 20 per component"
     )]
     TooFew {
-        /// Images of the background.
+        /// Number of background images.
         frames: usize,
-        /// Components of the mixture.
+        /// Number of components of the mixture.
         components: usize,
     },
-    /// An image does not have the size or the channels of the first.
+    /// An image differs from the first in size or number of channels.
     #[error(
-        "{} x {} pixels with {} channel(s), expected {} x {} with {} as the first background frame has",
+        "{} x {} pixels with {} channel(s), expected {} x {} with {}, as in the first background frame",
         found.0, found.1, found.2, expected.0, expected.1, expected.2
     )]
     Shape {

@@ -1,14 +1,15 @@
-//! The online mixture of `[Stauffer 1999]`: it learns from every frame.
+//! The online mixture of `[Stauffer 1999]`, updated with every frame.
 //!
-//! A pixel matches component `i` iff the mean over its channels of `(x - mu_i)^2` is below `(2.5 sigma_i)^2`; of those
-//! that match, the first in the order of `omega / sigma`. With the rate `a` and `m = 1` for the matched component:
+//! A pixel matches component `i` iff the mean over its channels of `(x - mu_i)^2` is below `(2.5 sigma_i)^2`; among
+//! matching components, the first in descending order of `omega / sigma` is used. With the rate `a` and `m = 1` for the
+//! matched component:
 //! `omega <- (1 - a) omega + a m`, `rho = a / omega`, `mu <- (1 - rho) mu + rho x`,
-//! `sigma^2 <- (1 - rho) sigma^2 + rho mean (x - mu)^2`. A pixel that matches none replaces the last component
-//! (`sigma^2 = 15^2`, `omega = 0.05`). Background are the first components whose weights together exceed `T = 0.7`. The
-//! rate begins at `1 / n` in frame `n` and falls to `a`, so that the first frames are averaged.
+//! `sigma^2 <- (1 - rho) sigma^2 + rho mean (x - mu)^2`. A pixel without a match replaces the last component
+//! (`sigma^2 = 15^2`, `omega = 0.05`). The background consists of the first components whose total weight exceeds
+//! `T = 0.7`. The rate is `1 / n` in frame `n` until it falls to `a`, so that the first frames are averaged.
 //!
-//! Weights are kept as multiples of a common factor that grows by `1 / (1 - a)` a frame: what is not matched need not
-//! be touched.
+//! Weights are stored as multiples of a common factor that grows by `1 / (1 - a)` per frame, so that unmatched
+//! components need no update.
 
 use super::BackgroundError;
 use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
@@ -16,17 +17,17 @@ use crate::observing::Image;
 use crate::raster::Mask;
 use crate::simd::{Dispatched, dispatch};
 
-/// Variance of a component that begins, grey values squared.
+/// Variance of a new component, grey values squared.
 const FIRST_VARIANCE: f32 = 225.0;
-/// Its weight.
+/// Weight of a new component.
 const FIRST_WEIGHT: f32 = 0.05;
-/// Square of the deviations within which a pixel matches.
+/// Squared number of standard deviations within which a pixel matches.
 const MATCH: f32 = 6.25;
 /// Least variance of a channel, grey values squared.
-const LEAST_VARIANCE: f32 = 1.0;
-/// The common factor at which weights are divided by it.
-const GREATEST_FACTOR: f32 = 1e6;
-/// Components of a pixel.
+const MIN_VARIANCE: f32 = 1.0;
+/// When the common factor exceeds this, weights are divided by it.
+const MAX_FACTOR: f32 = 1e6;
+/// Components per pixel.
 const COMPONENTS: usize = 3;
 
 /// Settings of the online mixture.
@@ -34,7 +35,7 @@ const COMPONENTS: usize = 3;
 pub struct OnlineSettings {
     /// Learning rate `a`, between 0 and 1.
     pub rate: f64,
-    /// Share of the weights that is background, `T`.
+    /// Share of the total weight that is background, `T`.
     pub background_share: f64,
 }
 
@@ -44,21 +45,21 @@ impl Default for OnlineSettings {
     }
 }
 
-/// A background that is learned while frames come in.
+/// A background model that is updated with every frame.
 #[derive(Clone, Debug)]
 pub struct OnlineBackground {
     shape: (u32, u32, usize),
     settings: OnlineSettings,
-    /// `[component][group]`: weight, variance, then the mean of every channel; each for eight pixels, the components
-    /// of every pixel in the order of weight by deviation.
+    /// `[component][group]`: weight, variance, and the mean of every channel; each for eight pixels, with the
+    /// components of every pixel in descending order of weight divided by deviation.
     blocks: [Vec<PixelLane>; COMPONENTS],
-    /// Weights are multiples of it.
+    /// Common factor of the stored weights.
     factor: f32,
     frames: u64,
 }
 
 impl OnlineBackground {
-    /// A background that begins as `first`.
+    /// A background initialised with `first`.
     pub fn new(first: &Image, settings: OnlineSettings) -> Self {
         let shape = first.shape();
         let (channels, groups) = (shape.2, groups_per_row(shape.0));
@@ -78,7 +79,7 @@ impl OnlineBackground {
         Self { shape, settings, blocks, factor: 1.0, frames: 1 }
     }
 
-    /// The foreground of a frame, from which the background learns.
+    /// The foreground of a frame; updates the background.
     ///
     /// # Errors
     /// [`BackgroundError::Shape`] for an image of another size or number of channels.
@@ -94,7 +95,7 @@ impl OnlineBackground {
             1 => dispatch(Update::<1> { model: self, image, mask: &mut mask, rate }),
             _ => dispatch(Update::<3> { model: self, image, mask: &mut mask, rate }),
         }
-        if self.factor > GREATEST_FACTOR {
+        if self.factor > MAX_FACTOR {
             let channels = self.shape.2;
             for component in &mut self.blocks {
                 let weights = component.iter_mut().step_by(2 + channels);
@@ -127,7 +128,7 @@ impl<const CHANNELS: usize> Dispatched for Update<'_, CHANNELS> {
                 let pixels: [PixelLane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
                 let first = (y * groups + group) * (2 + CHANNELS);
                 let block = &mut model.blocks[0][first..first + 2 + CHANNELS];
-                // the first component of all eight pixels is the usual case, and always background
+                // usually all eight pixels match their first component, which is always background
                 if !learning.learn_first(block, &pixels) {
                     let bits = (0..LANES).map(|lane| {
                         let pixel = std::array::from_fn(|c| pixels[c][lane]);
@@ -140,7 +141,7 @@ impl<const CHANNELS: usize> Dispatched for Update<'_, CHANNELS> {
     }
 }
 
-/// Weights, rates and the share of the background in one frame.
+/// Parameters of the update with one frame.
 #[derive(Clone, Copy)]
 struct Learning {
     factor: f32,
@@ -157,7 +158,7 @@ struct Component<const CHANNELS: usize> {
 }
 
 impl Learning {
-    /// Learns from eight pixels if all match their first component; says whether they do.
+    /// Updates the first component of eight pixels if all match it; returns whether they do.
     #[inline(always)]
     fn learn_first<const CHANNELS: usize>(&self, block: &mut [PixelLane], pixels: &[PixelLane; CHANNELS]) -> bool {
         let mut squares = [0.0; LANES];
@@ -182,7 +183,7 @@ impl Learning {
             let rho = self.rate * self.factor / weight;
             step[lane] = if rho < 1.0 { rho } else { 1.0 };
             let variance = block[1][lane] + step[lane] * (squares[lane] - block[1][lane]);
-            block[1][lane] = if variance > LEAST_VARIANCE { variance } else { LEAST_VARIANCE };
+            block[1][lane] = if variance > MIN_VARIANCE { variance } else { MIN_VARIANCE };
         }
         for channel in 0..CHANNELS {
             for lane in 0..LANES {
@@ -193,7 +194,7 @@ impl Learning {
         true
     }
 
-    /// Learns from one pixel; whether it is foreground.
+    /// Updates the components of one pixel; returns whether it is foreground.
     fn learn_pixel<const CHANNELS: usize>(
         &self,
         blocks: &mut [Vec<PixelLane>; COMPONENTS],
@@ -242,7 +243,7 @@ impl Learning {
     fn learn<const CHANNELS: usize>(&self, component: &mut Component<CHANNELS>, pixel: &[f32; CHANNELS], squares: f32) {
         component.weight += self.rate * self.factor;
         let step = (self.rate * self.factor / component.weight).min(1.0);
-        component.variance = (component.variance + step * (squares - component.variance)).max(LEAST_VARIANCE);
+        component.variance = (component.variance + step * (squares - component.variance)).max(MIN_VARIANCE);
         for (mean, x) in component.mean.iter_mut().zip(pixel) {
             *mean += step * (x - *mean);
         }
@@ -264,16 +265,16 @@ mod tests {
         Image::from_planes(width, 20, planes).unwrap()
     }
 
-    /// Weight, variance, mean.
+    /// Weight, variance, means.
     type ReferenceComponent = (f64, f64, Vec<f64>);
 
-    /// The algorithm as it is written, in f64, weights normalised in every frame.
-    struct Plain {
+    /// ReferenceMixture implementation in f64, with weights normalised in every frame.
+    struct ReferenceMixture {
         pixels: Vec<Vec<ReferenceComponent>>,
         frames: u64,
     }
 
-    impl Plain {
+    impl ReferenceMixture {
         fn new(first: &Image) -> Self {
             let of = |i: usize| first.planes().iter().map(|plane| f64::from(plane[i])).collect::<Vec<_>>();
             let pixels = (0..first.planes()[0].len()).map(|i| vec![(1.0, 225.0, of(i))]).collect();
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn the_foreground_is_what_the_algorithm_as_written_finds_through_changes_of_the_background() {
+    fn the_foreground_agrees_with_the_reference_through_changes_of_the_background() {
         for (width, channels) in [(21, 3), (16, 1)] {
             let frame = |n: u64| {
                 let level = move |x: u32| match (n, x) {
@@ -326,23 +327,23 @@ mod tests {
                 noisy(width, channels, n, level, 3.0)
             };
             let mut model = OnlineBackground::new(&frame(0), OnlineSettings::default());
-            let mut plain = Plain::new(&frame(0));
+            let mut reference = ReferenceMixture::new(&frame(0));
             let mut differing = 0;
             for n in 1..400 {
-                let (found, expected) = (model.update(&frame(n)).unwrap(), plain.update(&frame(n)));
+                let (found, expected) = (model.update(&frame(n)).unwrap(), reference.update(&frame(n)));
                 let is_set = |i: usize| found.get(i as u32 % width, i as u32 / width);
                 differing += (0..expected.len()).filter(|i| is_set(*i) != expected[*i]).count();
                 if n == 50 {
-                    assert!((0..20).all(|y| (5..9).all(|x| found.get(x, y))), "a thing that came is foreground");
+                    assert!((0..20).all(|y| (5..9).all(|x| found.get(x, y))), "a new object is foreground");
                 }
                 if n == 110 {
                     assert!(found.get(15, 5), "a changed background is foreground");
                 }
                 if n == 399 {
-                    assert!(!found.get(15, 5), "until it is learned");
+                    assert!(!found.get(15, 5), "it becomes background");
                 }
             }
-            // components are ordered anew only where a pixel of the group does not match its first
+            // components are sorted only if a pixel of the group does not match its first component
             let all = 400 * width as usize * 20;
             assert!(differing * 500 < all, "{differing} of {all}");
         }

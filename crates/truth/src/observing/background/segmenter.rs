@@ -1,4 +1,4 @@
-//! From images to silhouettes: mixture, shadow rule, cleaning.
+//! Segmentation of images into silhouettes: mixture, shadow rule, cleaning.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,16 +7,16 @@ use super::{BackgroundError, BackgroundMixture, Cleaning, Risk, ShadowRule};
 use crate::observing::Image;
 use crate::raster::Mask;
 
-/// How silhouettes are segmented.
+/// Settings of segmentation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundSettings {
-    /// What a false alarm costs compared with a miss. Default: 1 in colour, 100 in grey.
+    /// Cost of a false alarm relative to a miss. Default: 1 for colour, 100 for grey.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub risk: Option<f64>,
-    /// Whether pixels that look like the background in shadow are taken out.
+    /// Whether pixels that look like shaded background are removed.
     pub remove_shadows: bool,
-    /// How masks are cleaned.
+    /// Cleaning of masks.
     pub cleaning: Cleaning,
 }
 
@@ -35,7 +35,7 @@ pub struct Segmenter {
 }
 
 impl Segmenter {
-    /// Learns the background from the images of each period; these may come one after another.
+    /// Learns the background from the images of each period, consumed one period at a time.
     ///
     /// # Errors
     /// As [`BackgroundMixture::learn`].
@@ -56,7 +56,7 @@ impl Segmenter {
     pub fn silhouette(&self, image: &Image) -> Result<Mask, BackgroundError> {
         let mut mask = self.background.foreground(image)?;
         if let Some(shadow) = &self.shadow {
-            // specks first: each of their pixels would be looked at
+            // specks are removed first, to save testing their pixels
             mask = self.cleaning.clean(&mask);
             shadow.remove(&mut mask, image, &self.background);
         }

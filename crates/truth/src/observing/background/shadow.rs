@@ -1,20 +1,20 @@
-//! Cast shadows that were taken for foreground.
+//! Removal of cast shadows from the foreground.
 
 use super::BackgroundMixture;
 use crate::observing::Image;
 use crate::raster::Mask;
 
-/// When a pixel of the foreground is taken for a cast shadow: it is darker than the background by the same factor in
-/// all channels.
+/// Rule for cast shadows: a foreground pixel is shadow if it is darker than the background by the same factor in all
+/// channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowRule {
-    /// Least and greatest brightness relative to the background.
+    /// Minimum and maximum brightness relative to the background.
     pub ratio: [f32; 2],
-    /// Greatest difference of that ratio: between the channels of a colour image; between a pixel and its neighbours on
-    /// the left and below in a grey one.
+    /// Maximum difference of that ratio: between the channels of a colour image, or between a pixel and its left and
+    /// lower neighbours in a grey image.
     pub spread: f32,
-    /// The share of the mask's bounds, from below, in which grey shadows are looked for: grey clothing darker than the
-    /// background looks like shadow everywhere.
+    /// Lower share of the mask's bounds searched for shadows in grey images: everywhere else, clothing darker than the
+    /// background would be taken for shadow.
     pub grey_height: f32,
 }
 
@@ -25,7 +25,7 @@ impl Default for ShadowRule {
 }
 
 impl ShadowRule {
-    /// Clears the pixels of `mask` that look like shadow on any of the background's components.
+    /// Clears the pixels of `mask` that look like shadow on any component of the background.
     pub fn remove(&self, mask: &mut Mask, image: &Image, background: &BackgroundMixture) {
         let bounds = mask.bounds();
         let grey = image.planes().len() == 1;
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_darker_patch_of_the_background_is_shadow_and_a_coat_of_another_colour_is_not() {
+    fn darkened_background_is_shadow_and_another_colour_is_not() {
         let background = vec![flat([120, 100, 80])];
         let model = BackgroundMixture::learn([&background].into_iter(), |_| Risk(1.0)).unwrap();
         let mut planes = background[0].planes().to_vec();

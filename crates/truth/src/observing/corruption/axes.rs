@@ -1,27 +1,27 @@
-//! The list of axes: name, unit, formula and the levels of a ladder.
+//! The list of corruption axes: name, unit, formula and the levels of a ladder.
 
 use super::Corruption;
 
 /// One way to corrupt observations.
 #[derive(Clone, Copy, Debug)]
 pub struct CorruptionAxis {
-    /// Its key in `[observation.corruption]`.
+    /// Key in `[observation.corruption]`.
     pub name: &'static str,
-    /// Unit of its strength; empty for a share.
+    /// Unit of the strength; empty for a share.
     pub unit: &'static str,
-    /// What a strength `s` means.
+    /// Meaning of a strength `s`.
     pub formula: &'static str,
-    /// Five strengths from mild to severe: the levels of `render --ladder` unless others are given.
+    /// Five strengths from mild to severe, the default levels of `render --ladder`.
     pub levels: [f64; 5],
-    /// Greatest strength that is accepted.
+    /// Largest accepted strength.
     pub greatest: f64,
-    /// Whether it changes masks; the others change what a tracker is given.
+    /// Whether the axis changes masks; the others change the tracker's cameras, body or start.
     pub of_masks: bool,
-    /// Its strength.
+    /// Gets the strength of this axis.
     pub strength: fn(&Corruption) -> f64,
 }
 
-/// Every axis, in the order in which they are applied.
+/// All axes, in the order of application.
 pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "desynchronisation_ms",
@@ -187,7 +187,7 @@ pub const AXES: [CorruptionAxis; 16] = [
 ];
 
 impl CorruptionAxis {
-    /// The axis of that name.
+    /// The axis with this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         AXES.iter().find(|axis| axis.name == name)
     }
@@ -199,7 +199,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_axis_is_the_key_of_a_strength_and_has_levels_that_rise_up_to_its_greatest() {
+    fn every_axis_is_a_key_and_has_increasing_levels_within_its_range() {
         let mut keys = BTreeSet::new();
         for axis in &AXES {
             let text = format!("{} = 0.5", axis.name);

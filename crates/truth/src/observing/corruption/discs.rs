@@ -1,17 +1,17 @@
-//! Holes in a silhouette and blobs beside it.
+//! Holes in a silhouette, and blobs outside it.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::raster::Mask;
 
-/// Radii, in shares of the image's height.
-const LEAST_RADIUS: f64 = 1.0 / 480.0;
-const GREATEST_HOLE: f64 = 6.0 / 480.0;
-const GREATEST_BLOB: f64 = 12.0 / 480.0;
+/// Radii, as shares of the image height.
+const MIN_RADIUS: f64 = 1.0 / 480.0;
+const MAX_HOLE_RADIUS: f64 = 6.0 / 480.0;
+const MAX_BLOB_RADIUS: f64 = 12.0 / 480.0;
 
-/// Discs that are tried for each pixel that shall change; a nearly full image takes few more.
-const TRIES_A_PIXEL: u64 = 20;
+/// Maximum number of discs tried per pixel to change; even a nearly full image needs few.
+const TRIES_PER_PIXEL: u64 = 20;
 
 /// Clears discs of `mask` until `share` of its pixels are cleared.
 pub(super) fn cut_holes(mask: &mut Mask, share: f64, random: &mut ChaCha8Rng) {
@@ -19,43 +19,43 @@ pub(super) fn cut_holes(mask: &mut Mask, share: f64, random: &mut ChaCha8Rng) {
     if inside.is_empty() {
         return;
     }
-    let wanted = (share * inside.len() as f64).round() as u64;
-    let greatest = GREATEST_HOLE * f64::from(mask.height());
-    stamp_until(mask, wanted, greatest, false, random, |random| inside[random.random_range(0..inside.len())]);
+    let count = (share * inside.len() as f64).round() as u64;
+    let max_radius = MAX_HOLE_RADIUS * f64::from(mask.height());
+    stamp_until(mask, count, max_radius, false, random, |random| inside[random.random_range(0..inside.len())]);
 }
 
-/// Sets discs anywhere until `share` times as many pixels are added as are set.
+/// Sets discs anywhere until the number of added pixels is `share` times that of set ones.
 pub(super) fn add_blobs(mask: &mut Mask, share: f64, random: &mut ChaCha8Rng) {
     let room = u64::from(mask.width()) * u64::from(mask.height()) - mask.count();
-    let wanted = ((share * mask.count() as f64).round() as u64).min(room);
-    let greatest = GREATEST_BLOB * f64::from(mask.height());
+    let count = ((share * mask.count() as f64).round() as u64).min(room);
+    let max_radius = MAX_BLOB_RADIUS * f64::from(mask.height());
     let (width, height) = (mask.width().max(1), mask.height().max(1));
-    stamp_until(mask, wanted, greatest, true, random, |random| {
+    stamp_until(mask, count, max_radius, true, random, |random| {
         (random.random_range(0..width), random.random_range(0..height))
     });
 }
 
 fn stamp_until(
     mask: &mut Mask,
-    wanted: u64,
-    greatest: f64,
+    count: u64,
+    max_radius: f64,
     value: bool,
     random: &mut ChaCha8Rng,
     mut centre: impl FnMut(&mut ChaCha8Rng) -> (u32, u32),
 ) {
-    let least = LEAST_RADIUS * f64::from(mask.height());
-    let mut left = wanted;
-    for _ in 0..wanted.saturating_mul(TRIES_A_PIXEL) {
+    let min_radius = MIN_RADIUS * f64::from(mask.height());
+    let mut left = count;
+    for _ in 0..count.saturating_mul(TRIES_PER_PIXEL) {
         if left == 0 {
             return;
         }
         let at = centre(random);
-        let radius = least + (greatest - least) * random.random::<f64>();
+        let radius = min_radius + (max_radius - min_radius) * random.random::<f64>();
         left -= stamp(mask, at, radius, value, left);
     }
 }
 
-/// Gives the pixels of a disc a value, row by row, at most `most` of them; the number of those that changed.
+/// Sets the pixels of a disc to `value`, row by row, changing at most `most`. Returns the number of changed pixels.
 fn stamp(mask: &mut Mask, (x, y): (u32, u32), radius: f64, value: bool, most: u64) -> u64 {
     let reach = radius.floor() as i64;
     let mut changed = 0;
@@ -79,23 +79,23 @@ mod tests {
     use crate::rng::{Purpose, stream};
 
     #[test]
-    fn holes_and_blobs_change_exactly_the_share_of_pixels_that_was_asked_for() {
+    fn holes_and_blobs_change_exactly_the_given_share_of_pixels() {
         let figure = Mask::from_fn(320, 240, |x, y| (100..180).contains(&x) && (30..210).contains(&y));
         let area = figure.count();
         for share in [0.01, 0.2, 1.0] {
             let mut random = stream(5, Purpose::Corruption, 0, 0, 0);
-            let (mut holed, mut blotched) = (figure.clone(), figure.clone());
-            cut_holes(&mut holed, share, &mut random);
-            assert_eq!(holed.count(), area - (share * area as f64).round() as u64);
-            assert_eq!(holed.count_common(&figure), holed.count(), "nothing is added");
-            add_blobs(&mut blotched, share, &mut random);
-            assert_eq!(blotched.count(), area + (share * area as f64).round() as u64);
-            assert_eq!(blotched.count_common(&figure), area, "nothing is lost");
+            let (mut with_holes, mut with_blobs) = (figure.clone(), figure.clone());
+            cut_holes(&mut with_holes, share, &mut random);
+            assert_eq!(with_holes.count(), area - (share * area as f64).round() as u64);
+            assert_eq!(with_holes.count_common(&figure), with_holes.count(), "nothing is added");
+            add_blobs(&mut with_blobs, share, &mut random);
+            assert_eq!(with_blobs.count(), area + (share * area as f64).round() as u64);
+            assert_eq!(with_blobs.count_common(&figure), area, "nothing is lost");
         }
     }
 
     #[test]
-    fn an_image_without_a_figure_stays_empty_and_a_full_one_full() {
+    fn an_empty_mask_stays_empty_and_a_full_one_full() {
         let mut random = stream(5, Purpose::Corruption, 0, 0, 0);
         let (mut empty, mut full) = (Mask::new(30, 20), Mask::from_fn(30, 20, |_, _| true));
         cut_holes(&mut empty, 0.5, &mut random);

@@ -1,4 +1,4 @@
-//! Limbs that the segmentation misses.
+//! Limbs missed by the segmentation.
 
 use std::sync::Arc;
 
@@ -8,34 +8,34 @@ use super::{Corruption, Draw, draws};
 use crate::body::{Humanoid, Landmark};
 use crate::rng::KeyedSeed;
 
-/// How long a limb stays missing, seconds.
-const SPELL_S: f64 = 0.5;
+/// Duration for which a limb is missing, seconds.
+const INTERVAL_S: f64 = 0.5;
 
-/// Where the parts that may be missing begin.
+/// Landmarks at which the parts that may be missing begin.
 const LIMBS: [Landmark; 4] = [Landmark::LeftElbow, Landmark::RightElbow, Landmark::LeftKnee, Landmark::RightKnee];
 
-/// Copies of a body, each without one limb from the link of its elbow or knee marker on; limbs without a marker are
-/// left out.
+/// Copies of a body, each without one limb from the link of its elbow or knee marker on. Limbs without a marker are
+/// skipped.
 pub(super) fn without_limbs(body: &Humanoid) -> Vec<Humanoid> {
     let roots = LIMBS.iter().filter_map(|limb| Some(body.markers[*limb as usize]?.link));
     roots.filter(|root| *root > 0).map(|root| without_subtree(body, root)).collect()
 }
 
 fn without_subtree(body: &Humanoid, root: usize) -> Humanoid {
-    let mut less = body.clone();
-    let mut gone = vec![false; body.links.len()];
+    let mut reduced = body.clone();
+    let mut removed = vec![false; body.links.len()];
     for link in root..body.links.len() {
         // parents come first; joint `link - 1` moves `link`
-        gone[link] = link == root || gone[body.joints[link - 1].parent];
-        if gone[link] {
-            less.links[link].solids.clear();
+        removed[link] = link == root || removed[body.joints[link - 1].parent];
+        if removed[link] {
+            reduced.links[link].solids.clear();
         }
     }
-    less.skin = less.skin.map(|skin| Arc::new(skin.without_links(&gone)));
-    less
+    reduced.skin = reduced.skin.map(|skin| Arc::new(skin.without_links(&removed)));
+    reduced
 }
 
-/// Which of `limbs` limbs camera `camera` misses at `time_s`, if any.
+/// Index, out of `limbs`, of the limb missing in camera `camera` at `time_s`, if any.
 pub(super) fn missing(
     corruption: &Corruption,
     seed: KeyedSeed,
@@ -46,8 +46,8 @@ pub(super) fn missing(
     if corruption.missing_limb == 0.0 || limbs == 0 {
         return None;
     }
-    let spell = (time_s / SPELL_S).floor().max(0.0) as usize;
-    let mut random = draws(seed, spell, Draw::Limb, camera);
+    let interval = (time_s / INTERVAL_S).floor().max(0.0) as usize;
+    let mut random = draws(seed, interval, Draw::Limb, camera);
     (random.random::<f64>() < corruption.missing_limb).then(|| random.random_range(0..limbs))
 }
 
@@ -57,7 +57,7 @@ mod tests {
     use crate::body::{Skin, shipped, shipped_skin};
 
     #[test]
-    fn a_missing_limb_takes_all_that_hangs_on_it_and_nothing_else() {
+    fn a_missing_limb_includes_all_its_descendants_and_nothing_else() {
         let body = shipped("actor").unwrap();
         let limbs = without_limbs(&body);
         assert_eq!(limbs.len(), 4);
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_limb_takes_its_part_of_the_skin_along() {
+    fn a_missing_limb_includes_its_part_of_the_skin() {
         let mesh = shipped_skin("person_coarse").unwrap();
         let mut body = shipped("actor").unwrap();
         let bind = body.link_frames(&body.zero_pose());
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn limbs_are_missing_for_half_a_second_in_the_share_of_time_that_was_asked_for() {
+    fn limbs_are_missing_for_half_a_second_in_the_given_share_of_time() {
         let corruption = Corruption { missing_limb: 0.25, ..Corruption::default() };
         let spells: Vec<_> =
             (0..4000).map(|i| missing(&corruption, 8.into(), f64::from(i) * 0.5 + 0.01, 0, 4)).collect();

@@ -1,10 +1,10 @@
-//! Corruption of observations: calibrated axes that make a set harder, one number each.
+//! Corruption of observations: calibrated axes of difficulty, one number each.
 //!
 //! [`Corruption`] has one strength per axis; zero changes nothing. [`AXES`] lists the axes with their units, formulas
-//! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is given (cameras, body,
-//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by secret,
-//! seed, frame, axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the
-//! same whatever else is drawn.
+//! and levels. Axes of masks are applied by [`CorruptedObserver`], those of the tracker's input (cameras, body, start)
+//! by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream keyed by secret, seed, frame, axis
+//! and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is independent of other
+//! draws.
 
 mod axes;
 mod discs;
@@ -25,24 +25,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::rng::{KeyedSeed, Purpose};
 
-/// How strongly observations are corrupted, axis by axis; zero leaves them as they are. The formulas
-/// stand in `scenarios/README.md`, and in the code at `AXES`.
+/// Strength of the corruption by axis; zero changes nothing. For the formulas, see `scenarios/README.md` and `AXES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corruption {
     /// Standard deviation by which the outline is displaced, pixels. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub boundary_px: f64,
-    /// Share of the silhouette's area that is cut out in discs. Default: 0.
+    /// Share of the silhouette's area removed by discs. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub holes: f64,
     /// Area of false discs anywhere in the image, as a share of the silhouette's. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub blobs: f64,
-    /// Share of the half seconds of a camera in which one arm or leg is not seen from the elbow or knee on. Default: 0.
+    /// Share of half-second intervals of a camera in which one arm or leg is missing from the elbow or knee on.
+    /// Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub missing_limb: f64,
-    /// Length of the cast shadow on the ground that counts as silhouette, metres. Default: 0.
+    /// Length of the cast shadow on the ground included in the silhouette, metres. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub shadow_m: f64,
     /// Share of all pixels that are flipped. Default: 0.
@@ -54,7 +54,7 @@ pub struct Corruption {
     /// Standard deviation of the cameras' time offsets, milliseconds. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub desynchronisation_ms: f64,
-    /// Delay of every row of an image after the row above it, microseconds: a rolling shutter. Default: 0.
+    /// Delay of each image row after the row above it, microseconds: a rolling shutter. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub line_delay_us: f64,
     /// Standard deviation of the error of each coordinate of the cameras' positions, millimetres. Default: 0.
@@ -66,10 +66,10 @@ pub struct Corruption {
     /// Standard deviation of the error of the cameras' focal lengths, pixels. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub calibration_px: f64,
-    /// Share of the lens distortion that the tracker is not given. Default: 0.
+    /// Share of the lens distortion withheld from the tracker. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub lens_ignored: f64,
-    /// Greatest error of lengths and girths of the tracker's body, besides its mismatch, %. Default: 0.
+    /// Maximum error of lengths and girths of the tracker's body, in addition to its mismatch, %. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub wrong_body_percent: f64,
     /// Standard deviation of the error of each coordinate of the start pose's root, millimetres. Default: 0.
@@ -86,7 +86,7 @@ fn is_zero(strength: &f64) -> bool {
 }
 
 impl Corruption {
-    /// Whether nothing is corrupted.
+    /// Whether all strengths are zero.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
@@ -96,20 +96,20 @@ impl Corruption {
         !Self { line_delay_us: 0.0, lens_ignored: 0.0, ..*self }.is_none()
     }
 
-    /// Whether the cameras that a tracker is given differ from the true ones.
+    /// Whether the tracker's cameras differ from the true ones.
     pub fn changes_cameras(&self) -> bool {
         [self.calibration_mm, self.calibration_deg, self.calibration_px, self.lens_ignored].iter().any(|s| *s != 0.0)
     }
 
-    /// The axes that are not zero, in words: `boundary_px 2 px, holes 0.1`.
-    pub fn in_words(&self) -> String {
-        let strong = AXES.iter().filter(|axis| (axis.strength)(self) != 0.0);
-        let words = strong.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
+    /// Description of the nonzero axes: `boundary_px 2 px, holes 0.1`.
+    pub fn describe(&self) -> String {
+        let nonzero = AXES.iter().filter(|axis| (axis.strength)(self) != 0.0);
+        let words = nonzero.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
         words.map(|words| words.trim_end().to_owned()).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// What a stream of random numbers is for; part of its key.
+/// Use of a random stream; part of its key.
 #[derive(Clone, Copy, Debug)]
 #[repr(u64)]
 enum Draw {

@@ -1,16 +1,16 @@
-//! Salt and pepper.
+//! Salt-and-pepper noise.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::raster::Mask;
 
-/// Flips every pixel with a probability. The gaps between flipped pixels are geometrically distributed, so that only
-/// those cost a random number.
+/// Flips every pixel with a probability. Gaps between flipped pixels are geometrically distributed, so only one random
+/// number per flipped pixel is drawn.
 pub(super) fn flip_pixels(mask: &mut Mask, probability: f64, random: &mut ChaCha8Rng) {
     let (width, height) = (u64::from(mask.width()), u64::from(mask.height()));
-    let log_of_staying = libm::log1p(-probability.clamp(0.0, 1.0));
-    let mut gap = || match log_of_staying {
+    let log_unchanged = libm::log1p(-probability.clamp(0.0, 1.0));
+    let mut gap = || match log_unchanged {
         0.0 => u64::MAX,
         // 1 - u is never zero
         slope => (libm::log(1.0 - random.random::<f64>()) / slope).floor().min(1e18) as u64,
@@ -29,7 +29,7 @@ mod tests {
     use crate::rng::{Purpose, stream};
 
     #[test]
-    fn as_many_pixels_are_flipped_as_the_probability_says() {
+    fn pixels_are_flipped_with_the_given_probability() {
         for probability in [0.0, 1e-3, 0.1, 0.7, 1.0] {
             let mut mask = Mask::new(640, 480);
             flip_pixels(&mut mask, probability, &mut stream(9, Purpose::Corruption, 0, 0, 0));
@@ -41,7 +41,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_is_as_likely_as_any_other() {
+    fn all_rows_are_equally_likely() {
         let mut rows = [0_u32; 10];
         for seed in 0..2000 {
             let mut mask = Mask::new(7, 10);

@@ -1,4 +1,4 @@
-//! Draws what the cameras see and spoils it.
+//! Renders masks and corrupts them.
 
 use rand::RngExt;
 
@@ -14,29 +14,29 @@ use crate::raster::Mask;
 use crate::rng::KeyedSeed;
 use crate::scene::{GroundTruth, SceneFigure};
 
-/// Sees any frame of the truth with corrupted masks, from any thread; the same bits in any order.
+/// Observes any frame of the truth with corrupted masks, from any thread; bit-identical in any order.
 pub struct CorruptedObserver<'a> {
     truth: &'a GroundTruth,
-    /// Its cameras take their images when the corrupted ones do.
+    /// Renders at the corrupted exposure times.
     observer: Observer<'a>,
-    /// How the cameras are said to film.
+    /// The nominal timed cameras.
     filming: TimedRig,
     corruption: Corruption,
     seed: KeyedSeed,
-    /// The actor without one limb each, where limbs go missing.
-    limbless: Vec<Humanoid>,
+    /// Copies of the actor without one limb each, if limbs may be missing.
+    bodies_without_limb: Vec<Humanoid>,
     shadow: Option<Shadow>,
 }
 
-/// The sun, and the ground as every camera sees it.
+/// The sun, and the ground points of every camera.
 struct Shadow {
     sun: Sun,
-    /// `None` for a camera that moves.
+    /// `None` for a moving camera.
     ground: Vec<Option<GroundPixels>>,
 }
 
 impl<'a> CorruptedObserver<'a> {
-    /// An observer of `truth` through the true cameras. The axes of time come on top of their own times.
+    /// An observer of `truth` with the true cameras. Time errors are added to the cameras' own timing.
     pub fn new(
         truth: &'a GroundTruth,
         rig: impl Into<TimedRig>,
@@ -52,8 +52,8 @@ impl<'a> CorruptedObserver<'a> {
         let shadow = (corruption.shadow_m != 0.0).then(|| {
             let azimuth = std::f64::consts::TAU * draws(seed, 0, Draw::Shadow, 0).random::<f64>();
             let ground = |camera: usize| {
-                let stands = filming.path(camera).is_none();
-                stands.then(|| GroundPixels::new(&filming.rig().cameras[camera], observer.screen(camera)))
+                let is_static = filming.path(camera).is_none();
+                is_static.then(|| GroundPixels::new(&filming.rig().cameras[camera], observer.screen(camera)))
             };
             Shadow { sun: Sun::new(azimuth), ground: parallel::map(filming.cameras(), ground) }
         });
@@ -62,13 +62,17 @@ impl<'a> CorruptedObserver<'a> {
             corruption,
             seed,
             filming,
-            limbless: if corruption.missing_limb == 0.0 { Vec::new() } else { limbs::without_limbs(&truth.actor) },
+            bodies_without_limb: if corruption.missing_limb == 0.0 {
+                Vec::new()
+            } else {
+                limbs::without_limbs(&truth.actor)
+            },
             shadow,
             observer,
         }
     }
 
-    /// The masks of one frame, which the truth must have; empty for a camera that takes no image in that frame.
+    /// The masks of one frame, which must exist in the truth; empty for a camera that takes no image in that frame.
     pub fn observe(&self, frame: usize) -> Observation {
         let shown = |camera: usize| {
             if self.filming.has_image(camera, frame) {
@@ -77,21 +81,21 @@ impl<'a> CorruptedObserver<'a> {
                 frame
             }
         };
-        let masks = self.observer.through_every_camera(shown, |look| {
+        let masks = self.observer.look_through_all(shown, |look| {
             let frame = shown(look.camera);
-            self.spoiled_look(look, frame)
+            self.corrupted_look(look, frame)
         });
         let time_s = self.truth.frames[frame].time_s;
-        let silhouettes = self.observer.or_empty(masks);
+        let silhouettes = self.observer.with_empty_masks(masks);
         Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
     }
 
-    /// What a camera makes of the scene.
-    fn spoiled_look(&self, mut look: Look<'_, 'a>, frame: usize) -> Mask {
+    /// The corrupted mask of one camera.
+    fn corrupted_look(&self, mut look: Look<'_, 'a>, frame: usize) -> Mask {
         let camera = look.camera;
         let time_s = self.truth.frames[frame].time_s;
-        let limb = limbs::missing(&self.corruption, self.seed, time_s, camera, self.limbless.len());
-        let body = limb.map_or(&self.truth.actor, |limb| &self.limbless[limb]);
+        let limb = limbs::missing(&self.corruption, self.seed, time_s, camera, self.bodies_without_limb.len());
+        let body = limb.map_or(&self.truth.actor, |limb| &self.bodies_without_limb[limb]);
         let links = look.links(SceneFigure::Actor);
         let mut mask = look.silhouette(body, &links, &[]);
         for (index, other) in self.truth.distractors.iter().enumerate() {
@@ -108,10 +112,10 @@ impl<'a> CorruptedObserver<'a> {
                 }
             };
         }
-        self.spoiled(mask, frame, camera)
+        self.corrupted(mask, frame, camera)
     }
 
-    fn spoiled(&self, mut mask: Mask, frame: usize, camera: usize) -> Mask {
+    fn corrupted(&self, mut mask: Mask, frame: usize, camera: usize) -> Mask {
         let Corruption { boundary_px, holes, blobs, salt_and_pepper, .. } = self.corruption;
         let random = |draw| draws(self.seed, frame, draw, camera);
         if boundary_px != 0.0 {
@@ -150,22 +154,22 @@ mod tests {
     fn zero_strength_changes_nothing() {
         let truth = truth();
         let observer = CorruptedObserver::new(&truth, &rig(), Corruption::default(), 5);
-        let spoiled: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();
-        assert_eq!(spoiled, observe(&truth, &rig()));
+        let corrupted: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();
+        assert_eq!(corrupted, observe(&truth, &rig()));
     }
 
     #[test]
-    fn every_axis_of_masks_changes_them_the_more_the_stronger_and_the_same_way_on_any_thread() {
+    fn stronger_axes_change_masks_more_and_reproducibly_on_any_thread() {
         let (truth, exact) = (truth(), observe(&truth(), &rig()));
         for axis in AXES.iter().filter(|axis| axis.of_masks && axis.name != "missing_limb") {
             let changed = |level: f64| -> u64 {
                 let observer = CorruptedObserver::new(&truth, &rig(), of_level(axis.name, level), 5);
-                let spoiled: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();
+                let corrupted: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();
                 assert_eq!(
                     parallel::map(8, |frame| observer.observe(7 - frame)).into_iter().rev().collect::<Vec<_>>(),
-                    spoiled
+                    corrupted
                 );
-                let both = spoiled.iter().zip(&exact).flat_map(|(a, b)| a.silhouettes.iter().zip(&b.silhouettes));
+                let both = corrupted.iter().zip(&exact).flat_map(|(a, b)| a.silhouettes.iter().zip(&b.silhouettes));
                 both.map(|(a, b)| overlap(a, b)).map(|counts| counts.only_model + counts.only_observed).sum()
             };
             let (mild, severe) = (changed(axis.levels[1]), changed(axis.levels[4]));
@@ -180,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_draw_different_masks() {
+    fn seeds_give_different_masks() {
         let truth = truth();
         let of_seed = |seed| CorruptedObserver::new(&truth, &rig(), of_level("boundary_px", 2.0), seed).observe(3);
         assert_ne!(of_seed(1), of_seed(2));

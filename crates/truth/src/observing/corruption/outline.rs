@@ -1,16 +1,17 @@
-//! Jitter of the outline.
+//! Random displacement of the outline.
 
 use rand_chacha::ChaCha8Rng;
 
 use crate::raster::{Mask, PixelBounds, SignedDistance};
 use crate::rng::normal;
 
-/// Distance of the grid's points, pixels: over it the outline's displacement changes its mind.
+/// Spacing of the grid, pixels: the correlation length of the displacement.
 const GRID: u32 = 8;
 
-/// A mask whose outline is displaced by a smooth random field of `deviation` pixels; see the axis `boundary_px`.
+/// A mask whose outline is displaced by a smooth random field with a standard deviation of `deviation` pixels; see the
+/// axis `boundary_px`.
 pub(super) fn jittered(mask: &Mask, deviation: f64, random: &mut ChaCha8Rng) -> Mask {
-    // four deviations reach all but one pixel of 16,000
+    // only one pixel in 16,000 is displaced by more than four deviations
     let margin = (4.0 * deviation).ceil().min(16_384.0) as u32 + 2;
     let Some(distance) = SignedDistance::new(mask, None, margin) else { return mask.clone() };
     let window = mask.bounds().grown(margin, mask.width(), mask.height());
@@ -41,7 +42,7 @@ impl Field {
         Self { left: window.left, top: window.top, columns, values }
     }
 
-    /// The field at a pixel of the window: a normal deviate of variance 1.
+    /// The field at a pixel of the window: normal with variance 1.
     fn at(&self, x: u32, y: u32) -> f64 {
         let (x, y) = (x - self.left, y - self.top);
         let (column, row) = ((x / GRID) as usize, (y / GRID) as usize);
@@ -61,24 +62,24 @@ mod tests {
     use crate::rng::{Purpose, stream};
 
     #[test]
-    fn the_edges_of_a_wall_are_displaced_with_the_deviation_that_was_asked_for() {
+    fn straight_edges_are_displaced_with_the_given_deviation() {
         let mask = Mask::from_fn(400, 3000, |x, _| (100..300).contains(&x));
         for deviation in [1.5, 4.0] {
             let jittered = jittered(&mask, deviation, &mut stream(3, Purpose::Corruption, 0, 0, 0));
-            // every row's left end, but for the last, which has no distance
+            // every row's left end, except in the last row, which has no distance
             let ends: Vec<f64> =
                 (0..2999).filter_map(|y| jittered.runs(y).next()).map(|run| f64::from(run.start)).collect();
             let mean = ends.iter().sum::<f64>() / ends.len() as f64;
             let variance = ends.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / ends.len() as f64;
-            // 375 independent values: 4 % of the deviation and, of the mean, 5 %; the slope of the field along a row
-            // brings the first set pixel a little outwards
+            // 375 independent values: standard errors of 4 % for the deviation and 5 % for the mean; the slope of the
+            // field along a row moves the first set pixel slightly outwards
             assert!((variance.sqrt() / deviation - 1.0).abs() < 0.15, "{deviation}: {}", variance.sqrt());
             assert!((mean - 100.0).abs() < 0.3 * deviation, "{mean}");
         }
     }
 
     #[test]
-    fn a_full_and_an_empty_mask_have_no_outline_to_move() {
+    fn full_and_empty_masks_have_no_outline() {
         for mask in [Mask::new(50, 40), Mask::from_fn(50, 40, |_, _| true)] {
             assert_eq!(jittered(&mask, 5.0, &mut stream(1, Purpose::Corruption, 0, 0, 0)), mask);
         }

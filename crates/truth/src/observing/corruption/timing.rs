@@ -1,12 +1,12 @@
-//! Frames that are lost, and cameras that are early or late.
+//! Lost frames, and cameras that are early or late.
 
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
 use crate::rng::{KeyedSeed, normal};
 
-/// The frame whose image camera `camera`, which takes one every so many frames, shows in `frame`: itself, or the last
-/// one before it that was not lost. The first frame is never lost.
+/// The frame shown by camera `camera` in `frame`: itself, or the last earlier one that was not lost. The camera takes
+/// an image `every` frames; the first frame is never lost.
 pub(super) fn shown_frame(
     corruption: &Corruption,
     seed: KeyedSeed,
@@ -21,7 +21,7 @@ pub(super) fn shown_frame(
     (1..=frame / every).rev().map(|image| image * every).find(|frame| !lost(frame)).unwrap_or(0)
 }
 
-/// How much later than it should camera `camera` sees the scene, seconds.
+/// Delay of camera `camera`, seconds.
 pub(super) fn offset_s(corruption: &Corruption, seed: KeyedSeed, camera: usize) -> f64 {
     match corruption.desynchronisation_ms {
         0.0 => 0.0,
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_share_of_lost_frames_is_as_asked_for_and_the_last_image_stays() {
+    fn the_given_share_of_frames_is_lost_and_the_last_image_is_held() {
         let corruption = Corruption { dropped_frames: 0.3, ..Corruption::default() };
         let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2.into(), frame, 1, 1)).collect();
         let lost = shown.iter().enumerate().filter(|(frame, shown)| frame != *shown).count();
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn offsets_differ_from_camera_to_camera_with_their_deviation() {
+    fn offsets_differ_between_cameras_with_the_given_deviation() {
         let corruption = Corruption { desynchronisation_ms: 20.0, ..Corruption::default() };
         let offsets: Vec<f64> = (0..2000).map(|camera| offset_s(&corruption, 2.into(), camera)).collect();
         let deviation = (offsets.iter().map(|o| o * o).sum::<f64>() / 2000.0).sqrt();

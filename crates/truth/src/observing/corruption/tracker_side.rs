@@ -1,4 +1,4 @@
-//! Errors in the cameras and the start pose that a tracker is given.
+//! Errors in the tracker's cameras and start pose.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -7,56 +7,57 @@ use crate::body::{Humanoid, Pose, rotation_from_vector};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::rng::{KeyedSeed, normal};
 
-/// Least focal length that a tracker is given, as a share of the true one.
-const LEAST_FOCAL: f64 = 0.1;
+/// Least focal length given to a tracker, as a share of the true one.
+const MIN_FOCAL: f64 = 0.1;
 
-/// The cameras that a tracker is given: the true ones with errors along the axes `calibration_mm`, `calibration_deg`,
+/// The cameras given to a tracker: the true ones with errors along the axes `calibration_mm`, `calibration_deg`,
 /// `calibration_px` and `lens_ignored`.
 pub fn tracker_rig(rig: &CameraRig, corruption: &Corruption, seed: impl Into<KeyedSeed>) -> CameraRig {
     let seed = seed.into();
     if !corruption.changes_cameras() {
         return rig.clone();
     }
-    let told = rig.cameras.iter().enumerate().map(|(index, camera)| told_camera(camera, corruption, seed, index));
-    CameraRig { cameras: told.collect() }
+    let erroneous =
+        rig.cameras.iter().enumerate().map(|(index, camera)| erroneous_camera(camera, corruption, seed, index));
+    CameraRig { cameras: erroneous.collect() }
 }
 
-fn told_camera(camera: &Camera, corruption: &Corruption, seed: KeyedSeed, index: usize) -> Camera {
-    // all numbers are drawn whatever the strengths, so that a level changes a strength alone
+fn erroneous_camera(camera: &Camera, corruption: &Corruption, seed: KeyedSeed, index: usize) -> Camera {
+    // all numbers are always drawn, so that a level changes only the magnitude
     let mut random = draws(seed, 0, Draw::Camera, index);
     let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
     let (shift, turn, focal) = (vector(), vector(), vector().x);
-    let mut told = camera.clone();
+    let mut erroneous = camera.clone();
     if corruption.calibration_mm != 0.0 || corruption.calibration_deg != 0.0 {
         let centre = camera.centre().coords + shift * (1e-3 * corruption.calibration_mm);
         let turned = rotation_from_vector(&(turn * corruption.calibration_deg.to_radians()));
         let rotation = turned * camera.camera_from_world.rotation;
-        told.camera_from_world = Isometry3::from_parts(Translation3::from(-(rotation * centre)), rotation);
+        erroneous.camera_from_world = Isometry3::from_parts(Translation3::from(-(rotation * centre)), rotation);
     }
-    for focal_length in &mut told.pinhole.focal {
-        *focal_length = (*focal_length + corruption.calibration_px * focal).max(LEAST_FOCAL * *focal_length);
+    for focal_length in &mut erroneous.pinhole.focal {
+        *focal_length = (*focal_length + corruption.calibration_px * focal).max(MIN_FOCAL * *focal_length);
     }
     let known = 1.0 - corruption.lens_ignored;
-    told.distortion = Distortion::from_coefficients(camera.distortion.coefficients().map(|c| c * known));
-    told
+    erroneous.distortion = Distortion::from_coefficients(camera.distortion.coefficients().map(|c| c * known));
+    erroneous
 }
 
-/// The start pose that a tracker is given: the true one with errors along the axes `start_mm` and `start_deg`.
+/// The start pose given to a tracker: the true one with errors along the axes `start_mm` and `start_deg`.
 pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: impl Into<KeyedSeed>) -> Pose {
-    let mut told = start.clone();
+    let mut erroneous = start.clone();
     let mut random = draws(seed.into(), 0, Draw::Start, 0);
     let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
     let (shift, turn) = (vector(), vector());
-    told.world_from_root.translation.vector += shift * (1e-3 * corruption.start_mm);
+    erroneous.world_from_root.translation.vector += shift * (1e-3 * corruption.start_mm);
     if corruption.start_deg != 0.0 {
         let deviation = corruption.start_deg.to_radians();
-        told.world_from_root.rotation *= rotation_from_vector(&(turn * deviation));
-        for angle in told.joint_angles.iter_mut() {
+        erroneous.world_from_root.rotation *= rotation_from_vector(&(turn * deviation));
+        for angle in erroneous.joint_angles.iter_mut() {
             *angle += deviation * normal(&mut random);
         }
-        body.clamp_to_limits(&mut told);
+        body.clamp_to_limits(&mut erroneous);
     }
-    told
+    erroneous
 }
 
 #[cfg(test)]
@@ -66,17 +67,17 @@ mod tests {
     use crate::test_cameras::rig;
 
     #[test]
-    fn what_is_told_is_off_by_the_deviations_that_were_asked_for() {
+    fn camera_errors_have_the_given_deviations() {
         let corruption =
             Corruption { calibration_mm: 20.0, calibration_deg: 0.5, calibration_px: 6.0, ..Corruption::default() };
         let (mut shift, mut turn, mut focal) = (0.0, 0.0, 0.0);
         for seed in 0..400 {
-            for (told, camera) in tracker_rig(&rig(), &corruption, seed).cameras.iter().zip(&rig().cameras) {
-                shift += (told.centre() - camera.centre()).norm_squared() / 3.0;
-                turn += told.camera_from_world.rotation.angle_to(&camera.camera_from_world.rotation).powi(2) / 3.0;
-                focal += (told.pinhole.focal[0] - camera.pinhole.focal[0]).powi(2);
-                assert_eq!(told.distortion, camera.distortion);
-                assert!(told.validate().is_ok());
+            for (erroneous, camera) in tracker_rig(&rig(), &corruption, seed).cameras.iter().zip(&rig().cameras) {
+                shift += (erroneous.centre() - camera.centre()).norm_squared() / 3.0;
+                turn += erroneous.camera_from_world.rotation.angle_to(&camera.camera_from_world.rotation).powi(2) / 3.0;
+                focal += (erroneous.pinhole.focal[0] - camera.pinhole.focal[0]).powi(2);
+                assert_eq!(erroneous.distortion, camera.distortion);
+                assert!(erroneous.validate().is_ok());
             }
         }
         let deviation = |sum: f64| (sum / 1200.0).sqrt();
@@ -86,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ignored_lens_is_told_as_an_ideal_one() {
+    fn an_ignored_lens_becomes_an_ideal_one() {
         let half = tracker_rig(&rig(), &Corruption { lens_ignored: 0.5, ..Corruption::default() }, 1);
         assert_eq!(half.cameras[1].distortion.k1, 0.5 * rig().cameras[1].distortion.k1);
         assert!(
@@ -98,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_strength_tells_the_truth_and_a_start_keeps_to_the_limits() {
+    fn zero_strength_gives_the_truth_and_start_poses_keep_the_limits() {
         let body = shipped("tracker25").unwrap();
         let start = body.zero_pose();
         assert_eq!(tracker_rig(&rig(), &Corruption::default(), 4), rig());

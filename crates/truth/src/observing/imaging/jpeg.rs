@@ -1,4 +1,4 @@
-//! Images as a camera that stores JPEG gives them; one of two uses of the crate `image`.
+//! JPEG compression of images; one of two uses of the crate `image`.
 
 use std::io::Cursor;
 
@@ -7,13 +7,13 @@ use image::{DynamicImage, ExtendedColorType};
 
 use crate::observing::Image;
 
-/// The image, encoded at a quality of 1 to 100 without subsampling of colour, and decoded.
-pub(super) fn stored(image: Image, quality: u8) -> Image {
-    // only sides beyond 65,535 pixels, four times those of a camera, cannot be encoded
-    through_file(&image, quality).unwrap_or(image)
+/// The image after encoding at a quality of 1 to 100, without chroma subsampling, and decoding.
+pub(super) fn compressed(image: Image, quality: u8) -> Image {
+    // encoding fails only for sides beyond 65,535 pixels, four times the largest camera image
+    round_trip(&image, quality).unwrap_or(image)
 }
 
-fn through_file(image: &Image, quality: u8) -> Option<Image> {
+fn round_trip(image: &Image, quality: u8) -> Option<Image> {
     let (width, height, channels) = image.shape();
     let kind = if channels == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
     let mut bytes = Vec::new();
@@ -28,7 +28,7 @@ fn through_file(image: &Image, quality: u8) -> Option<Image> {
 mod tests {
     use super::*;
 
-    /// A smooth slope with an edge in it.
+    /// A smooth gradient with an edge.
     fn picture(channels: usize) -> Image {
         let at = |x: usize, y: usize, c: usize| if x > 21 { 200 - c * 30 } else { 40 + x + y + 20 * c };
         let values = (0..30 * 40).flat_map(|i| (0..channels).map(move |c| at(i % 40, i / 40, c) as u8));
@@ -41,14 +41,14 @@ mod tests {
     }
 
     #[test]
-    fn images_keep_their_shape_and_lose_the_more_the_lower_the_quality() {
+    fn images_keep_their_shape_and_lose_more_at_lower_quality() {
         for channels in [1, 3] {
             let image = picture(channels);
-            let errors = [95, 60, 10].map(|quality| mean_error(&stored(image.clone(), quality), &image));
+            let errors = [95, 60, 10].map(|quality| mean_error(&compressed(image.clone(), quality), &image));
             assert!(errors[0] < errors[1] && errors[1] < errors[2], "{errors:?}");
             assert!(errors[0] < 3.0 && errors[2] < 20.0, "{errors:?}");
-            assert_eq!(stored(image.clone(), 60).shape(), image.shape());
-            assert_eq!(stored(image.clone(), 60), stored(image, 60));
+            assert_eq!(compressed(image.clone(), 60).shape(), image.shape());
+            assert_eq!(compressed(image.clone(), 60), compressed(image, 60));
         }
     }
 }

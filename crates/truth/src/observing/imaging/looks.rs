@@ -1,4 +1,4 @@
-//! How ground, walls, props and clothing look, and how light falls on them.
+//! Appearance of ground, walls, props and clothing, and their illumination.
 
 use nalgebra::{Point3, Vector3};
 use rand::RngExt;
@@ -8,22 +8,22 @@ use super::texture::Textures;
 use crate::body::Humanoid;
 use crate::rng::{KeyedSeed, Purpose, normal};
 
-/// Red, green and blue, grey values.
+/// Red, green and blue, 0 to 255.
 pub(super) type Rgb = [f32; 3];
 
-/// Mean colours of the ground and of the walls; clothing is measured against their mean.
+/// Mean colours of ground and walls; the contrast of clothing is relative to their mean.
 const GROUND: Rgb = [138.0, 128.0, 112.0];
 const WALL: Rgb = [150.0, 148.0, 140.0];
-/// Share of the light that comes from everywhere.
+/// Share of ambient light.
 const AMBIENT: f32 = 0.5;
 
-/// Light on a surface with this normal, as a share of the most there is; `sunny` where nothing casts a shadow.
+/// Illumination of a surface with this normal, as a share of the maximum; `sunny` outside shadows.
 pub(super) fn light(normal: &Vector3<f64>, towards_sun: &Vector3<f64>, sunny: bool) -> f32 {
     let direct = if sunny { normal.dot(towards_sun).max(0.0) as f32 } else { 0.0 };
     AMBIENT + (1.0 - AMBIENT) * direct
 }
 
-/// The ground at a point: slabs of one metre, grain and stains.
+/// Colour of the ground at a point: slabs of one metre, grain and stains.
 pub(super) fn ground(textures: Textures, x: f32, y: f32) -> Rgb {
     let noise = |x, y, cell, kind| textures.noise(x, y, 0.0, cell, kind);
     let joint = |v: f32| (v - v.floor() - 0.5).abs() > 0.492;
@@ -33,7 +33,7 @@ pub(super) fn ground(textures: Textures, x: f32, y: f32) -> Rgb {
     GROUND.map(|c| c + stain + slab + dark)
 }
 
-/// A wall at a point: plaster, and panels of 1.2 metres with dark seams.
+/// Colour of a wall at a point: plaster, and panels of 1.2 metres with dark seams.
 pub(super) fn wall(textures: Textures, point: &Point3<f64>, along: f64) -> Rgb {
     let noise = |x, y, z, cell, kind| textures.noise(x, y, z, cell, kind);
     let (along, z) = (along as f32, point.z as f32);
@@ -44,7 +44,7 @@ pub(super) fn wall(textures: Textures, point: &Point3<f64>, along: f64) -> Rgb {
     [WALL[0] + plaster + panel + dark, WALL[1] + plaster + panel + dark, WALL[2] + plaster + dark]
 }
 
-/// A prop at a point.
+/// Colour of a prop at a point.
 pub(super) fn prop(textures: Textures, index: usize, point: &Point3<f64>) -> Rgb {
     let noise = |x, y, z, cell, kind| textures.noise(x, y, z, cell, kind);
     let [x, y, z] = [point.x, point.y, point.z].map(|c| c as f32);
@@ -60,18 +60,18 @@ pub(super) struct Clothing {
 }
 
 impl Clothing {
-    /// One colour for links of the same garment, which left and right share: it lies `clothing_contrast` from the mean
-    /// of ground and walls in a direction that is drawn.
+    /// One colour per garment, the same for left and right: at a distance of `clothing_contrast` from the mean of
+    /// ground and walls, in a random direction.
     pub(super) fn new(body: &Humanoid, settings: &ImageSettings, seed: KeyedSeed) -> Self {
-        let mut garments: Vec<(String, Rgb)> = Vec::new();
+        let mut garments: Vec<(&str, Rgb)> = Vec::new();
         let of_link = body.links.iter().map(|link| {
-            let garment = garment_of(&link.name);
+            let garment = garment(&link.name);
             if let Some((_, colour)) = garments.iter().find(|(name, _)| *name == garment) {
                 return *colour;
             }
             let mut random = seed.stream(Purpose::Imaging, garments.len() as u64, 9, 0);
             let direction = Vector3::from_fn(|_, _| normal(&mut random)).try_normalize(1e-9).unwrap_or_else(Vector3::x);
-            // darker for two garments of three; what leaves the sensor's range saturates
+            // darker for two garments in three; colours outside the sensor's range saturate
             let side = if random.random::<f64>() < 0.65 { -1.0 } else { 1.0 };
             let length = settings.clothing_contrast;
             let colour = std::array::from_fn(|c| {
@@ -84,7 +84,7 @@ impl Clothing {
         Self { of_link: of_link.collect(), textures: Textures::new(seed) }
     }
 
-    /// The colour of a point on a link, with the weave of its cloth.
+    /// The colour of a point on a link, with the texture of its cloth.
     pub(super) fn at(&self, link: usize, point_in_link: &Point3<f64>) -> Rgb {
         let [x, y, z] = [point_in_link.x, point_in_link.y, point_in_link.z].map(|c| c as f32);
         let noise = |cell, kind| self.textures.noise(x, y, z, cell, kind);
@@ -93,15 +93,17 @@ impl Clothing {
     }
 }
 
-/// What a link wears, by words in its name: trousers, shoes, a shirt, or skin.
-fn garment_of(link: &str) -> String {
+/// The garment of a link, by its name: trousers, shoes, a shirt, or skin.
+fn garment(link: &str) -> &'static str {
     let name = link.to_ascii_lowercase();
-    let is = |words: &[&str]| words.iter().any(|word| name.contains(word));
-    let garment = match () {
-        () if is(&["hand", "head", "neck", "wrist"]) => "skin",
-        () if is(&["foot", "toe", "ankle"]) => "shoes",
-        () if is(&["thigh", "shank", "hip", "knee", "pelvis", "leg", "femur", "tibia"]) => "trousers",
-        () => "shirt",
-    };
-    garment.to_owned()
+    let contains = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    if contains(&["hand", "head", "neck", "wrist"]) {
+        "skin"
+    } else if contains(&["foot", "toe", "ankle"]) {
+        "shoes"
+    } else if contains(&["thigh", "shank", "hip", "knee", "pelvis", "leg", "femur", "tibia"]) {
+        "trousers"
+    } else {
+        "shirt"
+    }
 }

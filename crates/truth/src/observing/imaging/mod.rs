@@ -1,10 +1,10 @@
-//! Camera images of the scene, in which the actor has to be found again.
+//! Simulated camera images of the scene, from which the actor is segmented.
 //!
-//! Ground z = 0 with slabs, four walls behind the cameras, props, a dressed actor, light from everywhere and from a sun
-//! 45 degrees high; the actor's shadow falls on the ground (not on walls, props or itself). A sensor adds gain, offset
-//! and noise; gain and offset drift between three periods in which the background is recorded alone. Images may be
-//! stored as JPEG. Edges are not blended: a pixel shows what its centre sees. Brightness is computed in f32, the same
-//! bits on any number of threads.
+//! The scene has ground at z = 0 with slabs, four walls behind the cameras, props, a clothed actor, ambient light and a
+//! sun at 45 degrees elevation; the actor casts a shadow on the ground (not on walls, props or itself). A sensor adds
+//! gain, offset and noise; gain and offset drift between three periods in which the background is recorded. Images may
+//! be stored as JPEG. Edges are not blended: a pixel shows the colour at its centre. Brightness is computed in f32,
+//! bit-identical for any number of threads.
 
 mod jpeg;
 mod looks;
@@ -31,7 +31,7 @@ use sensor::{Exposure, Sensor};
 use settings::PERIODS;
 use texture::Textures;
 
-/// How far behind the farthest camera the walls stand, metres.
+/// Distance of the walls behind the farthest camera, metres.
 const WALL_DISTANCE: f64 = 1.5;
 
 /// Takes images of the scene, of any camera and frame, from any thread.
@@ -41,31 +41,31 @@ pub struct SceneCamera<'a> {
     settings: ImageSettings,
     backdrops: Vec<Backdrop>,
     clothing: Clothing,
-    /// What distractors wear.
+    /// Clothing of the distractors.
     other_clothing: Vec<Clothing>,
     sensor: Sensor,
     sun: Sun,
 }
 
-/// What a camera sees without the actor.
+/// The scene without figures in one camera.
 struct Backdrop {
     width: u32,
     height: u32,
-    /// Brightness, plane by plane.
+    /// Brightness by plane.
     planes: Vec<Vec<f32>>,
     ground: GroundPixels,
-    /// Depths of props; empty without any.
+    /// Depths of props; empty without props.
     screen: Vec<f32>,
 }
 
 impl<'a> SceneCamera<'a> {
-    /// Cameras of `rig`, which stand still, around the actor of `truth`; `seed` draws clothing, the sun's azimuth,
-    /// drift and noise, and with a secret key textures too.
+    /// Static cameras of `rig` around the actor of `truth`; `seed` determines clothing, the sun's azimuth, drift and
+    /// noise, and with a secret key also textures.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: impl Into<KeyedSeed>) -> Self {
-        Self::in_room(truth, rig, distance_of_walls(rig), settings, seed.into())
+        Self::in_room(truth, rig, wall_distance(rig), settings, seed.into())
     }
 
-    /// As [`Self::new`], of camera `index` alone; it sees the same scene as all of them.
+    /// Like [`Self::new`] for camera `index` only; the scene is that of all cameras.
     pub(super) fn from_one(
         truth: &'a GroundTruth,
         rig: &CameraRig,
@@ -74,7 +74,7 @@ impl<'a> SceneCamera<'a> {
         seed: KeyedSeed,
     ) -> Self {
         let alone = CameraRig { cameras: vec![rig.cameras[index].clone()] };
-        Self::in_room(truth, &alone, distance_of_walls(rig), settings, seed)
+        Self::in_room(truth, &alone, wall_distance(rig), settings, seed)
     }
 
     fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: KeyedSeed) -> Self {
@@ -90,10 +90,10 @@ impl<'a> SceneCamera<'a> {
         };
         let mut backdrops = parallel::map(rig.cameras.len(), backdrop);
         if settings.grey {
-            backdrops.iter_mut().for_each(|backdrop| backdrop.planes = vec![grey_of(&backdrop.planes)]);
+            backdrops.iter_mut().for_each(|backdrop| backdrop.planes = vec![to_grey(&backdrop.planes)]);
         }
         let clothing = Clothing::new(&truth.actor, settings, seed);
-        // each wears something else, the actor what they wear alone
+        // every figure has its own clothing; the actor's does not depend on the others
         let other = |(index, other): (u64, &Distractor)| {
             Clothing::new(&other.body, settings, seed.with_seed(seed.seed.wrapping_add(1_000_003 * (index + 1))))
         };
@@ -107,55 +107,57 @@ impl<'a> SceneCamera<'a> {
         PERIODS
     }
 
-    /// An image of a camera's background alone.
+    /// A background image of a camera.
     pub fn background(&self, camera: usize, period: usize, number: usize) -> Image {
         let Backdrop { width, height, planes, .. } = &self.backdrops[camera];
         let exposure = Exposure::Background(period.min(PERIODS - 1), number);
-        self.stored(self.sensor.expose(*width, *height, planes, camera, exposure))
+        self.compressed(self.sensor.expose(*width, *height, planes, camera, exposure))
     }
 
-    /// The images of one frame, which the truth must have, camera by camera.
+    /// The images of one frame, which must exist in the truth, by camera.
     pub fn images(&self, frame: usize) -> Vec<Image> {
         let mut images = Vec::with_capacity(self.backdrops.len());
         self.each_image(frame, |_, image| images.push(image));
         images
     }
 
-    /// The same, one camera's image in memory at a time: `take` is given the camera's index and its image.
+    /// Calls `take` with every camera's index and image of a frame, one at a time to save memory.
     pub fn each_image(&self, frame: usize, mut take: impl FnMut(usize, Image)) {
         let exposure = Exposure::Frame(frame, self.truth.frames.len());
         self.each_brightness(frame, |camera, planes| {
             let Backdrop { width, height, .. } = self.backdrops[camera];
-            take(camera, self.stored(self.sensor.expose(width, height, &planes, camera, exposure)));
+            take(camera, self.compressed(self.sensor.expose(width, height, &planes, camera, exposure)));
         });
     }
 
-    /// As the camera stores an image.
-    fn stored(&self, image: Image) -> Image {
+    /// The image after compression, if any.
+    fn compressed(&self, image: Image) -> Image {
         match self.settings.jpeg_quality {
             None => image,
-            Some(quality) => jpeg::stored(image, quality),
+            Some(quality) => jpeg::compressed(image, quality),
         }
     }
 
-    /// Brightness before the sensor in one frame, grey values from 0 to 255, camera by camera and plane by plane.
+    /// Brightness before the sensor in one frame, 0 to 255, by camera and plane.
     pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
         let mut all = Vec::with_capacity(self.backdrops.len());
         self.each_brightness(frame, |_, planes| all.push(planes));
         all
     }
 
-    /// The same, one camera's planes in memory at a time. The nearest figure is seen, and the sun is kept off once.
+    /// Calls `take` with every camera's index and planes, one at a time. The nearest figure is visible, and overlapping
+    /// shadows darken once.
     fn each_brightness(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
         let others: Vec<(&Humanoid, LinkFrames)> =
             self.truth.distractors.iter().filter_map(|o| Some((&o.body, o.link_frames(frame)?))).collect();
         let link_frames = &self.truth.frames[frame].link_frames;
-        let shadows: Vec<CastShadow<'_>> = match self.settings.shadow {
-            true => std::iter::once((&self.truth.actor, link_frames))
+        let shadows: Vec<CastShadow<'_>> = if self.settings.shadow {
+            std::iter::once((&self.truth.actor, link_frames))
                 .chain(others.iter().map(|(body, frames)| (*body, frames)))
                 .map(|(body, frames)| self.sun.shadow_of(body, frames))
-                .collect(),
-            false => Vec::new(),
+                .collect()
+        } else {
+            Vec::new()
         };
         let mut figures = vec![(self.observer.surfaces(SceneFigure::Actor, frame), &self.clothing)];
         let surfaces = (0..others.len()).map(|other| self.observer.surfaces(SceneFigure::Distractor(other), frame));
@@ -198,8 +200,8 @@ impl<'a> SceneCamera<'a> {
     }
 }
 
-/// How far from the middle the walls stand so that all cameras are inside, metres.
-fn distance_of_walls(rig: &CameraRig) -> f64 {
+/// Distance of the walls from the origin such that all cameras are inside, metres.
+fn wall_distance(rig: &CameraRig) -> f64 {
     let reach = |camera: &Camera| camera.centre().coords.xy().amax();
     WALL_DISTANCE + rig.cameras.iter().map(reach).fold(0.0, f64::max)
 }
@@ -230,7 +232,7 @@ impl Backdrop {
     }
 }
 
-/// The brightness of ground or wall where a ray from inside the room meets it first.
+/// Brightness of the ground or wall first hit by a ray from inside the room.
 fn room(centre: &Point3<f64>, ray: &Vector3<f64>, (walls, textures): (f64, Textures), sun: &Vector3<f64>) -> Rgb {
     let to_ground = if ray.z < 0.0 { centre.z / -ray.z } else { f64::INFINITY };
     let to_wall = |axis: usize| match ray[axis] {
@@ -251,12 +253,12 @@ fn room(centre: &Point3<f64>, ray: &Vector3<f64>, (walls, textures): (f64, Textu
     colour.map(|c| (c * light).clamp(0.0, 255.0))
 }
 
-/// Brightness by the weights of ITU-R BT.601.
+/// Luma with the weights of ITU-R BT.601.
 fn grey_value([red, green, blue]: Rgb) -> f32 {
     0.299 * red + 0.587 * green + 0.114 * blue
 }
 
-fn grey_of(planes: &[Vec<f32>]) -> Vec<f32> {
+fn to_grey(planes: &[Vec<f32>]) -> Vec<f32> {
     (0..planes[0].len()).map(|index| grey_value([planes[0][index], planes[1][index], planes[2][index]])).collect()
 }
 
@@ -284,7 +286,7 @@ mod tests {
     };
 
     #[test]
-    fn without_noise_and_shadow_an_image_differs_from_the_background_in_the_silhouette_alone() {
+    fn without_noise_and_shadow_images_differ_from_the_background_only_in_the_silhouette() {
         let truth = truth();
         let camera = SceneCamera::new(&truth, &rig(), &QUIET, 4);
         for (index, (image, mask)) in camera.images(2).iter().zip(&observe(&truth, &rig())[2].silhouettes).enumerate() {
@@ -308,13 +310,13 @@ mod tests {
         let darker: Vec<usize> = (0..320 * 240).filter(|i| shaded.planes()[1][*i] < lit.planes()[1][*i]).collect();
         assert!(darker.len() > 300, "{}", darker.len());
         let expected = 0.5 / (0.5 + 0.5 * std::f64::consts::FRAC_1_SQRT_2);
-        assert!(darker.iter().all(|i| (ratio(*i) - expected).abs() < 0.02), "all by the same share");
+        assert!(darker.iter().all(|i| (ratio(*i) - expected).abs() < 0.02), "all by the same factor");
         let on_body = darker.iter().filter(|i| mask.get(**i as u32 % 320, **i as u32 / 320)).count();
         assert!(on_body <= 5, "{on_body} pixels on the outline, up to rounding");
     }
 
     #[test]
-    fn images_are_the_same_on_any_thread_and_grey_ones_have_one_plane() {
+    fn images_are_reproducible_on_any_thread_and_grey_ones_have_one_plane() {
         let truth = truth();
         let camera = SceneCamera::new(&truth, &rig(), &ImageSettings::default(), 4);
         let one_by_one: Vec<_> = (0..4).map(|frame| camera.images(frame)).collect();

@@ -1,4 +1,4 @@
-//! Silhouettes cut out of the scene's images.
+//! Silhouettes segmented from simulated images.
 
 use super::{ImageSettings, SceneCamera};
 use crate::camera::CameraRig;
@@ -9,7 +9,7 @@ use crate::raster::Mask;
 use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
 
-/// Sees any frame of the truth by segmentation of its images, from any thread.
+/// Observes any frame of the truth by segmentation of its images, from any thread.
 pub struct SegmentedObserver<'a> {
     truth: &'a GroundTruth,
     camera: SceneCamera<'a>,
@@ -17,10 +17,10 @@ pub struct SegmentedObserver<'a> {
 }
 
 impl<'a> SegmentedObserver<'a> {
-    /// Records the background of every camera in three periods, and learns it.
+    /// Records the background of every camera in three periods and learns the models.
     ///
     /// # Errors
-    /// [`BackgroundError::TooFew`] without an image of the background in each period.
+    /// [`BackgroundError::TooFew`] if a period has no background image.
     pub fn new(
         truth: &'a GroundTruth,
         rig: &CameraRig,
@@ -39,11 +39,11 @@ impl<'a> SegmentedObserver<'a> {
         Ok(Self { truth, camera, segmenters })
     }
 
-    /// The silhouettes of one frame, which the truth must have.
+    /// The silhouettes of one frame, which must exist in the truth.
     pub fn observe(&self, frame: usize) -> Observation {
         let mut silhouettes = Vec::with_capacity(self.segmenters.len());
         self.camera.each_image(frame, |camera, image: Image| {
-            // the background was recorded by the same camera
+            // cannot fail: the background was recorded by the same camera
             let silhouette = self.segmenters[camera].silhouette(&image);
             silhouettes.push(silhouette.unwrap_or_else(|_| Mask::new(image.width(), image.height())));
         });
@@ -60,12 +60,12 @@ mod tests {
     use crate::test_cameras::rig;
 
     #[test]
-    fn the_actor_is_found_again_in_the_images() {
+    fn the_actor_is_segmented_from_the_images() {
         let truth = GroundTruth::from_motion(person(), &walk(4), &rig()).unwrap();
         let images = ImageSettings {
             clothing_contrast: 100.0,
             background_frames: 10,
-            // dark clothing of the background's hue looks like shadow
+            // dark clothing with the background's hue looks like shadow
             shadow: false,
             ..ImageSettings::default()
         };

@@ -1,4 +1,4 @@
-//! The sensor: gain, offset, noise, eight bits.
+//! Sensor model: gain, offset, noise, eight bits.
 
 use rand::RngExt;
 
@@ -7,19 +7,19 @@ use super::texture::mixed;
 use crate::observing::Image;
 use crate::rng::{KeyedSeed, Purpose, normal};
 
-/// Normal deviates that noise is taken from, a power of two.
+/// Number of tabulated normal deviates, a power of two.
 const DEVIATES: usize = 1 << 16;
 
-/// Which image an exposure is: a frame of the sequence, or one of a period of the background.
+/// The image being exposed: a frame of the sequence, or a background image of a period.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Exposure {
-    /// Frame and number of frames.
+    /// Index of the frame, and number of frames.
     Frame(usize, usize),
-    /// Period and number of the image in it.
+    /// Period, and index of the image in it.
     Background(usize, usize),
 }
 
-/// Turns brightness into images of eight bits.
+/// Converts brightness to images of eight bits.
 pub(super) struct Sensor {
     settings: ImageSettings,
     seed: KeyedSeed,
@@ -38,8 +38,8 @@ impl Sensor {
         Self { settings: *settings, seed, drift, deviates }
     }
 
-    /// An image of the brightness of every pixel, plane by plane: gain and offset of its time, read noise and shot
-    /// noise of variance `read^2 + shot * brightness`, rounded and cut to 0..=255.
+    /// An image of planes of brightness: with the gain and offset of its time, and read and shot noise with variance
+    /// `read^2 + shot * brightness`, rounded and clamped to 0..=255.
     pub(super) fn expose(&self, width: u32, height: u32, planes: &[Vec<f32>], camera: usize, of: Exposure) -> Image {
         let [gain, offset] = self.drift_of(of);
         let deviation = self.deviations();
@@ -53,7 +53,7 @@ impl Sensor {
             let chunks = plane.chunks(4).enumerate();
             let mut values = Vec::with_capacity(plane.len());
             for (index, chunk) in chunks {
-                // four deviates from each word of random bits
+                // four deviates per word of random bits
                 let bits = mixed(start.wrapping_add(index as u64));
                 for (shift, brightness) in [0, 16, 32, 48].into_iter().zip(chunk) {
                     let level = (gain * brightness + offset).clamp(0.0, 255.0);
@@ -64,10 +64,10 @@ impl Sensor {
             values
         };
         let planes = planes.iter().enumerate().map(expose).collect();
-        Image::from_sound_planes(width, height, planes)
+        Image::from_valid_planes(width, height, planes)
     }
 
-    /// Gain and offset: those of the period, and in between them during the frames.
+    /// Gain and offset: those of the period; interpolated between periods for frames.
     fn drift_of(&self, of: Exposure) -> [f32; 2] {
         match of {
             Exposure::Background(period, _) => self.drift[period],
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_drift_from_the_first_period_by_the_second_to_the_last() {
+    fn frames_drift_from_the_first_period_via_the_second_to_the_last() {
         let sensor =
             Sensor::new(&ImageSettings { read_noise: 0.0, shot_noise: 0.0, ..ImageSettings::default() }, 8.into());
         for (frame, period) in [(0, 0), (5, 1), (10, 2)] {
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn images_differ_and_each_is_the_same_whenever_it_is_taken() {
+    fn images_differ_and_are_reproducible() {
         let sensor = Sensor::new(&ImageSettings::default(), 3.into());
         let plane = vec![vec![100.0; 64]; 3];
         let image = |camera, of| sensor.expose(8, 8, &plane, camera, of);

@@ -1,31 +1,31 @@
-//! `[observation.images]`: the scene's looks and the sensor.
+//! `[observation.images]`: appearance of the scene, and the sensor.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What images of the scene look like. Brightness is in grey values, 0 to 255.
+/// Appearance of simulated images. Brightness is in grey values, 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImageSettings {
-    /// Grey images in place of colour.
+    /// Grey images instead of colour.
     pub grey: bool,
-    /// How far the colours of clothing and skin are from the mean colour of the background, grey values.
+    /// Distance of the colours of clothing and skin from the mean background colour, grey values.
     pub clothing_contrast: f64,
     /// Whether the actor casts a shadow on the ground.
     pub shadow: bool,
     /// Standard deviation of the read noise, grey values.
     pub read_noise: f64,
-    /// Variance of the shot noise a grey value of brightness, grey values.
+    /// Variance of the shot noise per grey value of brightness, grey values.
     pub shot_noise: f64,
-    /// Greatest drift of the gain between the three periods in which the background is recorded, as a share.
+    /// Maximum deviation of the gain in each of the three periods in which the background is recorded, as a share.
     pub gain_drift: f64,
-    /// Greatest drift of the offset between those periods, grey values.
+    /// Maximum deviation of the offset in each of those periods, grey values.
     pub offset_drift: f64,
-    /// Quality, 1 to 100, at which the camera stores its images as JPEG before anybody sees them: it leaves blocks of 8
-    /// by 8 pixels and ringing at edges. Colour is not subsampled. Default: not compressed.
+    /// Quality of JPEG compression of the images, 1 to 100, which causes blocks of 8 by 8 pixels and ringing at edges.
+    /// Colour is not subsampled. Default: not compressed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jpeg_quality: Option<u8>,
-    /// Images of the background in each of the three periods.
+    /// Number of background images in each of the three periods.
     pub background_frames: u32,
 }
 
@@ -45,5 +45,5 @@ impl Default for ImageSettings {
     }
 }
 
-/// Number of periods in which the background is recorded: before, amid and after the frames.
+/// Number of periods in which the background is recorded: before, during and after the frames.
 pub(super) const PERIODS: usize = 3;

@@ -1,13 +1,13 @@
-//! Textures made of noise: the same value at the same place, whatever else is drawn.
+//! Noise textures, determined by position only.
 
 use rand::RngExt;
 
 use crate::rng::{KeyedSeed, Purpose};
 
-/// The textures of a scene. With the public key they are those of every scene.
+/// The textures of a scene. With the public key all scenes have the same.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Textures {
-    /// Tells the textures of one secret from those of another; 0 with the public key.
+    /// Makes textures depend on the secret key; 0 with the public key.
     salt: u64,
 }
 
@@ -17,8 +17,8 @@ impl Textures {
         Self { salt: if seed.key.is_public() { 0 } else { drawn() } }
     }
 
-    /// Smooth noise between -1 and 1 that changes over `cell` metres, by its place in space; `kind` tells textures of a
-    /// scene apart.
+    /// Smooth noise between -1 and 1 at a point in space, with a length scale of `cell` metres; `kind` distinguishes
+    /// the textures of a scene.
     pub(super) fn noise(self, x: f32, y: f32, z: f32, cell: f32, kind: u32) -> f32 {
         let (ix, sx) = split(x / cell);
         let (iy, sy) = split(y / cell);
@@ -30,7 +30,7 @@ impl Textures {
         mix(along_y(0), along_y(1), sz)
     }
 
-    /// A value of the lattice between -1 and 1, from a hash of its place (`[Steele 2014]`, the finaliser).
+    /// A lattice value between -1 and 1, from a hash of its position (the finaliser of `[Steele 2014]`).
     fn at(self, [x, y, z]: [i32; 3], kind: u32) -> f32 {
         let place =
             (u64::from(x as u32) << 32 | u64::from(y as u32)) ^ (u64::from(z as u32) << 16) ^ u64::from(kind) << 48;
@@ -38,7 +38,7 @@ impl Textures {
     }
 }
 
-/// Whole part, and the smoothed rest.
+/// Integer part, and the smoothed fraction.
 fn split(value: f32) -> (i32, f32) {
     let whole = value.floor().clamp(-1e9, 1e9);
     let rest = value - whole;
@@ -59,7 +59,7 @@ mod tests {
     use crate::rng::ObservationKey;
 
     #[test]
-    fn noise_is_continuous_bounded_and_differs_from_place_to_place_and_texture_to_texture() {
+    fn noise_is_continuous_bounded_and_differs_between_positions_and_textures() {
         let usual = Textures::new(1.into());
         let noise = |x, y, z, cell, kind| usual.noise(x, y, z, cell, kind);
         let mut sum = 0.0;

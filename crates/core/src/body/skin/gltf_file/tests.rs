@@ -6,8 +6,9 @@ fn text(uri: &str, length: usize) -> String {
     text_with_more(uri, length, "", "")
 }
 
-/// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose
-/// buffer is `uri`. After the joints, which are nodes 1 to 15, come `more_nodes`, and after the skin `more_skins`.
+/// A file as text with the joints required by a body's landmarks, each 0.1 m apart, and a triangle weighted to the
+/// head, with its buffer at `uri`. The joints are nodes 1 to 15, followed by `more_nodes`; `more_skins` follow the
+/// skin.
 fn text_with_more(uri: &str, length: usize, more_nodes: &str, more_skins: &str) -> String {
     let [more_nodes, more_skins] =
         [more_nodes, more_skins].map(|more| if more.is_empty() { String::new() } else { format!(", {more}") });
@@ -47,9 +48,9 @@ fn message(text: &str, bytes: &[u8]) -> String {
 }
 
 #[test]
-fn a_skinned_triangle_is_read_as_its_nodes_pose_it_in_the_axes_of_bodies() {
+fn a_skinned_triangle_is_read_in_its_nodes_pose_and_converted_to_body_axes() {
     let mesh = parse("a.gltf", text("b.bin", 96).as_bytes(), &|_| Ok(buffer())).unwrap();
-    // the head lifts what it holds by 0.9 m
+    // the head raises its vertices by 0.9 m
     let lifted = Point3::new(0.5, 0.0, 0.75 + f64::from(0.9_f32));
     assert!((mesh.vertices[2] - lifted).norm() < 1e-12, "{}", mesh.vertices[2]);
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
@@ -61,9 +62,10 @@ fn more(nodes: &str, skins: &str) -> String {
     text_with_more("b.bin", 96, nodes, skins)
 }
 
-/// Only meshes of the first skin were read; hair and clothes with skins of their own were dropped without a word.
+/// Regression test: only meshes of the first skin were read; hair and clothes with separate skins were dropped
+/// silently.
 #[test]
-fn all_meshes_of_one_skeleton_are_one_skin_and_what_no_joint_moves_is_told() {
+fn all_meshes_of_one_skeleton_become_one_skin_and_meshes_without_joints_are_noted() {
     let hair = r#"{"name": "Hair", "mesh": 0, "skin": 1}, {"name": "Sword", "mesh": 0}"#;
     let file = more(hair, r#"{"joints": [1, 2, 3]}"#);
     let mesh = parse("a.gltf", file.as_bytes(), &|_| Ok(buffer())).unwrap();
@@ -74,12 +76,12 @@ fn all_meshes_of_one_skeleton_are_one_skin_and_what_no_joint_moves_is_told() {
     assert!(mesh.notes.iter().any(|note| note.ends_with("(they have no skin): mesh `Sword`")), "{:?}", mesh.notes);
     let dog = r#"{"name": "Dog", "mesh": 0, "skin": 1}, {"name": "Tail1"}, {"name": "Tail2"}, {"name": "Tail3"}"#;
     let found = message(&more(dog, r#"{"joints": [17, 18, 19]}"#), &buffer());
-    assert!(found.contains("several skeletons: mesh 0 and, apart from them, mesh `Dog`;"), "{found}");
+    assert!(found.contains("several skeletons: mesh 0, and separately mesh `Dog`;"), "{found}");
 }
 
-/// What a program hides, such as a second figure, was part of the skin.
+/// Regression test: hidden meshes, such as a second figure, were part of the skin.
 #[test]
-fn only_what_the_default_scene_shows_is_read_and_the_rest_is_told() {
+fn only_the_default_scene_is_read_and_the_rest_is_noted() {
     let children = (0..16).map(|node| node.to_string()).collect::<Vec<_>>().join(",");
     let nodes =
         format!(r#"{{"name": "Armature", "children": [{children}]}}, {{"name": "Copy", "mesh": 0, "skin": 0}}"#);
@@ -91,21 +93,21 @@ fn only_what_the_default_scene_shows_is_read_and_the_rest_is_told() {
     assert_eq!(vertices(&all), (6, Vec::new()));
     let scene = |key: &str| all.replacen("\"skins\"", &format!(r#"{key}"scenes": [{{"nodes": [16]}}], "skins""#), 1);
     assert_eq!(vertices(&scene("")), (6, Vec::new()), "no scene is the default");
-    let note = "left out, for they are not in the default scene: mesh `Copy`".to_owned();
+    let note = "meshes left out because they are not in the default scene: mesh `Copy`".to_owned();
     assert_eq!(vertices(&scene(r#""scene": 0, "#)), (3, vec![note]));
     let empty = scene(r#""scene": 0, "#).replace("[16]", "[1]");
     assert!(message(&empty, &buffer()).contains("a skin in its default scene, found none"));
 }
 
-/// It was said that no joint is the head's.
+/// Regression test: the message wrongly denied that there is a head joint.
 #[test]
-fn a_head_that_holds_no_vertex_is_told_to_do_so() {
+fn a_head_without_weighted_vertices_is_reported() {
     let mut of_hips = buffer();
     for vertex in 0..3 {
         of_hips[36 + 4 * vertex] = 0;
     }
     let found = message(&text("b.bin", 96), &of_hips);
-    assert!(found.contains("joint of the head is recognised, but no vertex"), "{found}");
+    assert!(found.contains("head joint is recognised, but no vertex"), "{found}");
 }
 
 #[test]
@@ -124,7 +126,7 @@ fn missing_short_and_outside_buffers_are_refused() {
 }
 
 #[test]
-fn names_of_buffers_are_decoded_before_it_is_asked_where_they_lie() {
+fn names_of_buffers_are_decoded_before_their_folder_is_checked() {
     for (uri, name) in
         [("my%20b%C3%A9.bin", "my bé.bin"), ("%2e%2E/b.bin", "../b.bin"), ("50%.bin", "50%.bin"), ("%ff", "%ff")]
     {
@@ -139,7 +141,7 @@ fn names_of_buffers_are_decoded_before_it_is_asked_where_they_lie() {
 }
 
 #[test]
-fn numbers_of_another_kind_and_count_and_joints_of_another_skeleton_are_refused() {
+fn invalid_types_and_counts_and_joints_of_another_skeleton_are_refused() {
     let good = text("b.bin", 96);
     let mut nan = buffer();
     nan[..4].copy_from_slice(&f32::NAN.to_le_bytes());
@@ -154,7 +156,7 @@ fn numbers_of_another_kind_and_count_and_joints_of_another_skeleton_are_refused(
         ("\"WEIGHTS_0\": 2", "\"JOINTS_1\": 1", "more than four joints"),
         ("\"LeftLeg\"", "\"Tentacle\"", "no joint is recognised as left knee"),
         ("\"Hips\"", "\"Hips\", \"children\": [1]", "their own ancestors"),
-        ("0.9, 0", "90, 0", "glTF is metres"),
+        ("0.9, 0", "90, 0", "glTF uses metres"),
         (", \"skin\": 0", "", "a node with a mesh and a skin"),
     ] {
         assert!(good.contains(from), "{from}");

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
 
-/// Which limb.
+/// Kind of limb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limb {
     Leg,
@@ -21,12 +21,12 @@ impl Limb {
         if self == Self::Leg { BodyPart::Ankle } else { BodyPart::Wrist }
     }
 
-    /// Names of parts below the lower joint that do not belong to the chain.
+    /// Body part below the lower joint that does not belong to the chain.
     fn beyond(self) -> BodyPart {
         if self == Self::Leg { BodyPart::Toe } else { BodyPart::Finger }
     }
 
-    /// Names that a chain may end with, best first.
+    /// Body parts that may end a chain, best first.
     fn ends(self) -> &'static [BodyPart] {
         match self {
             Self::Leg => &[BodyPart::Ankle, BodyPart::Toe, BodyPart::Leg, BodyPart::Knee],
@@ -34,8 +34,8 @@ impl Limb {
         }
     }
 
-    /// Length of the lower segment over that of the upper one: of shank and thigh, forearm and upper arm (Drillis and
-    /// Contini 1966).
+    /// Ratio of the lower to the upper segment's length: shank to thigh, forearm to upper arm (Drillis and Contini
+    /// 1966).
     fn proportion(self) -> f64 {
         if self == Self::Leg { 1.0 } else { 0.785 }
     }
@@ -46,7 +46,7 @@ impl Limb {
 pub(super) struct LimbPoint {
     pub(super) link: usize,
     pub(super) point: Point3<f64>,
-    /// Whether it comes from a name and not only from shape.
+    /// Whether it is based on a name and not only on shape.
     pub(super) named: bool,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: BodySide) -> O
     None
 }
 
-/// Most joints that make up a hip, shoulder, ankle or wrist.
+/// Greatest number of joints that make up a hip, shoulder, ankle or wrist.
 const MOST_HINGES: usize = 3;
 /// Joints of a wrist or ankle are nearer to its first than this share of the segment above.
 const NEAR: f64 = 0.3;
@@ -78,7 +78,7 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
     let named_lower = (first + 1..=last).find(|&i| is(i, limb.lower()));
     let end = named_lower.unwrap_or(last);
-    // the middle joint is the one that is farthest from both ends
+    // the middle joint is the one farthest from both ends
     let from_ends = |i: usize| apart(i, first).min(apart(i, end));
     let farthest = || (first + 1..=end).max_by(|&a, &b| from_ends(a).total_cmp(&from_ends(b)));
     let middle = named_middle.or_else(farthest)?;
@@ -91,7 +91,7 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
         let near = |i: &usize| apart(*i, lower) <= NEAR * apart(lower, middle);
         (lower..=last).take_while(near).take(MOST_HINGES).map(|i| path[i]).collect()
     });
-    // everything between two markers must be between the links that carry them: the bone may be on any link of a joint
+    // everything between two markers must be between their links: the bone may be on any link of a joint
     let place = |of: &[usize], carrier: Option<&usize>, named: bool| {
         Some(LimbPoint { link: parts.parts[*carrier?].links[0], point: joint_centre(parts, of)?, named })
     };
@@ -102,7 +102,7 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     Some([upper_joint, middle_joint, lower_joint])
 }
 
-/// The hinges of a hip or shoulder: the last ones before the middle joint. A collar bone's hinges belong to them only
+/// The hinges of a hip or shoulder: the last ones before the middle joint. Hinges of a collar bone are included only
 /// if the shoulder has no others.
 fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
     let hinges = &above[above.len().saturating_sub(MOST_HINGES)..];
@@ -112,7 +112,7 @@ fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
     if is_enough { own } else { hinges.to_vec() }
 }
 
-/// The lower joint of a limb without one: a fixed link of that name, else a position by human proportions.
+/// The lower joint of a limb without one: a fixed link with its name, else a position by human proportions.
 fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &LimbPoint, middle: &LimbPoint) -> LimbPoint {
     let part = &parts.parts[last];
     if let Some((link, _, _)) = part.fixed.iter().find(|(_, _, name)| *name == limb.lower()) {
@@ -133,8 +133,8 @@ fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &LimbPoint, middl
 /// Weight of a joint's own origin relative to its axis.
 const ORIGIN_WEIGHT: f64 = 0.01;
 
-/// The least-squares nearest point to the axes of some joints: the centre of hips and shoulders with several hinges. A
-/// ball joint is its own centre.
+/// The least-squares nearest point to the axes of joints: the centre of hips and shoulders with several hinges. A ball
+/// joint is its own centre.
 fn joint_centre(parts: &RigidParts<'_>, joints: &[usize]) -> Option<Point3<f64>> {
     let joint = |part: &usize| &parts.parts[*part];
     if let Some(ball) = joints.iter().map(joint).rev().find(|j| j.axis.is_none()) {

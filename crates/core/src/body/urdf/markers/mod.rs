@@ -3,8 +3,8 @@
 //! Legs and arms are found by the names of their links and joints, else by shape: the two mirrored chains that reach
 //! lowest are legs; of the others, those that reach farthest to the sides are arms. Within a limb, names identify the
 //! joints, else the middle joint is the one farthest from both ends. A joint of several hinges is at the intersection
-//! of their axes. Positions on trunk and head without names follow human proportions (`[Drillis 1966]`). Every proposal
-//! can be overridden individually.
+//! of their axes. Positions on trunk and head without names follow human proportions (`[Drillis 1966]`). Every
+//! proposal can be overridden individually.
 
 mod limb;
 mod names;
@@ -21,10 +21,10 @@ use crate::body::{Joint, JointKind, LANDMARKS, Link, LinkPoint};
 
 pub(super) use proposal::propose;
 
-/// One place per landmark.
+/// One position per landmark.
 pub(super) type MarkerSet = [Option<LinkPoint>; LANDMARKS.len()];
 
-/// The marker that a link of this name defines.
+/// The marker defined by a link with this name.
 pub(super) fn slot(link: &str) -> Option<usize> {
     let name = link.strip_prefix("marker_")?;
     LANDMARKS.iter().position(|l| l.name() == name)

@@ -1,6 +1,6 @@
 //! Side and body part from the name of a link or joint.
 //!
-//! Names are cut into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a
+//! Names are split into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a
 //! side may be a separate word, a prefix or a suffix.
 
 /// Left or right.
@@ -17,20 +17,20 @@ pub(super) enum BodyPart {
     Knee,
     Ankle,
     Toe,
-    /// Somewhere on a leg.
+    /// Any part of a leg.
     Leg,
     Clavicle,
     Shoulder,
     Elbow,
     Wrist,
     Finger,
-    /// Somewhere on an arm.
+    /// Any part of an arm.
     Arm,
     Neck,
     Head,
 }
 
-/// Words of sided parts. Those of Atlas's joints (`l_leg_kny`) are among them.
+/// Words of sided parts, including those of Atlas's joints (`l_leg_kny`).
 const SIDED: [(BodyPart, &[&str]); 10] = [
     (BodyPart::Hip, &["hip", "thigh", "femur", "upleg", "upperleg", "uleg", "hpx", "hpy", "hpz"]),
     (BodyPart::Knee, &["knee", "shin", "calf", "tibia", "shank", "lowleg", "lowerleg", "lleg", "kny"]),
@@ -43,18 +43,18 @@ const SIDED: [(BodyPart, &[&str]); 10] = [
     (BodyPart::Wrist, &["wrist", "hand", "palm", "wrx", "wry"]),
     (BodyPart::Arm, &["arm"]),
 ];
-/// Words of fingers; with one of them, a hand's name is a finger's.
+/// Words for fingers; in combination with one of them, a hand's name means a finger.
 const FINGERS: [&str; 10] =
     ["finger", "fingers", "thumb", "index", "middle", "ring", "pinky", "little", "gripper", "knuckle"];
-/// Words of frames that carry no information about the body.
+/// Words for frames that carry no information about the body.
 const FRAMES: [&str; 10] = ["imu", "sensor", "ft", "camera", "lidar", "skin", "com", "hokuyo", "eye", "jaw"];
-/// Words that may stand at the end of another.
+/// Words that may be suffixes of others.
 const ENDINGS: [&str; 3] = ["joint", "link", "body"];
-/// Words that join the next.
+/// Words that are joined with the next.
 const BEFORE: [&str; 5] = ["upper", "up", "lower", "low", "fore"];
 
-/// The side and part in a name, each if present. Parts of a limb need a side.
-pub(super) fn told(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
+/// The side and part in a name, if present. Parts of a limb need a side.
+pub(super) fn side_and_part(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
     let words = words(name);
     if words.iter().any(|w| FRAMES.contains(&w.as_str())) {
         return (None, None);
@@ -67,7 +67,7 @@ pub(super) fn told(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
         }
         return (Some(side), part(&joined));
     }
-    if let Some(found) = joined.iter().find_map(|word| glued(word)) {
+    if let Some(found) = joined.iter().find_map(|word| split_compound(word)) {
         return (Some(found.0), Some(found.1));
     }
     let has =
@@ -84,7 +84,7 @@ fn side(word: &str) -> Option<BodySide> {
     }
 }
 
-/// The part of the most specific word; the name of a whole limb counts only without another.
+/// The part of the most specific word; the name of a whole limb is used only if there is no other.
 fn part(words: &[String]) -> Option<BodyPart> {
     let known = |word: &String| {
         let bare = ENDINGS.iter().find_map(|e| word.strip_suffix(e)).filter(|w| !w.is_empty()).unwrap_or(word);
@@ -95,8 +95,8 @@ fn part(words: &[String]) -> Option<BodyPart> {
     found.iter().find(|p| !is_whole(p)).or(found.first()).copied()
 }
 
-/// Side and part of a word such as `lfoot`, `rarm` or `leftknee`.
-fn glued(word: &str) -> Option<(BodySide, BodyPart)> {
+/// Side and part of a compound word such as `lfoot`, `rarm` or `leftknee`.
+fn split_compound(word: &str) -> Option<(BodySide, BodyPart)> {
     let prefixes =
         [("left", BodySide::Left), ("right", BodySide::Right), ("l", BodySide::Left), ("r", BodySide::Right)];
     prefixes.into_iter().find_map(|(prefix, side)| {
@@ -106,7 +106,7 @@ fn glued(word: &str) -> Option<(BodySide, BodyPart)> {
     })
 }
 
-/// Lower-case words of a name: cut at anything but letters, and before capitals that begin a word.
+/// Lower-case words of a name: split at anything but letters, and before capitals that begin a word.
 fn words(name: &str) -> Vec<String> {
     let letters: Vec<char> = name.chars().collect();
     let mut words: Vec<String> = vec![String::new()];
@@ -128,7 +128,7 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// Words, with `upper`, `lower` and `fore` joined to what follows.
+/// Words, with `upper`, `lower` and `fore` joined with the next.
 fn joined(words: &[String]) -> Vec<String> {
     let mut joined: Vec<String> = Vec::with_capacity(words.len());
     for (i, word) in words.iter().enumerate() {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_many_robots_tell_side_and_part() {
+    fn names_of_many_robots_give_side_and_part() {
         use BodyPart::*;
         let sided = [
             ("l_hip_yaw_link", Hip),
@@ -196,10 +196,10 @@ mod tests {
             ("lthumb", Finger),
         ];
         for (name, expected) in sided {
-            assert_eq!(told(name), (Some(BodySide::Left), Some(expected)), "{name}");
+            assert_eq!(side_and_part(name), (Some(BodySide::Left), Some(expected)), "{name}");
             let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
             if mirrored != name {
-                assert_eq!(told(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
+                assert_eq!(side_and_part(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
             }
         }
         let middle = [
@@ -210,12 +210,12 @@ mod tests {
             ("Neck_f1", Neck),
         ];
         for (name, expected) in middle {
-            assert_eq!(told(name), (None, Some(expected)), "{name}");
+            assert_eq!(side_and_part(name), (None, Some(expected)), "{name}");
         }
     }
 
     #[test]
-    fn trunks_frames_and_other_words_tell_nothing() {
+    fn trunks_frames_and_other_words_give_no_part() {
         for name in [
             "pelvis",
             "Hips",
@@ -228,14 +228,14 @@ mod tests {
             "imu",
             "",
         ] {
-            assert_eq!(told(name).1, None, "{name}");
+            assert_eq!(side_and_part(name).1, None, "{name}");
         }
     }
 
     proptest::proptest! {
         #[test]
-        fn no_name_makes_the_reader_panic(name in ".{0,40}") {
-            let _ = told(&name);
+        fn no_name_causes_a_panic(name in ".{0,40}") {
+            let _ = side_and_part(&name);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Proposes the markers that a body does not place itself.
+//! Proposes the markers that a robot does not define.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,14 +6,15 @@ use super::MarkerSet;
 use super::limb::{Limb, LimbPoint, joints, named_end};
 use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
+use crate::body::upright::nearest_axis;
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
 
-/// Heights in fractions of the way from hips to shoulders: the seventh cervical vertebra above the shoulders, and the
-/// crown above it (`[Drillis 1966]`: hip 0.530, shoulder 0.818 of the stature; C7 at 0.85).
+/// Heights as shares of the distance from hips to shoulders: the seventh cervical vertebra above the shoulders, and
+/// the crown above it (`[Drillis 1966]`: hip 0.530, shoulder 0.818 of the stature; C7 at 0.85).
 const NECK_OVER_TRUNK: f64 = 0.11;
 const CROWN_OVER_TRUNK: f64 = 0.52;
 
-/// Which landmarks are upper, middle and lower joint of each limb.
+/// Landmarks at the upper, middle and lower joint of each limb.
 const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [
     (
         Limb::Leg,
@@ -31,7 +32,7 @@ const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [
     ),
 ];
 
-/// Fills in the markers that a body does not place itself, with a note.
+/// Adds the markers that a robot does not define, with a note.
 pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
     if body.markers.iter().all(Option::is_some) {
         return;
@@ -49,7 +50,7 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
         }
     }
     body.markers = markers;
-    for (how, list) in [("names", named), ("shape and people's proportions", shaped)] {
+    for (how, list) in [("names", named), ("shape and human proportions", shaped)] {
         if !list.is_empty() {
             body.notes.push(format!(
                 "markers proposed from {how}: {}; a fixed, empty link marker_NAME overrides one",
@@ -130,8 +131,8 @@ fn shaped_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> 
     best.map(|(_, ends)| ends)
 }
 
-/// The directions up and left from the shape: from the legs if they are known, else Z up and Y left (ROS), or Y up and
-/// X left if the body extends along Y.
+/// The directions up and left by shape: from the legs if they are known, else Z up and Y left (ROS), or Y up and X
+/// left if the body extends along Y.
 fn upright(parts: &RigidParts<'_>, legs: Option<[usize; 2]>) -> (Vector3<f64>, Vector3<f64>) {
     if let Some(legs) = legs {
         let [left, right] = legs.map(|leg| parts.parts[leg].origin);
@@ -146,11 +147,6 @@ fn upright(parts: &RigidParts<'_>, legs: Option<[usize; 2]>) -> (Vector3<f64>, V
         return (Vector3::y(), Vector3::x());
     }
     (Vector3::z(), Vector3::y())
-}
-
-fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
-    let most = direction.iamax();
-    Vector3::ith(most, if direction[most] < 0.0 { -1.0 } else { 1.0 })
 }
 
 /// The base of the neck and the crown: from a named head at a plausible position, else by human proportions from the
@@ -177,7 +173,7 @@ fn neck_and_crown(parts: &RigidParts<'_>, hips: &LimbPoint, shoulders: &LimbPoin
 
 /// A head found by name.
 struct FoundHead {
-    /// The link that carries it.
+    /// Its link.
     link: usize,
     /// The link and its descendants.
     links: Vec<usize>,

@@ -3,20 +3,20 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::names::{BodyPart, BodySide, told};
+use super::names::{BodyPart, BodySide, side_and_part};
 use crate::body::{Humanoid, JointKind, LinkFrames};
 
 /// Links that move together.
 #[derive(Debug)]
 pub(super) struct RigidPart {
-    /// All links, parents first; the first hangs on the moving joint, or is the root.
+    /// All links, parents first; the first is the child of the moving joint, or the root.
     pub(super) links: Vec<usize>,
     pub(super) parent: Option<usize>,
     /// Number of moving joints above.
     pub(super) depth: usize,
     /// Position of its joint at the zero pose, in the root's frame.
     pub(super) origin: Point3<f64>,
-    /// The joint's axis there; `None` for a ball joint or a slide.
+    /// The joint's axis there; `None` for a ball joint or a slider.
     pub(super) axis: Option<Vector3<f64>>,
     /// From the name of its first link, else of its joint, else of another of its links.
     pub(super) side: Option<BodySide>,
@@ -44,14 +44,14 @@ impl<'a> RigidParts<'a> {
                 part_of.push(part);
                 let whole: &mut RigidPart = &mut parts[part];
                 whole.links.push(link);
-                if let (side, Some(name)) = told(&own.name) {
+                if let (side, Some(name)) = side_and_part(&own.name) {
                     whole.fixed.push((link, side, name));
                 }
                 continue;
             }
             let parent = joint.map(|j| part_of[j.parent]);
-            let by_joint = joint.map_or((None, None), |j| told(&j.name));
-            let by_link = told(&own.name);
+            let by_joint = joint.map_or((None, None), |j| side_and_part(&j.name));
+            let by_link = side_and_part(&own.name);
             let (side, part) = if by_link.1.is_some() { by_link } else { by_joint };
             part_of.push(parts.len());
             parts.push(RigidPart {
@@ -94,8 +94,8 @@ impl<'a> RigidParts<'a> {
         (0..self.parts.len()).filter(|&part| self.parts.iter().all(|p| p.parent != Some(part)))
     }
 
-    /// How far the geometry of these links reaches along a direction of the root's frame, metres from its origin;
-    /// `None` without geometry.
+    /// Extent of the geometry of these links along a direction of the root's frame, metres from its origin; `None`
+    /// without geometry.
     pub(super) fn reach(&self, links: &[usize], direction: &Vector3<f64>) -> Option<f64> {
         let down = -Vector3::z();
         let turn = UnitQuaternion::rotation_between(direction, &down)

@@ -1,11 +1,11 @@
-//! One small robot under the names that many robots have, upright and with other axes.
+//! Tests a small robot with the names of many robots, upright and with other axes.
 
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, LANDMARKS, Landmark};
 
-/// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow and
-/// two wrist joints; places in the parent's frame (X forward, Y left, Z up), and axes.
+/// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow
+/// and two wrist joints; positions in the parent's frame (X forward, Y left, Z up), and axes.
 const LEG: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.09, 0.0], [0, 0, 1]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
@@ -14,7 +14,7 @@ const LEG: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.0, -0.38], [0, 1, 0]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
 ];
-/// The upper arm's own rotation has its frame half-way down the arm, as Unitree's have.
+/// The upper arm's axial rotation has its frame half-way down the arm, as in Unitree's robots.
 const ARM: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.18, 0.4], [0, 1, 0]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
@@ -24,7 +24,8 @@ const ARM: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.0, 0.0], [0, 1, 0]),
 ];
 
-/// How a robot calls its links. `{}` is the side; joints are called as the links that they move, or nothing at all.
+/// Naming convention of a robot's links. `{}` is the side; joints are named after the links that they move, or
+/// unnamed.
 struct Style {
     sides: [&'static str; 2],
     leg: [&'static str; 6],
@@ -130,7 +131,7 @@ const STYLES: [Style; 9] = [
     },
 ];
 
-/// What a robot is built like.
+/// Variant of a robot.
 #[derive(Clone, Copy)]
 struct Build {
     root_from_body: UnitQuaternion<f64>,
@@ -167,13 +168,13 @@ impl Writer {
         );
     }
 
-    /// A vector of the body's axes in the root's.
+    /// Converts a vector from the body's axes to the root's.
     fn turned(&self, v: [f64; 3]) -> [f64; 3] {
         (self.turn * Vector3::from(v)).into()
     }
 }
 
-/// The robot's text; `name` says what a link is called whose style name is given.
+/// The robot's text; `name` maps the style's name of a link to its actual name.
 fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
     let mut w = Writer { text: "<robot name=\"r\">\n".to_owned(), turn: build.root_from_body };
     let [pelvis, trunk, neck, head] = style.trunk.map(name);
@@ -225,7 +226,7 @@ fn load(text: &str) -> Humanoid {
     Humanoid::from_urdf(text, "style.urdf", &|_| Err(std::io::ErrorKind::NotFound.into())).unwrap()
 }
 
-/// Where the markers of the robot are by construction, in the body's axes.
+/// Positions of the robot's markers by construction, in the body's axes.
 fn expected(landmark: Landmark) -> Point3<f64> {
     use Landmark as L;
     let sided = |left: bool, y: f64, z: f64| Point3::new(0.0, if left { y } else { -y }, z);
@@ -242,16 +243,16 @@ fn expected(landmark: Landmark) -> Point3<f64> {
     }
 }
 
-/// Checks every marker to 5 mm, and the body's axes. Landmarks that proportions tell may be 6 cm off: people differ by
-/// as much.
-fn check(what: &str, body: &Humanoid, build: &Build, told_by_proportions: &[Landmark]) {
+/// Checks every marker to 5 mm, and the body's axes. Landmarks placed by proportions may be off by 6 cm, the variation
+/// between people.
+fn check(what: &str, body: &Humanoid, build: &Build, placed_by_proportions: &[Landmark]) {
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
     for landmark in LANDMARKS {
         let name = landmark.name();
         let place = markers[landmark as usize].unwrap_or_else(|| panic!("{what}: no {name}; {:?}", body.notes));
         let in_body = build.root_from_body.inverse() * place;
         let off = (in_body - expected(landmark)).norm();
-        let most = if told_by_proportions.contains(&landmark) { 0.06 } else { 0.005 };
+        let most = if placed_by_proportions.contains(&landmark) { 0.06 } else { 0.005 };
         assert!(off < most, "{what}: {name} at {in_body}, {off:.3} m off; {:?}", body.notes);
     }
     let angle = body.root_from_body().angle_to(&build.root_from_body);
@@ -274,7 +275,7 @@ fn axes() -> [UnitQuaternion<f64>; 4] {
 }
 
 #[test]
-fn markers_and_axes_are_told_by_the_names_of_many_robots() {
+fn markers_and_axes_are_found_by_the_names_of_many_robots() {
     for style in &STYLES {
         for root_from_body in axes() {
             let build = Build { root_from_body, ..Build::whole() };
@@ -284,7 +285,7 @@ fn markers_and_axes_are_told_by_the_names_of_many_robots() {
 }
 
 #[test]
-fn fingers_are_no_wrists() {
+fn fingers_are_not_taken_for_wrists() {
     for style in &STYLES {
         let build = Build { fingers: true, ..Build::whole() };
         check(style.finger, &load(&urdf(style, &build, &str::to_owned)), &build, &[]);
@@ -292,7 +293,7 @@ fn fingers_are_no_wrists() {
 }
 
 #[test]
-fn a_robot_without_a_head_or_without_wrists_gets_both_where_a_persons_would_be() {
+fn a_missing_head_and_missing_wrists_are_placed_by_human_proportions() {
     let trunk = [Landmark::Thorax, Landmark::HeadTop];
     let wrists = [Landmark::LeftWrist, Landmark::RightWrist];
     for style in &STYLES {
@@ -304,7 +305,7 @@ fn a_robot_without_a_head_or_without_wrists_gets_both_where_a_persons_would_be()
 }
 
 #[test]
-fn shape_alone_tells_the_limbs_of_a_robot_whose_names_tell_nothing() {
+fn limbs_are_found_by_shape_if_names_are_uninformative() {
     let style = &STYLES[0];
     let numbered = |name: &str| {
         let sum = name.bytes().fold(7_u64, |sum, b| sum.wrapping_mul(31).wrapping_add(u64::from(b)));
@@ -324,7 +325,7 @@ fn shape_alone_tells_the_limbs_of_a_robot_whose_names_tell_nothing() {
 }
 
 #[test]
-fn one_marker_of_the_files_own_overrides_one_proposal() {
+fn a_marker_in_the_file_overrides_one_proposal() {
     let text = urdf(&STYLES[3], &Build::whole(), &str::to_owned);
     let marker = "<link name=\"marker_head_top\"/><joint name=\"m\" type=\"fixed\"><parent link=\"head\"/>\
                   <child link=\"marker_head_top\"/><origin xyz=\"0 0 0.5\"/></joint></robot>";
@@ -340,7 +341,7 @@ fn one_marker_of_the_files_own_overrides_one_proposal() {
 }
 
 #[test]
-fn a_robot_arm_is_no_humanoid() {
+fn a_robot_arm_is_not_a_humanoid() {
     let joints = (0..6).map(|i| {
         format!(
             "<joint name=\"j{i}\" type=\"revolute\"><parent link=\"l{i}\"/><child link=\"l{}\"/><origin xyz=\"0 0 0.2\"/>\

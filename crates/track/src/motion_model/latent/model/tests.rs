@@ -50,7 +50,7 @@ fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle
 #[test]
 fn particles_pass_through_all_models() {
     let (body, motion, graph) = learned();
-    assert!(graph.segments.len() >= 2, "one model would show nothing");
+    assert!(graph.segments.len() >= 2, "one model would test nothing");
     // on the manifold: an offset may lead a pose past a model
     let settings =
         LatentSettings { noise_floor: 0.0, start_jitter: 0.0, residual_scale: 0.0, ..LatentSettings::default() };
@@ -63,7 +63,7 @@ fn particles_pass_through_all_models() {
 }
 
 #[test]
-fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_else() {
+fn natural_edges_lead_only_from_the_end_of_a_segment_to_the_next() {
     let (body, _, graph) = learned();
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     // nothing is near enough for a jump
@@ -83,7 +83,7 @@ fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_els
 }
 
 #[test]
-fn the_root_walks_as_in_training_from_wherever_it_starts() {
+fn the_root_walks_as_in_training_from_any_start() {
     let (body, motion, graph) = learned();
     let settings = LatentSettings {
         noise_floor: 0.0,
@@ -106,7 +106,7 @@ fn the_root_walks_as_in_training_from_wherever_it_starts() {
 fn a_switching_model_leaves_at_its_constant_rate() {
     let (body, motion, graph) = learned();
     let transition = InterTransition::Switching { probability: 0.2 };
-    // who lands at the end of what a model learned would leave it for the next at once
+    // a particle that lands at the end of a model would leave it for the next at once
     let settings = LatentSettings { transition, natural_edges: false, ..LatentSettings::default() };
     let model = LatentModel::new(body, graph, settings).unwrap();
     let (mut left, mut total) = (0, 0);
@@ -139,7 +139,7 @@ fn a_model_of_another_body_is_refused() {
 }
 
 #[test]
-fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
+fn particles_propagated_together_equal_those_propagated_one_by_one_to_the_bit() {
     let (body, motion, graph) = learned();
     let rules = [
         InterTransition::None,
@@ -151,7 +151,7 @@ fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
         let settings = LatentSettings { transition, ..LatentSettings::default() };
         let model = LatentModel::new(body.clone(), graph.clone(), settings).unwrap();
         let rng = |frame, i| stream(9, Purpose::MotionModel, frame, 0, i);
-        // more than one batch, and a last one that is not full
+        // more than one batch, and an incomplete last one
         let count = 2 * BATCH + 37;
         let sample = |i| model.sample_initial(&motion.poses[2], i, count, &mut rng(0, i as u64));
         let mut together: Vec<LatentParticle> = (0..count).map(sample).collect();
@@ -173,7 +173,7 @@ fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
 }
 
 #[test]
-fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alike() {
+fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_with_the_most_similar_motion() {
     let (body, _, graph) = learned();
     let (last, rules) = (
         graph.segments.len() - 1,
@@ -195,14 +195,14 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alik
     });
     let gone = gone.unwrap();
     let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);
-    assert!(gone.row + 2 < segment.rotations.len(), "{gone:?} is an end itself");
+    assert!(gone.row + 2 < segment.rotations.len(), "{gone:?} is itself an end");
     // a cycle of 40 frames ago the body was in much the same pose; half a cycle ago in another
     assert!(distance(pose, &here[row]) < 0.5 * distance(&graph.segments[0].rotations[0], &here[row]).max(0.2));
-    assert_eq!(stays, None, "nothing is that much alike");
+    assert_eq!(stays, None, "nothing is similar enough");
 }
 
 #[test]
-fn the_first_particles_without_jitter_have_the_start_pose_itself() {
+fn the_first_particles_without_jitter_have_exactly_the_start_pose() {
     let (body, motion, graph) = learned();
     let settings = LatentSettings { start_jitter: 0.0, residual_scale: 0.5, ..LatentSettings::default() };
     let model = LatentModel::new(body, graph, settings).unwrap();
@@ -215,7 +215,7 @@ fn the_first_particles_without_jitter_have_the_start_pose_itself() {
 }
 
 #[test]
-fn a_jump_leaves_the_pose_where_it_is_on_whatever_frame_it_lands() {
+fn a_jump_to_any_frame_keeps_the_pose() {
     let (body, motion, graph) = learned();
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     let particle = follow(&model, &motion, 5).swap_remove(20);
@@ -229,7 +229,7 @@ fn a_jump_leaves_the_pose_where_it_is_on_whatever_frame_it_lands() {
             assert!(
                 (a.translation.vector - b.translation.vector).norm() < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7
             );
-            // what jumps compare is the mean of the new model, so that a jump is no velocity
+            // jumps compare the mean of the new model, so that a jump is not a velocity
             assert!(distance(&departure.rotations, &graph.chart.rotations_of(&mean)) < 1e-12);
         }
     }
@@ -245,7 +245,7 @@ fn a_jump_without_offsets_lands_on_the_manifold() {
 }
 
 #[test]
-fn shared_weights_jump_as_often_however_many_candidates_there_are() {
+fn the_frequency_of_jumps_with_shared_weights_is_independent_of_the_number_of_candidates() {
     let (_, _, graph) = learned();
     let here = &graph.segments[0].rotations;
     let moving = PoseRate::between(&here[9], here[10].clone(), graph.frames_per_second);
@@ -270,7 +270,7 @@ fn shared_weights_jump_as_often_however_many_candidates_there_are() {
 }
 
 #[test]
-fn distances_below_a_limit_are_those_that_are_measured_in_full() {
+fn distances_below_a_limit_equal_fully_computed_ones() {
     let (_, _, graph) = learned();
     let rotations = &graph.segments[0].rotations;
     let moving: Vec<PoseRate> =
@@ -286,8 +286,8 @@ fn distances_below_a_limit_are_those_that_are_measured_in_full() {
     assert!(below > 100 && above > 100, "{below} below, {above} above");
 }
 
-/// Whether a particle at the middle of the first model jumps, whose mean is `mean_at` and whose pose is that of
-/// `pose_at` in the second model: frames of the recording's second model, none that of the first.
+/// Whether a particle in the middle of the first model jumps, with its pose and its mean replaced by those of frames
+/// of the recording's second model; `None` keeps those of the first.
 fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> bool {
     let (body, motion, graph) = learned();
     let mut graph = GpdmGraph::clone(&graph);
@@ -312,7 +312,7 @@ fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> boo
 }
 
 #[test]
-fn a_particle_jumps_where_its_own_pose_is_near_and_not_where_the_maps_mean_is() {
+fn a_particle_jumps_if_its_own_pose_is_near_and_not_if_the_maps_mean_is() {
     let target = Candidate { segment: 1, row: 5 };
     assert!(jumps_with(Some(target), None), "the pose is the candidate's, the mean rests elsewhere");
     assert!(!jumps_with(None, Some(target)), "the mean is the candidate's, the pose is elsewhere");
@@ -320,7 +320,7 @@ fn a_particle_jumps_where_its_own_pose_is_near_and_not_where_the_maps_mean_is() 
 }
 
 #[test]
-fn what_a_jump_leads_to_is_the_pose_of_the_maps_mean_not_that_of_the_recording() {
+fn a_jump_leads_to_the_pose_of_the_maps_mean_not_to_the_recorded_one() {
     let (body, _, graph) = learned();
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     let mut apart = 0.0;
@@ -331,7 +331,7 @@ fn what_a_jump_leads_to_is_the_pose_of_the_maps_mean_not_that_of_the_recording()
             let known = model.jumps.frame(at);
             assert!(distance(&known.rotations, &mapped) < 1e-12, "model {segment}, row {row}");
             apart += distance(&known.rotations, &s.rotations[row]);
-            // the velocity is that of the means: by hand, rotation vectors from row to row over a frame's time
+            // the velocity is that of the means: by hand, rotation vectors from row to row divided by a frame's time
             let before = Candidate { segment, row: row.max(1) - 1 };
             let after = Candidate { segment, row: row.max(1) };
             let [a, b] = [before, after].map(|at| model.observation(segment, &model.training_latent(at)));
@@ -341,7 +341,7 @@ fn what_a_jump_leads_to_is_the_pose_of_the_maps_mean_not_that_of_the_recording()
             }
         }
     }
-    assert!(apart > 1e-9, "the map goes through the recording: nothing was told apart");
+    assert!(apart > 1e-9, "the map interpolates the recording, so nothing is tested");
 }
 
 #[test]
@@ -384,7 +384,7 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
     assert_ne!(at(60).velocities, across.velocities);
     assert_eq!(model.frame_before(Candidate { segment: 0, row: 60 }).row, 60);
     assert_eq!(model.frame_before(Candidate { segment: 0, row: 61 }).row, 60);
-    // a particle leaves for another frame at the end of the first motion, as at that of the second, and nowhere else
+    // a particle leaves for another frame at the end of both motions, and nowhere else
     let leaves = |row: usize| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
         jump(&graph, &model.jumps, &settings, (0, row), at(row), &mut rng)
@@ -404,7 +404,7 @@ fn underway() -> (LatentModel, LatentParticle) {
     (model, particle)
 }
 
-/// Evidence that a pose is `target`, of this weight for every number of a step.
+/// Evidence for the pose `target`, with this weight for every number of a step.
 fn says(body: &Humanoid, here: &Pose, target: &Pose, weight: f64) -> NormalEquations {
     let mut towards = vec![0.0; body.step_len()];
     body.difference(here, target, &mut towards);
@@ -426,7 +426,7 @@ fn apart(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
 }
 
 #[test]
-fn a_descent_without_evidence_leads_to_what_the_model_expects() {
+fn a_descent_without_evidence_leads_to_the_models_prediction() {
     let (model, particle) = underway();
     let body = model.body.clone();
     let nothing = |state: &LatentParticle| says(&body, &state.pose, &state.pose, 0.0);
@@ -441,11 +441,11 @@ fn a_descent_without_evidence_leads_to_what_the_model_expects() {
 }
 
 #[test]
-fn a_descent_finds_a_pose_that_the_model_can_make_and_the_evidence_is_sure_of() {
+fn a_descent_finds_a_pose_supported_by_model_and_evidence() {
     let (model, particle) = underway();
     let body = model.body.clone();
     let expected = particle.expected.clone().unwrap();
-    // Another particle of the same expectation.
+    // Another particle with the same prediction.
     let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
     let offset = model.residuals[particle.segment].next(&particle.offset, &mut rng);
     let step: Vec<f64> = [0.3 * expected.deviation, -0.5 * expected.deviation, 0.0]
@@ -465,7 +465,7 @@ fn a_descent_finds_a_pose_that_the_model_can_make_and_the_evidence_is_sure_of() 
 }
 
 #[test]
-fn particles_that_can_descend_are_those_that_cannot_to_the_bit() {
+fn particles_with_and_without_descent_are_identical_to_the_bit() {
     let (body, motion, graph) = learned();
     let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
     let [one, other] = [model.clone(), model.with_descent()].map(|model| follow(&model, &motion, 5));

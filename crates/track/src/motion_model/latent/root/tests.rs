@@ -5,13 +5,13 @@ use super::*;
 use crate::body::Motion;
 use crate::rng::{Purpose, normal, stream};
 
-/// Feet that stand like rock below 0.2 m and are loose above 0.3 m.
+/// Feet that stand firmly below 0.2 m and are loose above 0.3 m.
 fn rock() -> Option<Footing> {
     Footing::with_knots(&Humanoid::tracker25().unwrap(), &[(0.0, 0.0), (0.2, 0.0), (0.3, 1e6)])
 }
 
-/// A body that swings all its joints over a left foot whose middle stays at (0.4, -0.2, 0.05) and does not turn, its
-/// right foot in the air.
+/// A body that swings all its joints over a left foot whose middle stays at (0.4, -0.2, 0.05) without rotation, with
+/// its right foot in the air.
 fn on_one_leg(body: &Humanoid, footing: &Footing, frames: usize) -> Motion {
     let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
     let left = |pose: &Pose| footing.feet(body, pose).places()[0];
@@ -35,8 +35,8 @@ fn dynamics(footing: Option<Footing>) -> RootDynamics {
     RootDynamics { footing, noise: PlanarStep { forward: 0.05, left: 0.05, turn: 0.5 }, scale: 0.0 }
 }
 
-/// Where feet that stand firm, and no noise, lead through a motion from its first pose on: root and pose of every later
-/// frame. `change` may change the map's mean of a frame, and says the offset from it.
+/// Root and pose of every later frame of a motion, predicted with firm feet and without noise from its first pose on.
+/// `change` may change the map's mean of a frame, and returns the offset from it.
 fn followed(
     body: &Humanoid,
     motion: &Motion,
@@ -59,30 +59,30 @@ fn followed(
 }
 
 #[test]
-fn a_firm_foot_stays_where_it_is_whatever_the_pose_does_above_it() {
+fn a_firm_foot_stays_where_it_is_for_any_pose_above_it() {
     let body = Humanoid::tracker25().unwrap();
     let footing = rock().unwrap();
     let motion = on_one_leg(&body, &footing, 60);
     let foot = |pose: &Pose| footing.feet(&body, pose).places()[0].translation.vector;
     let way = followed(&body, &motion, |t, mean| {
-        // off the manifold by another offset each frame, but for the height, that of the foot
+        // off the manifold by a different offset in each frame, except for the height, which is the foot's
         let mut offset: Vec<f64> = (0..mean.len() - 3).map(|i| 0.05 * ((t * (i + 3)) as f64).sin()).collect();
         *offset.last_mut().unwrap() = 0.0;
         offset
     });
     for (t, (root, pose)) in (1..).zip(&way) {
         assert!((foot(pose) - foot(&motion.poses[0])).norm() < 1e-9, "frame {t}: {:?}", foot(pose));
-        let said = PlanarRoot::from_pose(pose);
-        assert!((said.x - root.x).abs() + (said.y - root.y).abs() + (said.yaw - root.yaw).abs() < 1e-9);
+        let found = PlanarRoot::from_pose(pose);
+        assert!((found.x - root.x).abs() + (found.y - root.y).abs() + (found.yaw - root.yaw).abs() < 1e-9);
     }
 }
 
 #[test]
-fn the_legs_alone_tell_the_same_way_as_the_recording() {
+fn the_legs_alone_determine_the_path_of_the_recording() {
     let body = Humanoid::tracker25().unwrap();
     let motion = on_one_leg(&body, &rock().unwrap(), 60);
     let way = followed(&body, &motion, |_, mean| {
-        // velocities that say nothing: only the legs know
+        // uninformative velocities: only the legs determine the path
         let velocities = mean.len() - 3;
         mean[velocities..].fill(0.0);
         Vec::new()
@@ -99,7 +99,7 @@ fn the_legs_alone_tell_the_same_way_as_the_recording() {
 }
 
 #[test]
-fn a_foot_in_the_air_leaves_the_velocities_alone() {
+fn a_foot_in_the_air_does_not_affect_the_velocities() {
     let body = Humanoid::tracker25().unwrap();
     let mut motion = on_one_leg(&body, &rock().unwrap(), 30);
     motion.poses.iter_mut().enumerate().for_each(|(t, pose)| {
@@ -113,7 +113,7 @@ fn a_foot_in_the_air_leaves_the_velocities_alone() {
 }
 
 #[test]
-fn training_on_a_foot_that_stands_teaches_that_low_feet_are_firm() {
+fn training_on_a_standing_foot_makes_low_feet_firm() {
     let body = Humanoid::tracker25().unwrap();
     let footing = rock().unwrap();
     let motion = on_one_leg(&body, &footing, 60);
@@ -130,16 +130,16 @@ fn training_on_a_foot_that_stands_teaches_that_low_feet_are_firm() {
 }
 
 #[test]
-fn estimates_are_weighed_by_the_inverses_of_their_variances() {
+fn estimates_are_weighted_by_their_inverse_variances() {
     // by hand: 0, 3 and 6 with variances 1, 1/2 and 1/3 have precisions 1, 2, 3: mean 24/6, deviation 1/sqrt(6)
-    let fused = Fused::new(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
+    let fused = FusedEstimate::new(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
     assert!((fused.mean() - 4.0).abs() < 1e-12);
     assert!((fused.deviation(0.0) - 1.0 / 6.0_f64.sqrt()).abs() < 1e-12);
     assert_eq!(fused.deviation(0.5), 0.5);
 }
 
 #[test]
-fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
+fn a_change_within_a_frame_leaves_a_firm_foot_in_place_except_for_its_own_step() {
     let body = Humanoid::tracker25().unwrap();
     let footing = rock().unwrap();
     let motion = on_one_leg(&body, &footing, 20);
@@ -154,10 +154,10 @@ fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
         *offset.last_mut().unwrap() = 0.0;
         let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &offset };
         let foot = |pose: &Pose| footing.feet(&body, pose).places()[0];
-        let (still, pose) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
+        let (still, pose) = roots.stepped(before, &root, &at, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
         assert!((foot(&pose).translation.vector - foot(before).translation.vector).norm() < 1e-9, "frame {t}");
-        // the same step from the same place; and another road to the pose: the offset, standing there
-        let (gone, moved) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.1, left: -0.05, turn: 0.2 });
+        // the same step from the same position; computed independently from the pose with the offset at that position
+        let (gone, moved) = roots.stepped(before, &root, &at, &PlanarStep { forward: 0.1, left: -0.05, turn: 0.2 });
         let step = still.step_to(&gone);
         assert!((step.forward - 0.1).abs() + (step.left + 0.05).abs() + (step.turn - 0.2).abs() < 1e-12);
         let stands = roots.stand(&at, &gone).world_from_root;
@@ -167,11 +167,11 @@ fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
 }
 
 #[test]
-fn noise_about_a_foothold_does_not_add_up() {
-    // A body holds still on feet of a slide q, root noise of deviation s a frame. Nothing else moves it: the middle of
-    // both feet is that of the footholds and the noise, and the footholds take g s of it with them each frame. So its
-    // variance along an axis is s^2 (1 + (t - 1) g^2); were the feet held to those of the frame before, it would be t
-    // s^2.
+fn noise_about_a_foothold_does_not_accumulate() {
+    // A body at rest on feet with slide q, with root noise of standard deviation s per frame. Only the noise moves it:
+    // the middle of both feet is that of the footholds plus the noise, and the footholds follow by g s in each frame.
+    // So its variance along an axis is s^2 (1 + (t - 1) g^2); if the feet were held to those of the previous frame, it
+    // would be t s^2.
     let body = Humanoid::tracker25().unwrap();
     let (slide, deviation, frames, particles) = (0.002_f64, 0.01_f64, 100, 400_u64);
     let footing = Footing::with_knots(&body, &[(0.0, slide * slide), (1.0, slide * slide)]).unwrap();
@@ -184,7 +184,7 @@ fn noise_about_a_foothold_does_not_add_up() {
         let places = footing.feet(&body, pose).places().map(|place| place.translation.vector.xy());
         0.5 * (places[0] + places[1])
     };
-    // two feet of the slide q leave a variance of q / 2, less than the floor
+    // two feet with slide q leave a variance of q / 2, less than the floor
     let roots = RootDynamics { scale: deviation / LEAST_NOISE.forward, ..dynamics(Some(footing.clone())) };
     let last = |particle: u64| {
         let mut rng = stream(3, Purpose::MotionModel, 0, 0, particle);

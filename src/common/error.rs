@@ -1,0 +1,367 @@
+//! The error of the application.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::artefacts::{ArtefactError, NOTHING_WRITTEN, Resumable, is_no_room};
+use crate::benchmark_set::SetError;
+use crate::body::{SkinError, TooFewFrames, UrdfError};
+use crate::contact::ContactError;
+use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
+use crate::input::{self, plain};
+use crate::mocap::MocapError;
+use crate::motion_model::SettingError;
+use crate::motion_model::gpdm_graph::GraphError;
+use crate::npz::NpzError;
+use crate::physics::PhysicsError;
+use crate::report::ReportError;
+use crate::retarget::RetargetError;
+use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::scene::SceneError;
+use crate::tracker::{CalibrationError, TrackError};
+
+/// Errors of experiments. Every message names the problem, the place, and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// The scenario is invalid by itself, or does not fit the files that it names.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A recording cannot be used.
+    #[error(transparent)]
+    Mocap(#[from] MocapError),
+    /// A robot cannot be used.
+    #[error(transparent)]
+    Robot(#[from] UrdfError),
+    /// A skin cannot be used.
+    #[error(transparent)]
+    Skin(#[from] SkinError),
+    /// A recording cannot be retargeted to a robot.
+    #[error(transparent)]
+    Retarget(#[from] RetargetError),
+    /// Contact of a motion cannot be measured.
+    #[error("actor.contact: {0}")]
+    Contact(#[from] ContactError),
+    /// A motion cannot be planted or simulated, or its dynamics cannot be computed.
+    #[error("actor.contact: {0}")]
+    Physics(#[from] PhysicsError),
+    /// The scene is invalid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A result cannot be written to its place.
+    #[error(transparent)]
+    Artefact(#[from] ArtefactError),
+    /// A set cannot be read or made.
+    #[error(transparent)]
+    Set(SetError),
+    /// A setting of a tracker or motion model is invalid.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A training motion is too short to measure differences between frames.
+    #[error(transparent)]
+    TooFewFrames(#[from] TooFewFrames),
+    /// A motion model cannot be learned.
+    #[error(transparent)]
+    Learning(#[from] GraphError),
+    /// A tracker learns from motion, and the set has no training motion.
+    #[error(
+        "this tracker learns from training motion, and the set has none; render the set from a scenario with \
+        [[training.clips]]"
+    )]
+    NoTraining,
+    /// The run's models learned from frames of the test.
+    #[error(
+        "{run}: its tracker learned from frames {first} to {last} (of the file, from 1) of `{clip}`, which are frames of the \
+        test; such a run measures memory, not tracking",
+        run = run.display()
+    )]
+    LearnedFromTest {
+        /// The run.
+        run: PathBuf,
+        /// The recording.
+        clip: String,
+        /// First frame, as its file counts.
+        first: usize,
+        /// Last frame.
+        last: usize,
+    },
+    /// The model file that a setting names cannot be used.
+    #[error(transparent)]
+    ModelFile(Box<ExperimentError>),
+    /// Tracking failed.
+    #[error(transparent)]
+    Track(#[from] TrackError),
+    /// The tracker's body cannot be calibrated.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// Nothing can be measured.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    /// No report can be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// The set has no ground truth for the tracker's body.
+    #[error(
+        "the oracle needs ground truth for the tracker's body, and this set has none; make the set with skiagraph render"
+    )]
+    OracleNeedsTruth,
+    /// The run does not fit the set.
+    #[error("{} does not fit {}: {detail}", plain(run.display()), plain(set.display()))]
+    AnotherSet {
+        /// The run.
+        run: PathBuf,
+        /// The set.
+        set: PathBuf,
+        /// The difference.
+        detail: String,
+    },
+    /// Estimates in memory do not fit the set.
+    #[error("these estimates do not fit the set {}: {}", plain(set), plain(detail))]
+    Unfit {
+        /// The set's name.
+        set: String,
+        /// The difference.
+        detail: String,
+    },
+    /// Runs cannot be compared.
+    #[error("{}", plain(.0))]
+    NotComparable(Box<NotComparable>),
+    /// A run cannot be compared with a baseline.
+    #[error("{}", plain(.0))]
+    Gate(Box<GateRefusal>),
+    /// A program that should track cannot be run.
+    #[error(
+        "--exec {}: it {}{}; docs/protocol.md describes what it must answer",
+        plain(command),
+        plain(what),
+        last_lines(errors)
+    )]
+    Program {
+        /// The command line.
+        command: String,
+        /// What went wrong.
+        what: String,
+        /// Its last lines on standard error.
+        errors: Vec<String>,
+    },
+    /// A set would be overwritten.
+    #[error(
+        "{}: a benchmark set exists here, and runs may depend on it; choose another --out, or replace it with --force",
+        plain(path.display())
+    )]
+    SetThere {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A file of a run does not have the expected content.
+    #[error("{}: {}", plain(path.display()), plain(detail))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and what was found.
+        detail: String,
+    },
+    /// A file of a run cannot be read.
+    #[error("{}: cannot be read: {source}", plain(path.display()))]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        source: io::Error,
+    },
+    /// A folder of exports exists where one export would go.
+    #[error(
+        "{}: this folder contains exports ({there}); choose --out {} to put this one beside them, or use \
+        --force to rename the folder to NAME~",
+        plain(path.display()),
+        plain(beside.display())
+    )]
+    ExportsThere {
+        /// The path.
+        path: PathBuf,
+        /// The formats that are there.
+        there: String,
+        /// The place of the export beside them.
+        beside: PathBuf,
+    },
+    /// A folder has another sweep.
+    #[error(
+        "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
+        results of cells that are in both",
+        plain(path.display()),
+        plain(difference)
+    )]
+    OtherPlan {
+        /// The folder.
+        path: PathBuf,
+        /// The first difference.
+        difference: String,
+    },
+    /// Cells of a sweep have no result yet.
+    #[error(
+        "{}: {done} of {cells} cells have results, missing {}; run the rest (skiagraph sweep run), or gather with \
+        --allow-partial",
+        plain(path.display()),
+        plain(missing)
+    )]
+    SweepIncomplete {
+        /// The sweep's folder.
+        path: PathBuf,
+        /// Cells with results.
+        done: usize,
+        /// All cells.
+        cells: usize,
+        /// Indices of the others.
+        missing: String,
+    },
+    /// A cluster's engine refuses the job, or does not exist.
+    #[error("{}: {}", plain(command), plain(detail))]
+    Engine {
+        /// The command.
+        command: String,
+        /// Its message.
+        detail: String,
+    },
+    /// Jobs of the same sweep are still queued.
+    #[error(
+        "{}: jobs of this sweep are still queued or running ({jobs}); wait for them, or cancel them with scancel",
+        plain(path.display())
+    )]
+    Queued {
+        /// The sweep's folder.
+        path: PathBuf,
+        /// Some of the jobs.
+        jobs: String,
+    },
+    /// A command-line argument is invalid.
+    #[error("{argument}: {}", plain(detail))]
+    Argument {
+        /// The argument.
+        argument: &'static str,
+        /// What was expected and what was found.
+        detail: String,
+    },
+    /// An error with the file that it is about.
+    #[error("{}: {source}", plain(file.display()))]
+    With {
+        /// The scenario, recording, set or run.
+        file: PathBuf,
+        /// The error.
+        source: Box<ExperimentError>,
+    },
+    /// The user interrupted the command.
+    #[error("{NOTHING_WRITTEN}")]
+    Interrupted,
+    /// A set could not be drawn, or not all seeds tracked, for a reason that may pass.
+    #[error("{source}; progress is saved in {}: run the same command to resume", plain(partial.display()))]
+    Unfinished {
+        /// The directory with the progress.
+        partial: PathBuf,
+        /// The reason.
+        source: Box<ExperimentError>,
+    },
+}
+
+impl ExperimentError {
+    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work or
+    /// the disk is full, 1 if a sweep is incomplete, 130 after an interruption.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Artefact(error) => error.exit_code(),
+            Self::Queued { .. } => 75,
+            // the disk may have space later
+            Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
+            Self::Unfinished { source, .. } => source.exit_code(),
+            Self::SweepIncomplete { .. } => 1,
+            Self::Interrupted => 130,
+            _ => 2,
+        }
+    }
+
+    /// The same error with the file that it is about, unless it names one itself.
+    pub(crate) fn about(self, file: impl Into<PathBuf>) -> Self {
+        if self.names_a_file() { self } else { Self::With { file: file.into(), source: Box::new(self) } }
+    }
+
+    /// The same error for work whose progress is saved, if it is.
+    pub(crate) fn with_progress(self, resumable: &Resumable) -> Self {
+        let partial = resumable.folder().to_owned();
+        match self {
+            _ if !resumable.is_kept() => self,
+            Self::Interrupted => ArtefactError::ProgressSaved { partial }.into(),
+            Self::Artefact(ArtefactError::OtherUnfinished { .. }) => self,
+            other => Self::Unfinished { partial, source: Box::new(other) },
+        }
+    }
+
+    fn names_a_file(&self) -> bool {
+        match self {
+            Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
+            Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
+            Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
+            Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
+            Self::Contact(_) | Self::Physics(_) => false,
+            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::TooFewFrames(_) => false,
+            Self::Learning(_)
+            | Self::NoTraining
+            | Self::Track(_)
+            | Self::Calibration(_)
+            | Self::Evaluation(_)
+            | Self::Report(_) => false,
+            Self::OracleNeedsTruth => false,
+            Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
+            Self::Scenario(_)
+            | Self::AnotherSet { .. }
+            | Self::Unfit { .. }
+            | Self::SetThere { .. }
+            | Self::Malformed { .. } => true,
+            Self::Unreadable { .. } | Self::Argument { .. } => true,
+            Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
+            Self::Engine { .. } | Self::Queued { .. } => true,
+            Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
+            Self::ModelFile(source) => source.names_a_file(),
+            Self::With { .. } | Self::Interrupted | Self::Unfinished { .. } => true,
+        }
+    }
+}
+
+impl From<NpzError> for ExperimentError {
+    fn from(error: NpzError) -> Self {
+        Self::Set(error.into())
+    }
+}
+
+impl From<SetError> for ExperimentError {
+    fn from(error: SetError) -> Self {
+        match error {
+            SetError::Stopped => Self::Interrupted,
+            other => Self::Set(other),
+        }
+    }
+}
+
+/// Whether the user has to act before the file can be read: it is missing, of another kind, or access is denied. Other
+/// reasons, such as a network that is down, may pass.
+pub(crate) fn stays_unreadable(error: &io::Error) -> bool {
+    use io::ErrorKind::{
+        FileTooLarge, InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied,
+    };
+    matches!(
+        error.kind(),
+        NotFound | PermissionDenied | IsADirectory | NotADirectory | InvalidData | InvalidInput | FileTooLarge
+    )
+}
+
+/// The last lines of a program's standard error, for the end of a message.
+fn last_lines(errors: &[String]) -> String {
+    if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
+}
+
+/// An error at one key of a scenario.
+pub(crate) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
+    ScenarioError::from(file.complaint(key, message)).into()
+}
+
+pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
+    input::read(path, limit).map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
+}

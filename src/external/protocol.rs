@@ -1,0 +1,460 @@
+//! The messages that a program receives and sends.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::benchmark_set::{BlindSet, FARTHEST_M};
+use crate::body::{Humanoid, LANDMARKS};
+use crate::input::excerpt;
+use crate::observation::Observation;
+use crate::raster::Mask;
+
+/// Name and version of the protocol; a program that uses another one names it in `ready`.
+const PROTOCOL: &str = "skiagraph.tracker/1";
+/// The protocol of sets whose cameras move or have their own timing: every frame message has the camera poses and which
+/// cameras have an image. A program that only knows version 1 would take the cameras for static ones.
+const TIMED_PROTOCOL: &str = "skiagraph.tracker/2";
+
+/// The protocol of a set.
+pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
+    if set.moments.is_some() { TIMED_PROTOCOL } else { PROTOCOL }
+}
+/// Greatest deviation of a quaternion's length from 1.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
+
+/// Points by name.
+pub(super) type Named = BTreeMap<String, [f64; 3]>;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(super) enum Request<'a> {
+    Hello(Box<Hello<'a>>),
+    Frame(FrameMessage<'a>),
+    End {},
+}
+
+#[derive(Serialize)]
+pub(super) struct Hello<'a> {
+    pub(super) protocol: &'static str,
+    pub(super) seed: u64,
+    pub(super) frames: usize,
+    pub(super) fps: f64,
+    /// The blind side of the set.
+    pub(super) folder: &'a Path,
+    pub(super) cameras: Vec<CameraMessage<'a>>,
+    pub(super) markers: Vec<&'static str>,
+    pub(super) joints: Vec<&'a str>,
+    pub(super) angles: Vec<&'a str>,
+    pub(super) start: StartMessage,
+    pub(super) time_limit_s: f64,
+    /// The first frame that will be requested; above 0 after a restart.
+    pub(super) first_frame: usize,
+    /// The program's last answer, after a restart.
+    pub(super) last_answer: Option<&'a Value>,
+}
+
+#[derive(Serialize)]
+pub(super) struct CameraMessage<'a> {
+    name: &'a str,
+    width: u32,
+    height: u32,
+    #[serde(rename = "K")]
+    k: [[f64; 3]; 3],
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+    distortion: [f64; 5],
+    /// Line delay of a rolling shutter; absent in sets with static cameras.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_delay_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+pub(super) struct StartMessage {
+    root: [f64; 7],
+    angles: Vec<f64>,
+    markers: BTreeMap<&'static str, Option<[f64; 3]>>,
+    joints: BTreeMap<String, [f64; 3]>,
+}
+
+#[derive(Serialize)]
+pub(super) struct FrameMessage<'a> {
+    frame: usize,
+    time_s: f64,
+    views: Vec<ViewMessage<'a>>,
+}
+
+#[derive(Serialize)]
+struct ViewMessage<'a> {
+    camera: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rle: Option<Vec<u32>>,
+    #[serde(flatten)]
+    moment: Option<CameraMoment>,
+}
+
+/// The pose of a camera, in sets whose cameras move or have their own timing.
+#[derive(Serialize)]
+struct CameraMoment {
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+    /// Time at which the first row of the image was exposed; null for a camera without an image in this frame.
+    exposed_s: Option<f64>,
+}
+
+impl<'a> Hello<'a> {
+    pub(super) fn new(set: &'a BlindSet, folder: &'a Path, seed: u64, time_limit_s: f64) -> Self {
+        let body = &set.start.body;
+        let delays = set.moments.as_ref().map(|moments| &moments.line_delay_s);
+        let camera = |(index, camera): (usize, &'a crate::camera::Camera)| CameraMessage {
+            name: &camera.name,
+            width: camera.pinhole.width,
+            height: camera.pinhole.height,
+            k: camera.opencv_matrix(),
+            r: camera.opencv_rotation(),
+            t: camera.opencv_translation(),
+            distortion: camera.distortion.coefficients(),
+            line_delay_s: delays.and_then(|delays| delays.get(index).copied()),
+        };
+        Self {
+            protocol: protocol_of(set),
+            seed,
+            frames: set.frame_count,
+            fps: set.frames_per_second,
+            folder,
+            cameras: set.rig.cameras.iter().enumerate().map(camera).collect(),
+            markers: LANDMARKS.map(|landmark| landmark.name()).to_vec(),
+            joints: body.joints.iter().map(|joint| joint.name.as_str()).collect(),
+            angles: body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect(),
+            start: StartMessage::new(set),
+            time_limit_s,
+            first_frame: 0,
+            last_answer: None,
+        }
+    }
+}
+
+impl StartMessage {
+    fn new(set: &BlindSet) -> Self {
+        let (body, pose) = (&set.start.body, &set.start.pose);
+        let (frames, root) = (body.link_frames(pose), &pose.world_from_root);
+        let (place, turn) = (root.translation.vector, root.rotation);
+        let markers = LANDMARKS.iter().zip(body.markers(&frames));
+        let links = frames.0.iter().skip(1).map(|frame| frame.translation.vector.into());
+        Self {
+            root: [place.x, place.y, place.z, turn.w, turn.i, turn.j, turn.k],
+            angles: pose.joint_angles.iter().copied().collect(),
+            markers: markers.map(|(landmark, place)| (landmark.name(), place.map(|p| p.coords.into()))).collect(),
+            joints: body.joints.iter().map(|joint| joint.name.clone()).zip(links).collect(),
+        }
+    }
+}
+
+impl<'a> FrameMessage<'a> {
+    /// The message of a frame, with paths of silhouettes below `folder`, or with the silhouettes inline.
+    pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
+        let frame = observation.frame;
+        let path = |camera| folder.join(BlindSet::silhouette_path(camera, frame)).display().to_string();
+        let view = |(index, camera): (usize, &'a crate::camera::Camera)| {
+            let has_image = observation.has_image(index);
+            ViewMessage {
+                camera: &camera.name,
+                mask: (has_image && !inline).then(|| path(index)),
+                rle: (has_image && inline).then(|| run_lengths(&observation.silhouettes[index])),
+                moment: observation.moment.as_ref().map(|moment| {
+                    let placed = camera.placed(moment.camera_from_world[index]);
+                    let (r, t) = (placed.opencv_rotation(), placed.opencv_translation());
+                    CameraMoment { r, t, exposed_s: moment.exposed_s[index] }
+                }),
+            }
+        };
+        Self { frame, time_s: observation.time_s, views: set.rig.cameras.iter().enumerate().map(view).collect() }
+    }
+}
+
+/// Lengths of runs of equal pixels, row by row from the top left. The first run is of empty pixels and may be 0.
+fn run_lengths(mask: &Mask) -> Vec<u32> {
+    let (width, mut lengths, mut end) = (mask.width(), Vec::new(), 0);
+    for (y, run) in (0..mask.height()).flat_map(|y| mask.runs(y).map(move |run| (y, run))) {
+        let (start, stop) = (y * width + run.start, y * width + run.end);
+        match lengths.last_mut().filter(|_| start == end) {
+            // the run continues from the end of the previous row
+            Some(last) => *last += stop - start,
+            None => lengths.extend([start - end, stop - start]),
+        }
+        end = stop;
+    }
+    let rest = width * mask.height() - end;
+    if rest > 0 || lengths.is_empty() {
+        lengths.push(rest);
+    }
+    lengths
+}
+
+/// The answer to `hello`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Ready {
+    pub(super) protocol: Option<String>,
+    pub(super) name: Option<String>,
+    pub(super) version: Option<String>,
+}
+
+/// The answer to a frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Reply {
+    pub(super) frame: usize,
+    /// `None`: lost.
+    pub(super) pose: Option<RepliedPose>,
+    /// From 0 to 1.
+    pub(super) confidence: Option<f64>,
+}
+
+/// A pose in one of three forms.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum RepliedPose {
+    Markers(Named),
+    Joints(Named),
+    Angles { root: [f64; 7], angles: Vec<f64> },
+}
+
+impl RepliedPose {
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Self::Markers(_) => "markers",
+            Self::Joints(_) => "joints",
+            Self::Angles { .. } => "angles",
+        }
+    }
+}
+
+/// Reads the answer to `hello`, which named `protocol`.
+pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
+    let object = object(line)?;
+    let kind = kind_of(&object)?;
+    if kind != "ready" {
+        return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
+    }
+    let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
+    // they are printed and written into pages and files
+    let [name, version] = [&ready.name, &ready.version].map(|word| word.as_deref().map(excerpt));
+    let ready = Ready { name, version, ..ready };
+    match &ready.protocol {
+        Some(other) if other != protocol => {
+            Err(format!("uses the protocol {:?}, expected {protocol:?}", excerpt(other)))
+        }
+        None if protocol == TIMED_PROTOCOL => Err(format!(
+            "expected \"protocol\": {protocol:?} in ready: the set's cameras move or have their own timing, and a program \
+            must confirm that it reads the camera poses of every frame"
+        )),
+        _ => Ok(ready),
+    }
+}
+
+/// Reads the answer to frame `expected_frame`; `None` for an answer to an earlier frame, whose content is ignored.
+pub(super) fn read_answer(line: &str, expected_frame: usize, body: &Humanoid) -> Result<Option<Reply>, String> {
+    let object = object(line)?;
+    if object.get("frame").and_then(Value::as_u64).is_some_and(|frame| frame < expected_frame as u64) {
+        return Ok(None);
+    }
+    let kind = kind_of(&object)?;
+    let frame = object.get("frame").and_then(Value::as_u64);
+    let frame = frame.ok_or("expected \"frame\": the number of the answered frame")?;
+    let frame = usize::try_from(frame).map_err(|_| "frame: too large a number")?;
+    let confidence = match object.get("confidence") {
+        None | Some(Value::Null) => None,
+        Some(value) => match value.as_f64() {
+            Some(share) if (0.0..=1.0).contains(&share) => Some(share),
+            _ => return Err("confidence: expected a number from 0 to 1".to_owned()),
+        },
+    };
+    let pose = match kind.as_str() {
+        "lost" => None,
+        "pose" => Some(pose(&object, body)?),
+        other => return Err(format!("expected the type \"pose\" or \"lost\", found {:?}", excerpt(other))),
+    };
+    Ok(Some(Reply { frame, pose, confidence }))
+}
+
+fn object(line: &str) -> Result<Map<String, Value>, String> {
+    let value: Value = serde_json::from_str(line).map_err(|_| {
+        let has_nan = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
+        let hint = if has_nan {
+            "NaN and Infinity are not valid JSON; use null for points that are not estimated"
+        } else {
+            "print messages to standard error"
+        };
+        format!("expected one JSON object per line, found {:?}; {hint}", excerpt(line))
+    })?;
+    match value {
+        Value::Object(object) => Ok(object),
+        _ => Err(format!("expected a JSON object, found {:?}", excerpt(line))),
+    }
+}
+
+fn kind_of(object: &Map<String, Value>) -> Result<String, String> {
+    let kind = object.get("type").and_then(Value::as_str);
+    kind.map(str::to_owned).ok_or_else(|| "expected \"type\": \"pose\" or \"lost\"".to_owned())
+}
+
+fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, String> {
+    let joints = || body.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>();
+    match (object.get("markers"), object.get("joints"), object.get("root"), object.get("angles")) {
+        (Some(markers), None, None, None) => {
+            let known = LANDMARKS.map(|landmark| landmark.name());
+            Ok(RepliedPose::Markers(points("markers", markers, &known)?))
+        }
+        (None, Some(found), None, None) => Ok(RepliedPose::Joints(points("joints", found, &joints())?)),
+        (None, None, Some(root), Some(angles)) => {
+            Ok(RepliedPose::Angles { root: root_of(root)?, angles: angles_of(angles, body)? })
+        }
+        _ => Err("expected exactly one of \"markers\", \"joints\", and \"root\" with \"angles\"".to_owned()),
+    }
+}
+
+/// Points by name; null or omitted points are not estimated.
+fn points(what: &str, value: &Value, known: &[&str]) -> Result<Named, String> {
+    let Value::Object(entries) = value else {
+        return Err(format!("{what}: expected an object of names with [x, y, z] in metres"));
+    };
+    let mut found = Named::new();
+    for (name, value) in entries {
+        if !known.contains(&name.as_str()) {
+            return Err(format!("{what}: {:?} is unknown; hello lists the names", excerpt(name)));
+        }
+        if !value.is_null() {
+            let numbers = numbers::<3>(value).ok_or_else(|| format!("{what}: {name}: expected [x, y, z] in metres"))?;
+            found.insert(name.clone(), numbers);
+        }
+    }
+    if found.is_empty() {
+        Err(format!("{what}: expected at least one point, found none; answer \"lost\" instead"))
+    } else {
+        Ok(found)
+    }
+}
+
+fn root_of(value: &Value) -> Result<[f64; 7], String> {
+    let root = numbers::<7>(value).ok_or("root: expected [x, y, z, qw, qx, qy, qz]")?;
+    let length = root[3..].iter().map(|q| q * q).sum::<f64>().sqrt();
+    if (length - 1.0).abs() <= QUATERNION_TOLERANCE {
+        return Ok(root);
+    }
+    Err(format!("root: expected a quaternion of length 1, found length {length:.3}"))
+}
+
+/// Angles in the order of hello, or by name.
+fn angles_of(value: &Value, body: &Humanoid) -> Result<Vec<f64>, String> {
+    let degrees = &body.degrees_of_freedom;
+    let number = |value: &Value| value.as_f64().filter(|angle| angle.is_finite() && angle.abs() < FARTHEST_M);
+    let found: Option<Vec<f64>> = match value {
+        Value::Array(list) if list.len() == degrees.len() => list.iter().map(number).collect(),
+        Value::Object(entries) if entries.len() == degrees.len() => {
+            degrees.iter().map(|degree| number(entries.get(&degree.name)?)).collect()
+        }
+        _ => None,
+    };
+    found.ok_or_else(|| {
+        format!("angles: expected {} numbers in radians, in the order of hello or by name", degrees.len())
+    })
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let list = value.as_array().filter(|list| list.len() == N)?;
+    let mut found = [0.0; N];
+    for (number, value) in found.iter_mut().zip(list) {
+        *number = value.as_f64().filter(|n| n.is_finite() && n.abs() <= FARTHEST_M)?;
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_bodies::person;
+
+    fn answer(line: &str) -> Result<Reply, String> {
+        read_answer(line, 0, &person()).map(|reply| reply.unwrap())
+    }
+
+    #[test]
+    fn an_answer_to_an_earlier_frame_is_ignored() {
+        let read = |line: &str| read_answer(line, 5, &person());
+        for line in [
+            r#"{"type":"pose","frame":4,"markers":{"nose":[0,0,0]}}"#,
+            r#"{"type":"pose","frame":4}"#,
+            r#"{"frame":0,"confidence":7}"#,
+        ] {
+            assert_eq!(read(line), Ok(None), "{line}");
+        }
+        assert!(read(r#"{"type":"pose","frame":5}"#).is_err());
+        assert!(read(r#"{"type":"lost","frame":5}"#).unwrap().is_some());
+    }
+
+    #[test]
+    fn markers_joints_and_angles_are_read_and_null_is_ignored() {
+        let markers = answer(
+            r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head_top":null},"confidence":0.5,"x":1}"#,
+        );
+        let markers = markers.unwrap();
+        assert_eq!((markers.frame, markers.confidence), (3, Some(0.5)));
+        assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
+        assert_eq!(answer(r#"{"type":"lost","frame":0}"#).unwrap().pose, None);
+        let angles = vec![0.25; person().degrees_of_freedom.len()];
+        let read =
+            answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
+        assert_eq!(read.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
+    }
+
+    #[test]
+    fn invalid_messages_have_clear_errors() {
+        for (line, part) in [
+            ("loading weights...", "print messages to standard error"),
+            ("[1,2]", "JSON object"),
+            ("{\"frame\":1}", "\"type\""),
+            ("{\"type\":\"pose\"}", "\"frame\""),
+            ("{\"type\":\"pose\",\"frame\":-1}", "\"frame\""),
+            ("{\"type\":\"pose\",\"frame\":0}", "exactly one of"),
+            ("{\"type\":\"dance\",\"frame\":0}", "\"dance\""),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"nose\":[0,0,0]}}", "\"nose\" is unknown"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0]}}", "[x, y, z]"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,1e300]}}", "[x, y, z]"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,NaN]}}", "JSON object per line"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{}}", "answer \"lost\""),
+            ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,0,0,0,0],\"angles\":[]}", "length 0.000"),
+            ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,1,0,0,0],\"angles\":[1]}", "angles: expected"),
+            ("{\"type\":\"lost\",\"frame\":0,\"confidence\":7}", "confidence"),
+        ] {
+            let error = answer(line).unwrap_err();
+            assert!(error.contains(part), "{line}: {error}");
+        }
+        assert!(read_ready("{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}", PROTOCOL).is_err());
+        let ready = "{\"type\":\"ready\",\"name\":\"mine\"}";
+        assert_eq!(read_ready(ready, PROTOCOL).unwrap().name.as_deref(), Some("mine"));
+        assert!(read_ready(ready, TIMED_PROTOCOL).unwrap_err().contains("reads the camera poses of every frame"));
+        let hostile =
+            "{\"type\":\"ready\",\"name\":\"\\u001b[2Ja\\nb\",\"version\":\"LONG\"}".replace("LONG", &"9".repeat(900));
+        let read = read_ready(&hostile, PROTOCOL).unwrap();
+        assert_eq!(read.name.as_deref(), Some("\u{fffd}[2Ja b"));
+        assert_eq!(read.version.map(|version| version.chars().count()), Some(200));
+        let ready = "{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/2\"}";
+        assert!(read_ready(ready, TIMED_PROTOCOL).is_ok() && read_ready(ready, PROTOCOL).is_err());
+    }
+
+    #[test]
+    fn run_lengths_begin_with_the_empty_pixels_and_fill_the_image() {
+        let mut mask = Mask::new(4, 2);
+        [(0, 0), (1, 0), (3, 1)].into_iter().for_each(|(x, y)| mask.set(x, y, true));
+        assert_eq!(run_lengths(&mask), [0, 2, 5, 1]);
+        assert_eq!(run_lengths(&Mask::new(4, 2)), [8]);
+        let wrapping = Mask::from_fn(4, 2, |x, y| x + 4 * y >= 2 && x + 4 * y < 7);
+        assert_eq!(run_lengths(&wrapping), [2, 5, 1], "a run continues in the next row");
+        assert_eq!(run_lengths(&Mask::from_fn(4, 2, |_, _| true)), [0, 8]);
+    }
+}

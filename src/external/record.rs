@@ -1,0 +1,267 @@
+//! How a program is run, and the record of its run: its name, its times, and the incidents by frame.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::sandbox::ProgramSandbox;
+use super::track_timing::TrackTiming;
+use super::workplace::LeftBehind;
+use crate::input::{excerpt, shell_word};
+
+/// The record of a program's run.
+pub(crate) const EXTERNAL_FILE: &str = "program.json";
+/// The table with one row per seed and frame.
+pub(crate) const ANSWERS_FILE: &str = "answers.csv";
+
+/// How a program is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramSettings {
+    /// The command line, for the shell.
+    pub command: String,
+    /// Time limit until it is ready.
+    pub start_limit: Duration,
+    /// Time limit for a frame.
+    pub frame_limit: Duration,
+    /// Number of restarts per seed after a crash or a time limit.
+    pub restarts: usize,
+    /// Whether messages contain the silhouettes instead of paths.
+    pub inline: bool,
+    /// The sandbox; without one the program runs with the rights of its user.
+    pub sandbox: Option<ProgramSandbox>,
+}
+
+impl ProgramSettings {
+    /// Default time limit for a frame, seconds.
+    pub const FRAME_LIMIT_S: f64 = 30.0;
+    /// Default time limit until the program is ready, seconds.
+    pub const START_LIMIT_S: f64 = 60.0;
+    /// Default number of restarts.
+    pub const RESTARTS: u32 = 3;
+
+    /// The default settings, with an empty command.
+    #[cfg(test)]
+    pub(super) fn default_settings() -> Self {
+        Self {
+            command: String::new(),
+            start_limit: Duration::from_secs_f64(Self::START_LIMIT_S),
+            frame_limit: Duration::from_secs_f64(Self::FRAME_LIMIT_S),
+            restarts: Self::RESTARTS as usize,
+            inline: false,
+            sandbox: None,
+        }
+    }
+}
+
+/// The record of an external tracker's run: `program.json`. Everything except `timing` is reproducible if the program
+/// is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExternalRecord {
+    /// `skiagraph.program/1`.
+    pub schema: String,
+    /// The command line.
+    pub command: String,
+    /// The program's name, as it reports it.
+    pub name: Option<String>,
+    /// The program's version, as it reports it.
+    pub version: Option<String>,
+    /// Options that differ from the defaults; absent in records of earlier versions.
+    #[serde(default, skip_serializing_if = "ProgramOptions::are_default")]
+    pub options: ProgramOptions,
+    /// Hash of the set's files.
+    pub set_hash: String,
+    /// Whether the set had no truth, so that measuring needs `--truth`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub without_truth: bool,
+    /// Version of skiagraph.
+    pub skiagraph: String,
+    /// Counts of the frames of all seeds by answer.
+    pub answers: AnswerCount,
+    /// Incidents in order, at most a hundred.
+    pub incidents: Vec<Incident>,
+    /// How it ended after the last answer of each seed; absent for seeds whose program had ended before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub endings: Vec<SeedEnding>,
+    /// Files that it left in its folders; they are removed.
+    #[serde(default, skip_serializing_if = "LeftBehind::is_empty")]
+    pub left_behind: LeftBehind,
+    /// What differs between runs.
+    pub timing: TrackTiming,
+}
+
+impl ExternalRecord {
+    /// The same with name and version shortened and without control characters, because they are printed and written
+    /// into pages.
+    pub(crate) fn sanitised(self) -> Self {
+        let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
+        Self { name, version, ..self }
+    }
+}
+
+/// How a program ended after the last answer of a seed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeedEnding {
+    /// The seed.
+    pub seed: u64,
+    /// Its exit status, or `did not end`.
+    pub status: String,
+    /// Whether it was killed because it did not end within two seconds.
+    pub killed: bool,
+}
+
+/// Options of `skiagraph track` that differ from the defaults.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ProgramOptions {
+    /// Whether messages contain the silhouettes.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub inline: bool,
+    /// Time limit for a frame, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_limit_s: Option<f64>,
+    /// Time limit until the program is ready, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_limit_s: Option<f64>,
+    /// Restarts per seed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restarts: Option<usize>,
+    /// Whether it ran in a sandbox.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub sandbox: bool,
+    /// Paths that it may read there besides the system and the blind side, as on the command line.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub readable: Vec<String>,
+}
+
+impl ProgramOptions {
+    pub(crate) fn of(settings: &ProgramSettings) -> Self {
+        let seconds = |limit: Duration, default: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != default);
+        let readable = settings.sandbox.iter().flat_map(|sandbox| &sandbox.readable);
+        Self {
+            inline: settings.inline,
+            frame_limit_s: seconds(settings.frame_limit, ProgramSettings::FRAME_LIMIT_S),
+            start_limit_s: seconds(settings.start_limit, ProgramSettings::START_LIMIT_S),
+            restarts: Some(settings.restarts).filter(|restarts| *restarts != ProgramSettings::RESTARTS as usize),
+            sandbox: settings.sandbox.is_some(),
+            readable: readable.map(|path| path.display().to_string()).collect(),
+        }
+    }
+
+    pub(crate) fn are_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The options as on the command line, each after a space.
+    pub(crate) fn as_arguments(&self) -> String {
+        let inline = self.inline.then(|| " --inline".to_owned());
+        let frame = self.frame_limit_s.map(|seconds| format!(" --frame-limit {seconds}"));
+        let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
+        let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
+        let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
+        let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", shell_word(path))));
+        [inline, frame, start, restarts, sandbox].into_iter().chain(readable).flatten().collect()
+    }
+}
+
+/// Frames of all seeds by their answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AnswerCount {
+    /// With an estimate.
+    pub poses: usize,
+    /// Reported as lost by the program.
+    pub lost: usize,
+    /// Without a valid answer in time.
+    pub failed: usize,
+}
+
+impl AnswerCount {
+    /// Counts a frame by its `answer` column in `answers.csv`.
+    pub(super) fn add(&mut self, word: &str) {
+        match word {
+            "failed" => self.failed += 1,
+            "pose" => self.poses += 1,
+            _ => self.lost += 1,
+        }
+    }
+}
+
+/// A failure of the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Incident {
+    /// The seed.
+    pub seed: u64,
+    /// The requested frame; absent before the first and after the last.
+    pub frame: Option<usize>,
+    /// What happened.
+    pub what: String,
+    /// The last lines of the program's standard error.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standard_error: Vec<String>,
+}
+
+impl Incident {
+    /// The incident in one line.
+    pub fn describe(&self) -> String {
+        let frame = self.frame.map(|frame| format!(", frame {frame}")).unwrap_or_default();
+        let errors = match self.standard_error.as_slice() {
+            [] => String::new(),
+            lines => format!("; its last lines: {}", lines.join(" / ")),
+        };
+        format!("seed {}{frame}: {}{errors}", self.seed, self.what)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_that_differ_from_the_defaults_are_kept() {
+        let settings = ProgramSettings {
+            command: "sh t.sh".to_owned(),
+            start_limit: Duration::from_secs_f64(ProgramSettings::START_LIMIT_S),
+            frame_limit: Duration::from_secs_f64(0.5),
+            restarts: 0,
+            inline: true,
+            sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
+        };
+        let options = ProgramOptions::of(&settings);
+        assert_eq!(
+            options.as_arguments(),
+            " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker'"
+        );
+        let text = serde_json::to_string(&options).unwrap();
+        assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
+        let default_settings = ProgramSettings {
+            frame_limit: Duration::from_secs_f64(ProgramSettings::FRAME_LIMIT_S),
+            restarts: ProgramSettings::RESTARTS as usize,
+            inline: false,
+            sandbox: None,
+            ..settings
+        };
+        assert!(ProgramOptions::of(&default_settings).are_default());
+    }
+
+    #[test]
+    fn the_name_of_a_program_cannot_control_the_terminal() {
+        let timing = TrackTiming { seconds: 1.0, frames_per_second: 1.0, likelihood_evaluations: 0, threads: 1 };
+        let record = ExternalRecord {
+            schema: "skiagraph.program/1".to_owned(),
+            command: "sh t.sh".to_owned(),
+            name: Some("\u{1b}[31mred\n".to_owned()),
+            version: Some("9".repeat(5000)),
+            options: ProgramOptions::default(),
+            set_hash: String::new(),
+            without_truth: false,
+            skiagraph: String::new(),
+            answers: AnswerCount::default(),
+            incidents: Vec::new(),
+            endings: Vec::new(),
+            left_behind: LeftBehind::default(),
+            timing,
+        };
+        let sanitised = record.sanitised();
+        assert_eq!(sanitised.name.as_deref(), Some("\u{fffd}[31mred "));
+        assert_eq!(sanitised.version.map(|version| version.chars().count()), Some(200));
+    }
+}

@@ -1,0 +1,120 @@
+//! The summary of a recording.
+
+use serde::Serialize;
+
+use super::INSPECT_SCHEMA;
+use crate::body::shipped;
+use crate::common::ExperimentError;
+use crate::mocap::Clip;
+use crate::retarget::{LimitHits, RetargetError, RetargetOptions, RetargetReport, Retargeted, retarget};
+
+/// A recording in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClipSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `clip`.
+    pub what: &'static str,
+    /// Its name.
+    pub name: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames per second.
+    pub frames_per_second: f64,
+    /// Time from the first frame to the last.
+    pub duration_s: f64,
+    /// Whether it is one cycle of a cyclic motion.
+    pub cyclic: bool,
+    /// Median over the frames of the height of the bounding box of all joints.
+    pub height_m: f64,
+    /// Length of the root's path over the ground, summed over the frames.
+    pub path_m: f64,
+    /// Joints of the skeleton with their parents, root first.
+    pub joints: Vec<(String, Option<String>)>,
+    /// Fit to the robot `actor`, scaled to its subject; `None` if it cannot be retargeted, with a note.
+    pub fit: Option<FitSummary>,
+    /// Notes about guesses (unit, up axis, rate) and repairs.
+    pub notes: Vec<String>,
+}
+
+/// The fit of a retargeted recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FitSummary {
+    /// Mean distance of the body's landmarks from the recorded ones.
+    pub mean_mm: f64,
+    /// The worst landmark and its mean distance.
+    pub worst: Option<(String, f64)>,
+    /// Joint angles that reach a limit, with the number of frames.
+    pub limits_hit: Vec<(String, usize)>,
+}
+
+impl FitSummary {
+    fn new(report: &RetargetReport) -> Self {
+        let worst = report.landmarks.iter().max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm));
+        let frames = |hits: &LimitHits| (hits.degree_of_freedom.clone(), hits.lower_frames + hits.upper_frames);
+        Self {
+            mean_mm: report.mean_residual_mm,
+            worst: worst.map(|landmark| (landmark.landmark.to_owned(), landmark.mean_mm)),
+            limits_hit: report.limit_hits.iter().map(frames).collect(),
+        }
+    }
+
+    /// A list of the angles that reach a limit.
+    pub fn describe_limits(&self) -> String {
+        let mut hits = self.limits_hit.clone();
+        hits.sort_by_key(|(_, frames)| std::cmp::Reverse(*frames));
+        let named: Vec<String> =
+            hits.iter().take(6).map(|(name, frames)| format!("{name} in {frames} frames")).collect();
+        match (named.as_slice(), hits.len()) {
+            ([], _) => "none is reached".to_owned(),
+            (named, count) if count > named.len() => format!("{}, and {} more", named.join(", "), count - named.len()),
+            (named, _) => named.join(", "),
+        }
+    }
+}
+
+impl ClipSummary {
+    /// The summary of a recording, and its motion on the robot `actor`, if it can be retargeted.
+    pub(super) fn with_motion(clip: &Clip) -> Result<(Self, Result<Retargeted, RetargetError>), ExperimentError> {
+        let still = clip.clone().without_inserted_rest_pose();
+        let retargeted = retarget(&still, &shipped("actor")?, &RetargetOptions::default());
+        Ok((Self::new(clip, retargeted.as_ref()), retargeted))
+    }
+
+    fn new(clip: &Clip, retargeted: Result<&Retargeted, &RetargetError>) -> Self {
+        let joints = &clip.skeleton.joints;
+        let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
+        heights.sort_by(f64::total_cmp);
+        let root = |frame: &Vec<nalgebra::Isometry3<f64>>| frame.first().map(|f| f.translation.vector.xy());
+        let roots: Vec<_> = clip.frames.iter().filter_map(root).collect();
+        Self {
+            schema: INSPECT_SCHEMA,
+            what: "clip",
+            name: clip.name.clone(),
+            frames: clip.frames.len(),
+            frames_per_second: clip.frames_per_second,
+            duration_s: clip.duration(),
+            cyclic: clip.cyclic,
+            height_m: heights.get(heights.len() / 2).copied().unwrap_or(0.0),
+            path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
+            joints: joints.iter().map(|j| (j.name.clone(), j.parent.map(|p| joints[p].name.clone()))).collect(),
+            fit: retargeted.ok().map(|retargeted| FitSummary::new(&retargeted.report)),
+            notes: match retargeted {
+                Ok(retargeted) => retargeted.report.notes.clone(),
+                Err(reason) => [clip.notes.clone(), vec![format!("it cannot be retargeted: {reason}")]].concat(),
+            },
+        }
+    }
+}
+
+/// Height of the bounding box of all joints and tips in a frame, metres.
+fn height(clip: &Clip, frame: usize) -> f64 {
+    let frames = clip.joint_frames(frame);
+    let heights = clip.skeleton.joints.iter().zip(&frames).flat_map(|(joint, world_from_joint)| {
+        let at = world_from_joint.translation.vector;
+        let tip = joint.tip.map_or(at.z, |tip| (at + world_from_joint.rotation * tip).z);
+        [at.z, tip]
+    });
+    let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
+    (high - low).max(0.0)
+}

@@ -1,0 +1,118 @@
+//! The summary of a model file.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::INSPECT_SCHEMA;
+use crate::common::ExperimentError;
+use crate::motion_model::gpdm_graph::{Candidate, GraphSegment};
+use crate::train::{LearnedModel, ModelFacts};
+
+/// A model in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `model`.
+    pub what: &'static str,
+    /// Its robot, training motions and settings.
+    pub facts: ModelFacts,
+    /// The models, in the order of the training frames.
+    pub models: Vec<GraphModelFacts>,
+    /// Inter-transition candidates.
+    pub candidates: usize,
+    /// Ordered pairs of candidates of different models: the possible inter-transitions.
+    pub inter_transitions: usize,
+    /// Distance between recording and simulation over all frames (`[GPDM graph]`, Eq. 9).
+    pub reconstruction_error_rad2: MeanAndMost,
+    /// The same for the compared model, and the ratio of the means.
+    pub against: Option<Against>,
+}
+
+/// One model of the graph.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GraphModelFacts {
+    /// Index of the training motion.
+    pub motion: usize,
+    /// First frame at the model's rate, from 0.
+    pub first: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Distance between recording and simulation.
+    pub reconstruction_error_rad2: MeanAndMost,
+}
+
+/// Mean and greatest value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeanAndMost {
+    /// Mean over the frames.
+    pub mean: f64,
+    /// Greatest value of a frame.
+    pub max: f64,
+}
+
+/// Another model of the same motions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Against {
+    /// `gpdm` or `gpdm-graph`.
+    pub kind: &'static str,
+    /// Its reconstruction error.
+    pub reconstruction_error_rad2: MeanAndMost,
+    /// This model's mean error over the other's.
+    pub ratio: f64,
+}
+
+impl MeanAndMost {
+    fn new(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = values.clone().count().max(1) as f64;
+        Self { mean: values.clone().sum::<f64>() / count, max: values.fold(0.0, f64::max) }
+    }
+}
+
+impl ModelSummary {
+    /// The summary of a model, compared with another of the same motions if one is given.
+    pub(super) fn new(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
+        let error = all_errors(model);
+        let graph = &model.graph;
+        let of = |s: &GraphSegment| GraphModelFacts {
+            motion: s.range.motion,
+            first: s.range.first,
+            frames: s.errors.len(),
+            reconstruction_error_rad2: MeanAndMost::new(s.errors.iter().copied()),
+        };
+        let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
+        let against = |other: &LearnedModel| {
+            let of_other = all_errors(other);
+            Against { kind: other.facts.kind(), reconstruction_error_rad2: of_other, ratio: error.mean / of_other.mean }
+        };
+        Self {
+            schema: INSPECT_SCHEMA,
+            what: "model",
+            facts: model.facts.clone(),
+            models: graph.segments.iter().map(of).collect(),
+            candidates: graph.candidates.len(),
+            inter_transitions: graph.candidates.iter().map(pairs).sum(),
+            reconstruction_error_rad2: error,
+            against: other.map(against),
+        }
+    }
+}
+
+/// Reads another model of the same motions.
+///
+/// # Errors
+/// [`ExperimentError`] that names the file if it is not a complete model, or was learned from other motions.
+pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedModel, ExperimentError> {
+    let other = LearnedModel::read(path)?;
+    other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;
+    if other.facts.learned_from != model.facts.learned_from {
+        let detail = "learned from other motions; only models of the same motions can be compared";
+        return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
+    }
+    Ok(other)
+}
+
+fn all_errors(model: &LearnedModel) -> MeanAndMost {
+    MeanAndMost::new(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
+}

@@ -1,0 +1,147 @@
+//! The summary of a benchmark set, and whether it is complete and unchanged.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::INSPECT_SCHEMA;
+use crate::benchmark_set::{
+    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_public, layer_channels, verify_hashes,
+};
+use crate::common::ExperimentError;
+
+/// A set in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `set`.
+    pub what: &'static str,
+    /// Its name.
+    pub name: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames per second.
+    pub frames_per_second: f64,
+    /// Its cameras.
+    pub cameras: Vec<CameraSummary>,
+    /// Channels of the truth images, if there are any.
+    pub layers: Vec<String>,
+    /// The actor's robot; absent if the set has no truth, like the other facts of the truth below.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actor: Option<String>,
+    /// Names of the props.
+    pub props: Vec<String>,
+    /// The tracker's robot.
+    pub tracker_body: String,
+    /// Whether actor and tracker have the same body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matched: Option<bool>,
+    /// A description of the bodies' differences.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mismatch: Option<String>,
+    /// The origin of the motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
+    /// The fit of the recording to the actor; absent in sets of older versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub retargeting: Option<RetargetFacts>,
+    /// Ground-contact processing; absent if contact was neither measured nor changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Box<ContactFacts>>,
+    /// A description of the observations.
+    pub observation: String,
+    /// Frames of training motion on the blind side.
+    pub training_frames: usize,
+    /// Descriptions of the training recordings.
+    pub learned_from: Vec<String>,
+    /// Heading of the body in frame 0, a unit vector on the ground.
+    pub forward: Option<[f64; 3]>,
+    /// SHA-256 of the tested content, without layers and shards, which identifies the set.
+    pub set_hash: String,
+    /// SHA-256 of `files.sha256`, which covers every file, also layers and shards.
+    pub full_hash: String,
+    /// Whether every listed file exists unchanged, and no other file exists.
+    pub hashes_ok: bool,
+    /// The first violation.
+    pub fault: Option<String>,
+}
+
+/// One camera.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CameraSummary {
+    /// Its name.
+    pub name: String,
+    /// Width and height of its images.
+    pub size_px: [u32; 2],
+    /// Whether its lens distorts.
+    pub distorts: bool,
+    /// A description of its motion and timing; absent for a static camera with an image at every frame's time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filming: Option<String>,
+}
+
+/// Both sides of a set, or the blind side alone.
+pub(super) struct SetSides {
+    pub(super) blind: BlindSet,
+    pub(super) truth: Option<TruthSet>,
+}
+
+impl SetSides {
+    /// Reads a set.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the set cannot be read.
+    pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
+        if is_public(directory) {
+            return Ok(Self { blind: BlindSet::read(directory)?, truth: None });
+        }
+        let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
+        Ok(Self { blind, truth: Some(truth) })
+    }
+}
+
+impl SetSummary {
+    /// The summary of a set in `directory`; checks every file's hash.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if its first layer file cannot be read.
+    pub(super) fn new(directory: &Path, sides: &SetSides) -> Result<Self, ExperimentError> {
+        let SetSides { blind, truth } = sides;
+        let facts = truth.as_ref().map(|truth| &truth.facts);
+        let scene = truth.as_ref().map(|truth| &truth.ground_truth);
+        let fault = verify_hashes(directory).err().map(|error| error.to_string());
+        let rate = blind.frames_per_second;
+        let camera = |(index, camera): (usize, &crate::camera::Camera)| CameraSummary {
+            name: camera.name.clone(),
+            size_px: [camera.pinhole.width, camera.pinhole.height],
+            distorts: camera.distortion.coefficients() != [0.0; 5],
+            filming: blind.moments.as_ref().and_then(|moments| moments.describe(index, rate)),
+        };
+        Ok(Self {
+            schema: INSPECT_SCHEMA,
+            what: "set",
+            name: blind.name.clone(),
+            frames: blind.frame_count,
+            frames_per_second: blind.frames_per_second,
+            cameras: blind.rig.cameras.iter().enumerate().map(camera).collect(),
+            layers: if truth.is_some() { layer_channels(directory)? } else { Vec::new() },
+            actor: scene.map(|scene| scene.actor.name.clone()),
+            props: scene.iter().flat_map(|scene| &scene.props).map(|prop| prop.name.clone()).collect(),
+            tracker_body: blind.start.body.name.clone(),
+            matched: facts.map(|facts| facts.matched),
+            mismatch: facts.map(|facts| facts.mismatch.clone()),
+            motion: facts.map(|facts| facts.motion.clone()),
+            observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.describe()),
+            retargeting: facts.and_then(|facts| facts.retargeting.clone()),
+            contact: facts.and_then(|facts| facts.contact.clone()).map(Box::new),
+            training_frames: blind.start.training.frames(),
+            learned_from: blind.start.training.describe(),
+            forward: blind.forward,
+            set_hash: blind.set_hash.clone(),
+            full_hash: blind.full_hash.clone(),
+            hashes_ok: fault.is_none(),
+            fault,
+        })
+    }
+}

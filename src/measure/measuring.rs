@@ -1,0 +1,454 @@
+//! Measures a tracker's estimates against the truth of a set.
+
+use rayon::prelude::*;
+
+use super::SearchRecord;
+use super::body_contacts::BodyContacts;
+use super::hints::{Hint, hint};
+use super::part_rotations::ComparableParts;
+use super::tracked::Tracked;
+use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
+use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::camera::CameraRig;
+use crate::common::{ExperimentError, Progress, Stage};
+use crate::contact::ContactTrack;
+use crate::evaluation::{
+    ContactPair, Energies, Evaluation, MaskQuality, PartRotations, RootRotations, SeedRun, SegmentationQuality,
+    Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union, summarise,
+};
+use crate::observation::{Observation, Observer};
+use crate::prepare::retargeting::refit;
+use crate::raster::Mask;
+use crate::report::FootStances;
+use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+
+/// Measures of a run: of every seed, all seeds together, and the frozen tracker.
+#[derive(Clone, Debug)]
+pub struct Measures {
+    /// The clip's name.
+    pub clip: String,
+    /// One entry per seed.
+    pub seeds: Vec<SeedMeasures>,
+    /// All seeds together.
+    pub summary: Summary,
+    /// Evaluation of a tracker that never moves.
+    pub frozen: Evaluation,
+    /// Quality of the observed silhouettes; `None` if they are exact.
+    pub segmentation: Option<SegmentationQuality>,
+    /// An explanation of most of the error by a misread estimate.
+    pub hint: Option<Hint>,
+}
+
+/// The measures of one seed.
+#[derive(Clone, Debug)]
+pub struct SeedMeasures {
+    /// The seed.
+    pub seed: u64,
+    /// The metrics.
+    pub evaluation: Evaluation,
+    /// Estimated markers of every frame.
+    pub markers: Vec<Markers>,
+    /// Energy of the estimates, per frame; empty if unknown.
+    pub energy: Vec<Option<f64>>,
+    /// Energy of the truth, refitted to the body that the tracker used, per frame; empty if unknown.
+    pub truth_energy: Vec<Option<f64>>,
+    /// Stances of the true and estimated feet; empty if either body has no feet.
+    pub stances: Vec<FootStances>,
+}
+
+impl Measures {
+    /// Measures every seed of a run, and a tracker that never moves.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if run and set do not fit together or an observation cannot be read.
+    pub fn new(set: &BenchmarkSet, tracked: &Tracked, progress: &dyn Progress) -> Result<Self, ExperimentError> {
+        let blind = &set.blind;
+        progress.begin(Stage::Evaluate, blind.frame_count);
+        let frozen =
+            EstimatedSequence::from_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
+        let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
+        let bodies: Vec<&Humanoid> = (0..tracked.estimates.sequences.len())
+            .map(|index| tracked.estimates.body(index, &blind.start.body))
+            .chain([&blind.start.body])
+            .collect();
+        let as_given = match tracked.record {
+            Some(_) => truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?,
+            None => program_truth_energy(set, &tracked.estimates.sequences)?,
+        };
+        let rig = &set.truth.rig;
+        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, rig));
+        let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
+            .into_par_iter()
+            .map_init(
+                || (Painters::new(blind), Painters::from_rig(rig.rig())),
+                |(painters, true_painters), frame| {
+                    if progress.interrupted() {
+                        return Err(ExperimentError::Interrupted);
+                    }
+                    let observed = blind.observation(frame)?;
+                    let poses = || bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
+                    let agreements = painters.agreements(&observed, poses());
+                    let exact = exact.as_ref().map(|exact| exact.observe(frame)).map(|exact| AgainstExact {
+                        overlaps: true_painters.overlaps(&exact, poses()),
+                        qualities: qualities(&observed, &exact),
+                    });
+                    progress.advance();
+                    Ok((agreements, exact))
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        let truth = &set.truth.ground_truth;
+        let touching = BodyContacts::from_motion(&truth.actor, &truth.motion(), &truth.props);
+        let agreements = |answer: usize| Agreements {
+            overlaps: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.overlap).collect()).collect(),
+            boundaries: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.boundary_f).collect()).collect(),
+            exact: per_frame.iter().map(|(_, exact)| Some(exact.as_ref()?.overlaps[answer].clone())).collect(),
+        };
+        let segmentation = exact.is_some().then(|| {
+            let of_frames = per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
+            let all: Vec<MaskQuality> = of_frames.flat_map(|exact| exact.qualities.iter().copied()).collect();
+            SegmentationQuality::mean(&all)
+        });
+        let mut seeds = Vec::new();
+        for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
+            if progress.interrupted() {
+                return Err(ExperimentError::Interrupted);
+            }
+            let energy = match tracked.record {
+                Some(_) => tracked.search.get(index).map(|records| energies(records)).unwrap_or_default(),
+                None => program_energy(blind, answers[index])?,
+            };
+            let truth_energy = match tracked.estimates.bodies.get(index) {
+                None => as_given.clone(),
+                Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
+            };
+            let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
+            let is_own = tracked.record.is_some();
+            let answer = SeedEstimate { body, sequence, agreements: &agreements, energy: &energy, is_own };
+            let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
+            let markers = answers[index].markers.clone();
+            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
+        }
+        let (body, agreements) = (&blind.start.body, agreements(seeds.len()));
+        let floor = SeedEstimate { body, sequence: &frozen, agreements: &agreements, energy: &[], is_own: true };
+        let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
+        let clip = blind.name.clone();
+        let runs: Vec<SeedRun<'_>> =
+            seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
+        let summary = summarise(&runs)?;
+        let hint = hint(set, tracked);
+        Ok(Self { seeds, summary, frozen, segmentation, clip, hint })
+    }
+
+    /// The evaluations, one entry per seed.
+    pub fn runs(&self) -> Vec<SeedRun<'_>> {
+        self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
+    }
+}
+
+/// `[estimate][camera]`: how an estimate's silhouette agrees with the observed one.
+type FrameAgreements = Vec<Vec<ViewAgreement>>;
+
+/// Agreement of two silhouettes; `None` where both are empty or there is no pose.
+#[derive(Clone, Copy, Debug, Default)]
+struct ViewAgreement {
+    overlap: Option<f64>,
+    boundary_f: Option<f64>,
+}
+
+/// `[frame][camera]` of one estimate.
+struct Agreements {
+    overlaps: Vec<Vec<Option<f64>>>,
+    boundaries: Vec<Vec<Option<f64>>>,
+    /// Overlaps with the exact silhouettes; `None` if the observed ones are exact.
+    exact: Option<Vec<Vec<Option<f64>>>>,
+}
+
+/// A frame compared with its exact silhouettes.
+struct AgainstExact {
+    /// `[estimate][camera]`.
+    overlaps: Vec<Vec<Option<f64>>>,
+    qualities: Vec<MaskQuality>,
+}
+
+/// Quality of the observed masks of every camera that took an image.
+fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
+    let both = observed.silhouettes.iter().zip(&exact.silhouettes).enumerate();
+    both.filter(|(camera, _)| observed.has_image(*camera))
+        .map(|(_, (mask, exact))| MaskQuality::new(mask, exact))
+        .collect()
+}
+
+/// The estimates of one seed and their silhouettes' agreement.
+struct SeedEstimate<'a> {
+    /// The body that the poses refer to.
+    body: &'a Humanoid,
+    sequence: &'a EstimatedSequence,
+    agreements: &'a Agreements,
+    energy: &'a [Option<f64>],
+    /// Whether energies come from the tracker's own likelihood.
+    is_own: bool,
+}
+
+impl SeedEstimate<'_> {
+    fn evaluate(
+        &self,
+        set: &BenchmarkSet,
+        truth_energy: &[Option<f64>],
+        truth_touching: Option<&BodyContacts>,
+    ) -> Result<(Evaluation, Vec<FootStances>), ExperimentError> {
+        let truth = &set.truth.ground_truth;
+        let rate = truth.frames_per_second;
+        let truth_markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+        let axes = [&truth.actor, self.body].map(|body| body.root_from_body());
+        let truth_roots: Vec<_> = truth.frames.iter().map(|f| f.pose.world_from_root.rotation * axes[0]).collect();
+        let turned = |root: &Option<nalgebra::Isometry3<f64>>| Some(root.as_ref()?.rotation * axes[1]);
+        let roots: Option<Vec<_>> = self.sequence.roots().map(|roots| roots.iter().map(turned).collect());
+        let both = !truth_energy.is_empty() && !self.energy.is_empty();
+        let poses = self.sequence.poses().filter(|_| truth_touching.is_some());
+        let touching = poses.and_then(|poses| BodyContacts::from_poses(self.body, poses, rate, &truth.props));
+        let contacts = truth_touching.map(|truth| ContactPair {
+            truth: truth.touching(),
+            estimate: touching.as_ref().map(BodyContacts::touching),
+        });
+        let comparable = ComparableParts::new(&truth.actor, self.body);
+        let poses = self.sequence.poses().filter(|_| !comparable.is_root_alone());
+        let parts = poses.map(|_| {
+            let estimate = (0..truth.frames.len()).map(|frame| self.sequence.pose(frame));
+            let actor = truth.frames.iter().map(|frame| Some(&frame.pose));
+            [comparable.rotations(&truth.actor, actor), comparable.rotations(self.body, estimate)]
+        });
+        let rig = &set.truth.rig;
+        let moved: Vec<CameraRig> = if rig.is_still() {
+            Vec::new()
+        } else {
+            truth.frames.iter().map(|frame| rig.rig_at(frame.time_s)).collect()
+        };
+        let cameras = &rig.rig().cameras;
+        let in_view: Vec<_> = truth.frames.iter().map(|frame| frame.in_view.as_slice()).collect();
+        let visible: Vec<_> = truth.frames.iter().map(|frame| frame.visible.as_slice()).collect();
+        let evaluation = evaluate(&Sequence {
+            frames_per_second: rate,
+            first_scored: 1,
+            truth_markers: (&truth_markers).into(),
+            estimate_markers: (&self.sequence.markers).into(),
+            roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
+            view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
+            exact_overlaps: self.sequence.poses().and(self.agreements.exact.as_deref()),
+            view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),
+            views: Some(Views { cameras, moved: &moved, in_view: &in_view, visible: &visible }),
+            parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
+            energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy, is_own: self.is_own }),
+            contacts,
+            covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
+        })?;
+        let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
+        Ok((evaluation, stances))
+    }
+}
+
+fn foot_stances(pair: &ContactPair<'_>) -> Vec<FootStances> {
+    let stances = |foot: &ContactTrack| foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect();
+    let of_foot = |(index, truth): (usize, &ContactTrack)| FootStances {
+        foot: truth.name.clone(),
+        truth: stances(truth),
+        estimate: pair.estimate.map(|body| stances(&body.ground.feet[index])).unwrap_or_default(),
+    };
+    pair.truth.ground.feet.iter().enumerate().map(of_foot).collect()
+}
+
+fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
+    if records.iter().all(|r| r.energy.is_none()) { Vec::new() } else { records.iter().map(|r| r.energy).collect() }
+}
+
+/// The truth refitted to a calibrated body.
+fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
+    let truth = &set.truth.ground_truth;
+    let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+    refit(body, &markers, truth.frames_per_second)
+}
+
+/// The energy of the truth by the tracker's own likelihood and body; empty for trackers without a likelihood.
+fn truth_energy(
+    tracked: &Tracked,
+    set: &BlindSet,
+    body: &Humanoid,
+    refitted: Option<&Motion>,
+) -> Result<Vec<Option<f64>>, ExperimentError> {
+    let search = tracked.record.as_ref().and_then(|record| record.tracker.kind().search);
+    let (Some(search), Some(refitted)) = (search, refitted) else { return Ok(Vec::new()) };
+    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?;
+    if let Some(plausibility) = search.plausibility {
+        likelihood = likelihood.with_plausibility(plausibility)?;
+    }
+    energies_of(refitted, likelihood, set)
+}
+
+/// The energy of the truth, refitted to the set's body, by the default silhouette likelihood, because the likelihood of
+/// another program is unknown; empty if there are no poses.
+fn program_truth_energy(
+    set: &BenchmarkSet,
+    sequences: &[EstimatedSequence],
+) -> Result<Vec<Option<f64>>, ExperimentError> {
+    if sequences.iter().all(|sequence| sequence.poses().is_none()) {
+        return Ok(Vec::new());
+    }
+    let motion = match &set.truth.refitted {
+        Some(motion) => motion.clone(),
+        None => refitted(&set.blind.start.body, set),
+    };
+    energies_of(&motion, default_likelihood(&set.blind)?, &set.blind)
+}
+
+/// The energy of a program's poses by the default silhouette likelihood.
+fn program_energy(set: &BlindSet, sequence: &EstimatedSequence) -> Result<Vec<Option<f64>>, ExperimentError> {
+    if sequence.poses().is_none() {
+        return Ok(Vec::new());
+    }
+    let mut likelihood = default_likelihood(set)?;
+    let mut scratch = likelihood.scratch();
+    let mut energies = Vec::with_capacity(set.frame_count);
+    for (frame, observation) in set.observations().enumerate() {
+        likelihood.prepare(&observation?)?;
+        energies.push(sequence.pose(frame).map(|pose| likelihood.energy_unrejected(pose, &mut scratch)));
+    }
+    Ok(energies)
+}
+
+fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, ExperimentError> {
+    Ok(SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, SilhouetteSettings::default())?)
+}
+
+fn energies_of(
+    motion: &Motion,
+    mut likelihood: SilhouetteLikelihood,
+    set: &BlindSet,
+) -> Result<Vec<Option<f64>>, ExperimentError> {
+    let mut scratch = likelihood.scratch();
+    let mut energies = Vec::with_capacity(set.frame_count);
+    for (observation, pose) in set.observations().zip(&motion.poses) {
+        likelihood.prepare(&observation?)?;
+        energies.push(Some(likelihood.energy_unrejected(pose, &mut scratch)));
+    }
+    Ok(energies)
+}
+
+/// Draws bodies in every camera.
+pub(crate) struct Painters {
+    cameras: Vec<SilhouettePainter>,
+}
+
+impl Painters {
+    pub(crate) fn new(set: &BlindSet) -> Self {
+        Self::from_rig(&set.rig)
+    }
+
+    fn from_rig(rig: &CameraRig) -> Self {
+        Self { cameras: rig.cameras.iter().map(SilhouettePainter::new).collect() }
+    }
+
+    /// Moves the cameras to their poses at the time of the images. Returns whether the observation has such poses.
+    pub(crate) fn place(&mut self, observed: &Observation) -> bool {
+        let placements = observed.moment.iter().flat_map(|moment| &moment.camera_from_world);
+        self.cameras.iter_mut().zip(placements).for_each(|(painter, placement)| painter.place(placement));
+        observed.moment.is_some()
+    }
+
+    /// As [`Self::silhouettes`], with the cameras at their poses; empty masks for cameras that took no image.
+    pub(crate) fn seen(&mut self, observed: &Observation, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
+        self.place(observed);
+        let mut masks = self.silhouettes(body, pose);
+        masks.iter_mut().enumerate().filter(|(camera, _)| !observed.has_image(*camera)).for_each(|(_, m)| m.clear());
+        masks
+    }
+
+    /// The silhouettes of a body in every camera.
+    pub(crate) fn silhouettes(&mut self, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
+        let frames = body.link_frames(pose);
+        self.cameras.iter_mut().map(|painter| painter.silhouette(body, &frames)).collect()
+    }
+
+    /// The silhouettes of props in every camera; empty without props.
+    pub(crate) fn props(&mut self, props: &[Prop]) -> Vec<Mask> {
+        let seen = if props.is_empty() { &mut [][..] } else { &mut self.cameras };
+        seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
+    }
+
+    /// `[estimate][camera]`: overlap of each pose's silhouettes with the observed ones.
+    fn overlaps<'p>(
+        &mut self,
+        observed: &Observation,
+        poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
+    ) -> Vec<Vec<Option<f64>>> {
+        self.place(observed);
+        let of_pose = |(body, pose): (&Humanoid, Option<&Pose>)| {
+            let Some(pose) = pose else { return vec![None; self.cameras.len()] };
+            let drawn = self.silhouettes(body, pose);
+            let views = drawn.iter().zip(&observed.silhouettes).enumerate();
+            views
+                .map(|(camera, (drawn, mask))| {
+                    observed.has_image(camera).then(|| intersection_over_union(drawn, mask)).flatten()
+                })
+                .collect()
+        };
+        poses.map(of_pose).collect()
+    }
+
+    /// `[estimate][camera]`: agreement of each pose's silhouettes with the observed ones.
+    fn agreements<'p>(
+        &mut self,
+        observed: &Observation,
+        poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
+    ) -> FrameAgreements {
+        self.place(observed);
+        let outlines: Vec<SilhouetteOutline> = observed.silhouettes.iter().map(SilhouetteOutline::new).collect();
+        let agreement = |(body, pose): (&Humanoid, Option<&Pose>)| {
+            let Some(pose) = pose else { return vec![ViewAgreement::default(); self.cameras.len()] };
+            let drawn = self.silhouettes(body, pose);
+            let views = drawn.iter().zip(&observed.silhouettes).zip(&outlines).enumerate();
+            let of_view = |(camera, ((drawn, mask), outline)): (usize, ((&Mask, &Mask), &SilhouetteOutline))| {
+                if !observed.has_image(camera) {
+                    return ViewAgreement::default();
+                }
+                let overlap = intersection_over_union(drawn, mask);
+                ViewAgreement { overlap, boundary_f: outline.agreement(&SilhouetteOutline::new(drawn)) }
+            };
+            views.map(of_view).collect()
+        };
+        poses.map(agreement).collect()
+    }
+}
+
+/// Refuses estimates that do not belong to this set.
+pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
+    let of_program = tracked.program.as_ref().map(|program| &program.set_hash);
+    let of_run = tracked.record.as_ref().map(|record| &record.set_hash).or(of_program);
+    if let Some(hash) = of_run.filter(|hash| **hash != set.blind.set_hash) {
+        return Err(format!("the run's set has hash {hash}, this set has {}", set.blind.set_hash));
+    }
+    let estimates = &tracked.estimates;
+    let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
+    // another program may have written its rate in single precision; NaN must fail
+    let is_same = (rate - expected).abs() <= 1e-4 * expected;
+    if !is_same {
+        return Err(format!("the run has {rate} frames a second, the set {expected}"));
+    }
+    let mut seeds = estimates.seeds.clone();
+    seeds.sort_unstable();
+    if let Some(twice) = seeds.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(format!("it has seed {} twice", twice[0]));
+    }
+    let (found, frames) = (estimates.frames(), set.blind.frame_count);
+    if found != frames {
+        let hint = if tracked.read_as.is_some() {
+            "; if that is right, use --shift with the set's frame of the file's first frame"
+        } else {
+            ""
+        };
+        return Err(format!("it has {found} frames, the set {frames}{hint}"));
+    }
+    if estimates.sequences.iter().any(EstimatedSequence::has_any) {
+        return Ok(());
+    }
+    Err("every frame of every seed is NaN: it has no estimate".to_owned())
+}

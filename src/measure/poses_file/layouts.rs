@@ -1,0 +1,162 @@
+//! Names of the keypoints of common datasets and programs, and the HumanEva markers at these keypoints.
+
+use crate::body::Landmark;
+
+/// A keypoint's [`canonical`] name, and the marker at this place.
+type Keypoint = (&'static str, Option<Landmark>);
+
+/// The keypoints of a dataset or program.
+#[derive(Debug)]
+pub(super) struct KeypointLayout {
+    /// Its usual name.
+    pub(super) name: &'static str,
+    parts: &'static [&'static [Keypoint]],
+}
+
+use Landmark::{
+    HeadTop, LeftAnkle, LeftElbow, LeftHip, LeftKnee, LeftShoulder, LeftWrist, Pelvis, RightAnkle, RightElbow,
+    RightHip, RightKnee, RightShoulder, RightWrist, Thorax,
+};
+
+const LIMBS: &[Keypoint] = &[
+    ("leftshoulder", Some(LeftShoulder)),
+    ("rightshoulder", Some(RightShoulder)),
+    ("leftelbow", Some(LeftElbow)),
+    ("rightelbow", Some(RightElbow)),
+    ("leftwrist", Some(LeftWrist)),
+    ("rightwrist", Some(RightWrist)),
+    ("lefthip", Some(LeftHip)),
+    ("righthip", Some(RightHip)),
+    ("leftknee", Some(LeftKnee)),
+    ("rightknee", Some(RightKnee)),
+];
+const ANKLES: &[Keypoint] = &[("leftankle", Some(LeftAnkle)), ("rightankle", Some(RightAnkle))];
+const FACE: &[Keypoint] =
+    &[("nose", None), ("lefteye", None), ("righteye", None), ("leftear", None), ("rightear", None)];
+const FEET: &[Keypoint] = &[
+    ("leftbigtoe", None),
+    ("rightbigtoe", None),
+    ("leftsmalltoe", None),
+    ("rightsmalltoe", None),
+    ("leftheel", None),
+    ("rightheel", None),
+];
+const SMPL_TRUNK: &[Keypoint] = &[
+    ("pelvis", Some(Pelvis)),
+    ("spine1", None),
+    ("spine2", None),
+    ("spine3", None),
+    ("leftfoot", None),
+    ("rightfoot", None),
+    ("neck", Some(Thorax)),
+    ("leftcollar", None),
+    ("rightcollar", None),
+    ("head", None),
+    ("lefthand", None),
+    ("righthand", None),
+];
+const HUMAN36M_TRUNK: &[Keypoint] = &[
+    ("leftfoot", Some(LeftAnkle)),
+    ("rightfoot", Some(RightAnkle)),
+    ("hip", Some(Pelvis)),
+    ("spine", None),
+    ("thorax", Some(Thorax)),
+    ("neck", None),
+    ("neckbase", None),
+    ("necknose", None),
+    ("nose", None),
+    ("head", Some(HeadTop)),
+];
+const HALPE_TRUNK: &[Keypoint] = &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis))];
+const BODY25_TRUNK: &[Keypoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
+
+/// The head of Human3.6M and HALPE is its top; that of SMPL is its joint with the neck, where no marker is.
+static LAYOUTS: [KeypointLayout; 5] = [
+    KeypointLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
+    KeypointLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
+    KeypointLayout { name: "BODY-25", parts: &[LIMBS, ANKLES, FACE, BODY25_TRUNK, FEET] },
+    KeypointLayout { name: "Human3.6M", parts: &[LIMBS, HUMAN36M_TRUNK] },
+    KeypointLayout { name: "SMPL", parts: &[LIMBS, ANKLES, SMPL_TRUNK] },
+];
+
+impl KeypointLayout {
+    /// The marker of a keypoint: `None` if the layout has no such keypoint, `Some(None)` if no marker is there.
+    pub(super) fn marker(&self, name: &str) -> Option<Option<Landmark>> {
+        let name = canonical(name);
+        self.parts.iter().copied().flatten().find(|(known, _)| *known == name).map(|(_, marker)| *marker)
+    }
+
+    fn size(&self) -> usize {
+        self.parts.iter().map(|part| part.len()).sum()
+    }
+}
+
+/// The smallest layout that has all these names; `None` unless they are more than half of its keypoints.
+pub(super) fn layout_of(names: &[&str]) -> Option<&'static KeypointLayout> {
+    let has_all = |layout: &&KeypointLayout| names.iter().all(|name| layout.marker(name).is_some());
+    let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.size();
+    LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.size())
+}
+
+/// The names of all layouts, for messages.
+pub(super) fn layout_names() -> String {
+    LAYOUTS.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ")
+}
+
+/// A name in lower case, only letters and digits, with `left` or `right` in front: `L_Knee`, `LKnee`, `knee_l` and
+/// `LeftKnee` are `leftknee`.
+fn canonical(name: &str) -> String {
+    const PARTS: [&str; 16] = [
+        "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "eye", "ear", "bigtoe", "smalltoe", "heel", "foot",
+        "collar", "hand", "upleg", "toe",
+    ];
+    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    let sides = [('l', "left"), ('r', "right")];
+    for (letter, side) in sides {
+        let around = [plain.strip_prefix(letter), plain.strip_suffix(letter), plain.strip_suffix(side)];
+        if let Some(part) = around.into_iter().flatten().find(|part| PARTS.contains(part)) {
+            return format!("{side}{part}");
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(names: &str) -> Option<&'static str> {
+        layout_of(&names.split_whitespace().collect::<Vec<_>>()).map(|layout| layout.name)
+    }
+
+    #[test]
+    fn all_spellings_of_sides_are_recognised() {
+        for name in ["left_knee", "LKnee", "L_Knee", "knee_l", "LeftKnee", "kneeLeft", "l.knee"] {
+            assert_eq!(canonical(name), "leftknee", "{name}");
+        }
+        assert_eq!(["Ear", "Heel", "REar", "RHeel"].map(canonical), ["ear", "heel", "rightear", "rightheel"]);
+    }
+
+    #[test]
+    fn layouts_are_distinguished_by_all_their_names() {
+        let limbs = "LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee";
+        let face = "Nose LEye REye LEar REar";
+        let feet = "LBigToe RBigToe LSmallToe RSmallToe LHeel RHeel";
+        assert_eq!(found(&format!("{limbs} {face} LAnkle RAnkle")), Some("COCO-17"));
+        assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Head Neck Hip")), Some("HALPE-26"));
+        assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Neck MidHip")), Some("BODY-25"));
+        assert_eq!(found(&format!("{limbs} LFoot RFoot Hip Spine Thorax Neck/Nose Head")), Some("Human3.6M"));
+        let trunk = "Pelvis Spine1 Spine2 Spine3 Neck Head L_Collar R_Collar L_Foot R_Foot L_Hand R_Hand";
+        assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));
+        assert_eq!(found(&format!("{limbs} tail")), None);
+        assert_eq!(found("LKnee"), None);
+    }
+
+    #[test]
+    fn a_foot_is_an_ankle_in_one_layout_and_not_in_another() {
+        let of = |layout: usize, name: &str| LAYOUTS[layout].marker(name);
+        assert_eq!(of(3, "LFoot"), Some(Some(Landmark::LeftAnkle)));
+        assert_eq!(of(4, "left_foot"), Some(None));
+        assert_eq!(of(0, "LFoot"), None);
+    }
+}

@@ -1,0 +1,256 @@
+//! Estimates of other programs: `.npz`, CSV, TRC, C3D and BVH files.
+//!
+//! Files have named points. The user's declared units and axes override those of the file. Names are HumanEva markers,
+//! joints of the tracker's body, or mapped to these by a joint map. A body whose size differs too much from the start
+//! pose is refused: its units are wrong.
+
+mod angles;
+mod csv_file;
+mod layouts;
+mod names;
+mod npz_names;
+mod quaternions;
+mod read_as;
+mod rewriting;
+mod scale;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+
+use self::names::NameKind;
+use self::read_as::FormatUsage;
+use super::tracked::Tracked;
+use crate::benchmark_set::{BenchmarkSet, Estimates, with_seed_axis};
+use crate::body::Humanoid;
+use crate::common::{ExperimentError, read_file};
+use crate::evaluation::AxisOrder;
+use crate::input::{self, limits};
+use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
+use crate::npz::{Array, Npz};
+
+pub(crate) use angles::check_angles;
+pub use read_as::{ReadAs, UNITS_OF_LENGTH};
+pub(crate) use rewriting::other_side;
+pub(crate) use scale::check_scale;
+
+/// The user's declarations about a file of poses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PosesDeclared {
+    /// Metres per unit of length.
+    pub metres_per_unit: Option<f64>,
+    /// The vertical axis.
+    pub up: Option<UpAxis>,
+    /// The file's coordinates as axes of the set; overrides `up`.
+    pub axes: Option<AxisOrder>,
+    /// Whether left and right are exchanged in the file.
+    pub swap_sides: bool,
+    /// The set's frame that is the file's frame 0. Then the file may have more or fewer frames than the set.
+    pub shift: Option<i64>,
+    /// The file's origin in the set, metres.
+    pub offset_m: Option<[f64; 3]>,
+    /// A TOML file with lines `"name in the file" = "marker or joint"`.
+    pub joint_map: Option<PathBuf>,
+    /// Radians per unit of joint angles; only for `.npz` files, because the others have points.
+    pub radians_per_unit: Option<f64>,
+}
+
+impl PosesDeclared {
+    /// Whether anything is declared that only applies to files of other programs.
+    pub(crate) fn is_of_file(&self) -> bool {
+        Self { radians_per_unit: self.radians_per_unit, ..Self::default() } != *self
+    }
+}
+
+/// Reads the estimates of a file in the format of its extension, for the tracker's body of a set.
+///
+/// # Errors
+/// [`ExperimentError`] that names the file, line or name.
+pub(crate) fn read_poses(
+    path: &Path,
+    set: &BenchmarkSet,
+    declared: &PosesDeclared,
+) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let text = || {
+        input::read_to_string(path, limits::ARRAYS)
+            .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
+    };
+    let points = match extension.as_str() {
+        "npz" => return from_npz(path, set, declared),
+        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
+            return Err(malformed("this format has points and no joint angles; leave out --angles".to_owned()));
+        }
+        "csv" => {
+            let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
+            if is_numbered && declared.shift.is_none() {
+                check_numbers(&points, set.blind.frame_count).map_err(malformed)?;
+                extend_to(&mut points, set.blind.frame_count);
+            }
+            points
+        }
+        "trc" => parse_trc(&text()?).map_err(malformed)?,
+        "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
+        "bvh" => from_bvh(path, declared)?,
+        _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
+        other => {
+            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
+            return Err(malformed(detail));
+        }
+    };
+    let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.blind.frames_per_second));
+    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
+    let read_as = ReadAs::new(path, usage(&points, &extension), declared);
+    tracked_from(npz, Some(first), path, set, declared, read_as, points.notes)
+}
+
+/// The units and axes of `.npz` files, and of other files that do not declare them.
+const ASSUMED: FormatUsage = FormatUsage {
+    metres: Some(1.0),
+    units_from: "assumed",
+    order: AxisOrder::SAME,
+    axes_from: "assumed",
+    y_up: AxisOrder::Y_UP,
+};
+
+fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
+    let file = path.display().to_string();
+    let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
+    let npz = angles::in_radians(npz, &file, declared.radians_per_unit)
+        .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
+    let read_as = ReadAs::new(path, ASSUMED, declared);
+    tracked_from(with_seed_axis(&file, npz)?, None, path, set, declared, read_as, Vec::new())
+}
+
+/// The estimates of an archive with the file's names, units, axes and frames. `points` is the preferred kind of names
+/// if it is a file of points.
+fn tracked_from(
+    npz: Npz,
+    points: Option<NameKind>,
+    path: &Path,
+    set: &BenchmarkSet,
+    declared: &PosesDeclared,
+    read_as: ReadAs,
+    notes: Vec<String>,
+) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let file = path.display().to_string();
+    let body = &set.blind.start.body;
+    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let named = npz_names::named(npz, &file, map.as_ref(), body, points).map_err(malformed)?;
+    let read_as =
+        ReadAs { columns: named.columns, layout: named.layout.map(str::to_owned), left_out: named.left_out, ..read_as };
+    // the BVH reader has already applied the unit
+    let unit = read_as.metres_per_unit.filter(|_| points != Some(NameKind::Joint));
+    let in_file = ReadAs { metres_per_unit: unit, ..read_as.clone() };
+    let npz = rewriting::rewritten(named.npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
+    let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
+    let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that are not used: {names}"));
+    estimates.notes.extend(notes.into_iter().chain(left_out));
+    let doubt = quaternions::note(&estimates, &read_as, &set.blind.start.pose.world_from_root.rotation);
+    Ok(Tracked { read_as: Some(ReadAs { doubt, ..read_as }), ..Tracked::from_estimates(estimates) })
+}
+
+/// Joint positions of a BVH file in metres and its own axes. Y is up unless the user declares otherwise; then Z is the
+/// set's x and X its y, as in `export --to bvh`: a BVH body faces +Z with its left at +X.
+fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, ExperimentError> {
+    let is_y_up = match (declared.axes, declared.up) {
+        (Some(order), _) => order.set_from_file()[(2, 2)] == 0.0,
+        (None, up) => up != Some(UpAxis::Z),
+    };
+    let up = if is_y_up { UpAxis::Y } else { UpAxis::Z };
+    let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: Some(up), ..ReadOptions::default() };
+    let clip = read(path, &options)?;
+    // the reader turned the file's axes to x, -z, y
+    let place = |place: &Point3<f64>| match up {
+        UpAxis::Y => [place.x, place.z, -place.y],
+        UpAxis::Z => place.coords.into(),
+    };
+    let frame = |frame: usize| clip.joint_positions(frame).iter().map(|at| Some(place(at))).collect();
+    Ok(PointFile {
+        names: clip.skeleton.joints.iter().map(|joint| joint.name.clone()).collect(),
+        frames_per_second: Some(clip.frames_per_second),
+        metres_per_unit: Some(1.0),
+        up: None,
+        up_is_usual: false,
+        frames: (0..clip.frames.len()).map(frame).collect(),
+        notes: clip.notes.clone(),
+    })
+}
+
+/// Refuses frame numbers that the set does not have.
+fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
+    let found = points.frames.len();
+    if found <= frames {
+        return Ok(());
+    }
+    let first = points.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
+    let hint = match first {
+        0 => String::new(),
+        _ => format!("; its first is {first}: subtract {first} from all, or use --shift -{first}"),
+    };
+    Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
+}
+
+/// Adds frames without an estimate after the last frame of a file that numbers its frames.
+fn extend_to(points: &mut PointFile, frames: usize) {
+    let found = points.frames.len();
+    if (1..frames).contains(&found) {
+        points.frames.resize(frames, vec![None; points.names.len()]);
+        points.notes.push(format!(
+            "the file's last frame is {} (from 0); frames {found} to {} are lost",
+            found - 1,
+            frames - 1
+        ));
+    }
+}
+
+/// The units and axes of a format.
+fn usage(points: &PointFile, extension: &str) -> FormatUsage {
+    if extension == "bvh" {
+        return FormatUsage {
+            metres: None,
+            units_from: "guessed from the size of the body",
+            order: AxisOrder::BVH,
+            axes_from: "assumed for .bvh",
+            y_up: AxisOrder::BVH,
+        };
+    }
+    let is_declared = points.up.is_some() && !points.up_is_usual;
+    FormatUsage {
+        metres: points.metres_per_unit.or(Some(1.0)),
+        units_from: if points.metres_per_unit.is_some() { "declared in the file" } else { "assumed" },
+        order: if points.up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
+        axes_from: match extension {
+            "trc" => "assumed for .trc",
+            _ if is_declared => "declared in the file",
+            _ => "assumed",
+        },
+        ..ASSUMED
+    }
+}
+
+/// Points as the arrays of a `poses.npz`, with the names of the file.
+fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
+    let places = points.frames.iter().flatten().flat_map(|place| place.unwrap_or([f64::NAN; 3]));
+    let shape = [1, points.frames.len(), points.names.len(), 3];
+    Npz::from_iter([
+        ("fps", Array::new(&[], vec![frames_per_second])),
+        ("seeds", Array::new(&[1], vec![0_i64])),
+        ("estimate_markers", Array::new(&shape, places.collect::<Vec<f64>>())),
+        ("marker_names", Array::names(points.names.iter().map(String::as_str))),
+    ])
+}
+
+/// The names of the markers on a joint of a body.
+fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
+    let joint = body.joints.iter().position(|known| known.name == joint);
+    let markers = joint.into_iter().flat_map(|joint| body.markers_on_joint(joint));
+    markers.map(|marker| crate::body::LANDMARKS[marker].name()).collect()
+}
+
+/// The distance of two points, metres.
+fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
+    (a - b).norm()
+}

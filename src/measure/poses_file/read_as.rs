@@ -1,0 +1,123 @@
+//! How the numbers of a file were read: declared by its format or the user, or assumed.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::PosesDeclared;
+use crate::evaluation::AxisOrder;
+use crate::mocap::UpAxis;
+
+/// Units of length that can be declared: the value of `--units`, the plural, metres.
+pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
+    ("m", "metres", 1.0),
+    ("cm", "centimetres", 0.01),
+    ("mm", "millimetres", 0.001),
+    ("in", "inches", 0.0254),
+    ("ft", "feet", 0.3048),
+];
+
+/// How another program's file of poses was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReadAs {
+    /// The file's name.
+    pub file: String,
+    /// Metres per unit of length; absent if guessed from the size of the body.
+    pub metres_per_unit: Option<f64>,
+    /// The source of the unit.
+    pub units_from: String,
+    /// The file's three coordinates as axes of the set.
+    pub axes: String,
+    /// The source of the axes.
+    pub axes_from: String,
+    /// Whether left and right were exchanged (`--swap-sides`).
+    pub swapped_sides: bool,
+    /// Number of frames by which the estimates were moved (`--shift`).
+    pub shift_frames: Option<i64>,
+    /// Offset added to the positions, metres (`--offset`).
+    pub offset_m: Option<[f64; 3]>,
+    /// The keypoint layout of its names, if they are not those of this program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layout: Option<String>,
+    /// Names of columns that were not read, as a list; a note of the run lists them too.
+    #[serde(skip)]
+    pub(in crate::measure) left_out: Option<String>,
+    /// A note about suspicious values, such as quaternions whose real part is last.
+    #[serde(skip)]
+    pub(in crate::measure) doubt: Option<String>,
+    /// The file's name of every marker that it has.
+    #[serde(skip)]
+    pub(in crate::measure) columns: BTreeMap<String, String>,
+    #[serde(skip, default = "axes_of_the_set")]
+    pub(in crate::measure) order: AxisOrder,
+}
+
+fn axes_of_the_set() -> AxisOrder {
+    AxisOrder::SAME
+}
+
+/// The units and axes of a format, used if the user declares none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FormatUsage {
+    /// Metres per unit; `None`: guessed.
+    pub(super) metres: Option<f64>,
+    pub(super) units_from: &'static str,
+    pub(super) order: AxisOrder,
+    pub(super) axes_from: &'static str,
+    /// The axes for `--up y`.
+    pub(super) y_up: AxisOrder,
+}
+
+impl ReadAs {
+    pub(super) fn new(path: &Path, usage: FormatUsage, declared: &PosesDeclared) -> Self {
+        let (order, axes_from) = match (declared.axes, declared.up) {
+            (Some(order), _) => (order, "--axes"),
+            (None, Some(UpAxis::Y)) => (usage.y_up, "--up"),
+            (None, Some(UpAxis::Z)) => (AxisOrder::SAME, "--up"),
+            (None, None) => (usage.order, usage.axes_from),
+        };
+        let (metres_per_unit, units_from) = match declared.metres_per_unit {
+            Some(metres) => (Some(metres), "--units"),
+            None => (usage.metres, usage.units_from),
+        };
+        Self {
+            file: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            metres_per_unit,
+            units_from: units_from.to_owned(),
+            axes: order.to_string(),
+            axes_from: axes_from.to_owned(),
+            swapped_sides: declared.swap_sides,
+            shift_frames: declared.shift,
+            offset_m: declared.offset_m,
+            layout: None,
+            left_out: None,
+            doubt: None,
+            columns: BTreeMap::new(),
+            order,
+        }
+    }
+
+    pub(in crate::measure) fn offset(&self) -> Vector3<f64> {
+        self.offset_m.map_or(Vector3::zeros(), Vector3::from)
+    }
+
+    /// One line with the declared and assumed properties.
+    pub fn describe(&self) -> String {
+        let unit = self.metres_per_unit.map(|metres| {
+            let known = UNITS_OF_LENGTH.iter().find(|(.., known)| *known == metres);
+            known.map_or_else(|| format!("units of {metres} m"), |(_, plural, _)| (*plural).to_owned())
+        });
+        let mut parts = vec![
+            format!("{} ({})", unit.unwrap_or_else(|| "units".to_owned()), self.units_from),
+            format!("{}, axes {} ({})", self.order.up_axis(), self.axes, self.axes_from),
+        ];
+        parts.extend(self.layout.as_ref().map(|layout| format!("{layout} names")));
+        parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
+        parts.extend(self.shift_frames.map(|shift| format!("frame 0 is the set's frame {shift} (--shift)")));
+        parts.extend(self.offset_m.map(|[x, y, z]| format!("moved by {x}, {y}, {z} m (--offset)")));
+        parts.extend(self.left_out.as_ref().map(|names| format!("not used: {names}")));
+        format!("read {}: {}", self.file, parts.join("; "))
+    }
+}

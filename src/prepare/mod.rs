@@ -1,0 +1,24 @@
+//! The scene of a scenario: recordings retargeted to the actor, both bodies, props, distractors and cameras.
+//!
+//! [`PreparedScene`] has all of it, before anything is rendered.
+
+pub(crate) mod clip_file;
+mod contact_facts;
+mod distractors;
+mod mismatch_seed;
+mod people;
+mod placement;
+mod retargeted_motion;
+pub(crate) mod retargeting;
+mod rig;
+pub(crate) mod robots;
+pub(crate) mod scenario_copy;
+pub(crate) mod scene_check;
+pub(crate) mod scene_hash;
+mod scene_preparation;
+mod skins;
+mod training;
+
+pub use clip_file::EMBEDDED_CLIPS;
+pub use scene_check::{ActorPath, CameraView};
+pub use scene_preparation::PreparedScene;

@@ -1,0 +1,362 @@
+//! Builds bodies, motion, cameras and ground truth from a scenario.
+
+use std::path::Path;
+
+use nalgebra::{Unit, Vector3};
+
+use super::distractors::{SceneDistractors, distractors};
+use super::mismatch_seed::mismatch_seed;
+use super::people::{another_adult, with_mass_of};
+use super::retargeted_motion::{Recordings, RetargetedMotion};
+use super::retargeting::{apply_contact_mode, refit};
+use super::rig::{rig, rig_notes};
+use super::robots::{RobotChoice, robot};
+use super::skins::attach_skin;
+use super::{contact_facts, training};
+use crate::benchmark_set::{
+    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
+};
+use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
+use crate::camera::{CameraRig, TimedRig};
+use crate::common::{ExperimentError, scenario_error};
+use crate::contact::{Pace, check_feet};
+use crate::editing::{Seam, Variation};
+use crate::observation::{Corruption, tracker_start};
+use crate::physics::{Push, SimulationSettings, simulate};
+use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
+use crate::rng::ObservationKey;
+use crate::scenario::{
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, did_you_mean,
+};
+use crate::scene::GroundTruth;
+
+/// The scene of a scenario, ready to be rendered.
+#[derive(Clone, Debug)]
+pub struct PreparedScene {
+    /// Names of the recordings.
+    pub clip: String,
+    /// The true cameras, how they move and when they take images.
+    pub rig: TimedRig,
+    /// The ground truth of every frame.
+    pub ground_truth: GroundTruth,
+    /// The frames of the recorded files that the actor performs.
+    pub sources: Vec<SourceRecording>,
+    /// Where takes were joined.
+    pub seams: Vec<Seam>,
+    /// Each frame's speed relative to the recording; empty if all frames have the recorded speed.
+    pub pace: Vec<f64>,
+    /// The same of every training motion.
+    pub training_sources: Vec<SourceRecording>,
+    /// What the tracker is given.
+    pub start: Start,
+    /// The tracker's body fitted to the truth; one pose per frame.
+    pub refitted: Motion,
+    /// How well the recording was retargeted to the actor.
+    pub report: RetargetReport,
+    /// Facts for the set.
+    pub facts: TruthFacts,
+    /// The secret key of the observations' random numbers.
+    pub key: ObservationKey,
+    /// Notes about guesses, repaired frames and doubtful views.
+    pub notes: Vec<String>,
+}
+
+impl PreparedScene {
+    /// Reads the files of a scenario and prepares its scene. Clips are also searched below `mocap_directory`.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the file, line or key.
+    pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+        let scenario = &file.scenario;
+        let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let of_actor = RobotChoice::of_actor(&scenario.actor);
+        let of_tracker = RobotChoice::of_tracker(&scenario.tracker_body);
+        let actor_template = robot(file, &of_actor)?;
+        let tracker_template = robot(file, &of_tracker)?;
+        let same_robot = actor_template.is_same_body(&tracker_template);
+        let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
+        let (actor_template, actor_skin_notes) =
+            attach_skin(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        check_surface(file, "actor.robot", &actor_template)?;
+        let (tracker_template, tracker_skin_notes) =
+            attach_skin(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
+        check_surface(file, "tracker_body.robot", &tracker_template)?;
+        let RetargetedMotion { mut retargeted, seams, pace } =
+            recordings.retarget_to(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
+        retargeted.humanoid = retargeted.humanoid.with_masses_of_skin();
+        let contact = apply_contact(file, &mut retargeted, &pace)?;
+        let body = tracker_body(file, &tracker_template, &retargeted, same_robot)?.with_masses_of_skin();
+        let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
+        let (training, training_sources) = match learned {
+            Some(learned) => (Training::Motions(learned.training), learned.sources),
+            None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &retargeted.motion)?), Vec::new()),
+            None => {
+                let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
+                let RetargetedMotion { retargeted: mut own, pace, .. } =
+                    recordings.retarget_to(file, robot, &tracker_template)?;
+                if check_feet(&own.humanoid).is_ok() {
+                    apply_contact_mode(scenario.actor.contact, &mut own, Pace(&pace))?;
+                }
+                (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
+            }
+        };
+        let rig = rig(file, &retargeted.motion)?;
+        let props = scenario.prop.iter().map(PropSettings::prop).collect();
+        let frames = retargeted.motion.poses.len();
+        let SceneDistractors { distractors, notes: distractor_notes } = distractors(file, frames, mocap_directory)?;
+        let ground_truth = GroundTruth::among(retargeted.humanoid, &retargeted.motion, &rig, props, distractors)?;
+        let matched = body.is_same_body(&ground_truth.actor);
+        let refitted = if matched {
+            retargeted.motion
+        } else {
+            let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
+            refit(&body, &markers, ground_truth.frames_per_second)
+        };
+        let Some(pose) = refitted.poses.first().cloned() else {
+            return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
+        };
+        let scenario_observation = &scenario.observation;
+        let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
+        let pose = tracker_start(&body, &pose, corruption, seed);
+        let given_moments = RigMoments::for_tracker(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
+        let mut notes = retargeted.report.notes.clone();
+        notes.extend(lens_note(corruption, rig.rig()));
+        let rate = ground_truth.frames_per_second;
+        notes.extend(given_moments.iter().flat_map(|given_moments| rig_notes(given_moments, rig.rig(), rate)));
+        notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
+        notes.extend(robot_notes("actor", &actor_template, &actor_skin_notes));
+        if !same_robot {
+            notes.extend(robot_notes("tracker_body", &tracker_template, &tracker_skin_notes));
+        }
+        notes.extend(actor_skin_notes.iter().map(|note| format!("actor.skin: {note}")));
+        notes.extend(tracker_skin_notes.iter().map(|note| format!("tracker_body.skin: {note}")));
+        notes.extend(distractor_notes);
+        notes.extend(footless_note("actor.robot", &ground_truth.actor));
+        notes.extend(footless_note("tracker_body.robot", &body));
+        let unseen = ground_truth.unseen_frames(&rig).len();
+        if unseen > 0 {
+            let frames = ground_truth.frames.len();
+            notes.push(format!(
+                "no camera sees the subject in {unseen} of {frames} frames; move the cameras or look_at_m"
+            ));
+        }
+        Ok(Self {
+            clip: recordings.name(),
+            rig,
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
+            sources: recordings.sources(),
+            seams,
+            pace,
+            training_sources,
+            refitted,
+            facts: TruthFacts {
+                motion: describe_motion(file),
+                matched,
+                mismatch: if matched { String::new() } else { describe_mismatch(file) },
+                contact,
+                observation_seed: scenario_observation.seed_to_tell(!ground_truth.distractors.is_empty()),
+                images: scenario_observation.images_of_truth(),
+                retargeting: Some(RetargetFacts::new(&retargeted.report)),
+            },
+            key: seed.key,
+            report: retargeted.report,
+            notes,
+            ground_truth,
+        })
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.ground_truth.frames.len()
+    }
+}
+
+/// Refuses a body that no camera can see.
+fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), ExperimentError> {
+    if body.skin.is_some() || body.links.iter().any(|link| !link.solids.is_empty()) {
+        return Ok(());
+    }
+    let message = "expected a body that cameras can see, found no link with geometry: give its links <collision> or \
+                   <visual> elements, or a skin";
+    Err(scenario_error(file, key, message.to_owned()))
+}
+
+/// Notes about a robot's file. The body's last notes, those of its skin, are left out.
+fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> {
+    let own = body.notes.len().saturating_sub(of_skin.len());
+    body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
+}
+
+/// The note about a body without feet.
+fn footless_note(key: &str, body: &Humanoid) -> Option<String> {
+    check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
+}
+
+/// As [`apply_contact_mode`], and simulates the motion for [`ContactMode::Simulate`].
+fn apply_contact(
+    file: &ScenarioFile,
+    retargeted: &mut Retargeted,
+    pace: &[f64],
+) -> Result<Option<ContactFacts>, ExperimentError> {
+    if file.scenario.actor.contact != ContactMode::Simulate {
+        return apply_contact_mode(file.scenario.actor.contact, retargeted, Pace(pace));
+    }
+    let settings = SimulationSettings {
+        pace: pace.to_vec(),
+        ..simulation_settings(file, &retargeted.humanoid, retargeted.motion.duration_s())?
+    };
+    let simulated = simulate(&retargeted.humanoid, &retargeted.motion, &settings)?;
+    retargeted.motion = simulated.motion;
+    Ok(Some(contact_facts::simulated(&retargeted.humanoid, &settings, &simulated.report)))
+}
+
+fn simulation_settings(
+    file: &ScenarioFile,
+    actor: &Humanoid,
+    duration_s: f64,
+) -> Result<SimulationSettings, ExperimentError> {
+    let settings = &file.scenario.actor;
+    let push = |push: &PushSettings| {
+        let Some(link) = actor.find_link(&push.link) else {
+            let meant = did_you_mean(&push.link, actor.links.iter().map(|link| link.name.as_str()));
+            let meant = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+            let message = format!("expected a link of `{}`, found `{}`{meant}", settings.robot, push.link);
+            return Err(scenario_error(file, "actor.push.link", message));
+        };
+        if push.at >= duration_s {
+            let message = format!(
+                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` \
+                would never occur",
+                push.at, push.impulse_ns, push.link
+            );
+            return Err(scenario_error(file, "actor.push.at", message));
+        }
+        let direction = Unit::new_normalize(Vector3::from(push.direction));
+        Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
+    };
+    let default = SimulationSettings::default();
+    Ok(SimulationSettings {
+        friction: settings.friction.unwrap_or(default.friction),
+        root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
+        pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
+        props: file.scenario.prop.iter().map(PropSettings::prop).collect(),
+        pace: default.pace,
+    })
+}
+
+/// The note about an ignored lens of cameras without distortion.
+fn lens_note(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
+    let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
+    let note = "observation.corruption.lens_ignored: no camera has lens distortion, so this has no effect";
+    (corruption.lens_ignored != 0.0 && ideal).then(|| note.to_owned())
+}
+
+/// The tracker's body: scaled to the actor's subject, then with the mismatch of the settings.
+fn tracker_body(
+    file: &ScenarioFile,
+    template: &Humanoid,
+    actor: &Retargeted,
+    same_robot: bool,
+) -> Result<Humanoid, ExperimentError> {
+    let settings = &file.scenario.tracker_body;
+    let unmet = |detail: String| scenario_error(file, "tracker_body.mismatch", detail);
+    let body = if settings.mismatch == Mismatch::Population {
+        another_adult(file, template, &actor.humanoid).map_err(unmet)?
+    } else if same_robot {
+        template.reshaped(&actor.shape)
+    } else {
+        let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
+        match file.scenario.actor.shape {
+            Some(_) => with_mass_of(&body, &actor.humanoid).map_err(|detail| {
+                let detail = format!("the tracker's body cannot have the actor's mass: {detail}");
+                scenario_error(file, "actor.shape", detail)
+            })?,
+            None => body,
+        }
+    };
+    let body = match settings.mismatch.percents() {
+        None => body,
+        Some((length, girth)) => {
+            let seed = mismatch_seed(file, &actor.humanoid);
+            body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
+        }
+    };
+    let observation = &file.scenario.observation;
+    Ok(match observation.corruption.wrong_body_percent / 100.0 {
+        0.0 => body,
+        share => body.reshaped(&BodyShape::random_corruption(&body, observation.keyed_seed(), share)),
+    })
+}
+
+fn describe_motion(file: &ScenarioFile) -> String {
+    let motion = &file.scenario.motion;
+    let frames = match (motion.first_frame, motion.last_frame) {
+        (None, None) => String::new(),
+        (first, last) => {
+            let last = last.map_or("the last".to_owned(), |l| l.to_string());
+            format!(", the file's frames {} to {last} (from 1)", first.unwrap_or(1))
+        }
+    };
+    let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();
+    let edits = describe_edits(motion);
+    let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
+    format!("{}{frames}{repeated}{edits}{source}", motion.clip)
+}
+
+/// The edits of a recording besides cutting and repeating.
+fn describe_edits(motion: &MotionSettings) -> String {
+    let mut words = String::new();
+    if motion.mirror {
+        words += ", mirrored";
+    }
+    if let Some(speed) = motion.speed {
+        words += &format!(", {speed} times as fast");
+    }
+    for take in &motion.then {
+        words += &format!(", then {}", take.clip);
+    }
+    if let Some(v) = &motion.variation {
+        let Variation { seed, tempo_percent, amplitude_percent, posture_deg } = v;
+        words += &format!(
+            ", varied (seed {seed}: tempo {tempo_percent} %, amplitude {amplitude_percent} %, posture {posture_deg} \
+             degrees)"
+        );
+    }
+    if !motion.path_m.is_empty() {
+        words += &format!(", along {} waypoints", motion.path_m.len());
+    }
+    words
+}
+
+fn describe_mismatch(file: &ScenarioFile) -> String {
+    let scenario = &file.scenario;
+    let (actor, tracker) = (&scenario.actor.robot, &scenario.tracker_body.robot);
+    let by = match scenario.tracker_body.mismatch_by {
+        MismatchBy::Seed => "",
+        MismatchBy::Subject => ", by subject",
+    };
+    let robots = (actor != tracker).then(|| format!("actor `{actor}`{AGAINST_ROBOT}`{tracker}`"));
+    let percents = scenario.tracker_body.mismatch.percents().map(|(length, girth)| {
+        let name = if scenario.tracker_body.mismatch == Mismatch::Standard { "standard mismatch: " } else { "" };
+        let seed = scenario.tracker_body.seed;
+        format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}{by}")
+    });
+    let another = (scenario.tracker_body.mismatch == Mismatch::Population)
+        .then(|| format!("another adult of the same stature, seed {}{by}", scenario.tracker_body.seed));
+    let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
+    let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
+    let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
+    let (drawn, believed) = (scenario.actor.solids, scenario.tracker_body.solids);
+    let solids = (drawn != believed).then(|| format!("solids `{}` against `{}`", drawn.name(), believed.name()));
+    let wrong = scenario.observation.corruption.wrong_body_percent;
+    let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
+    robots
+        .into_iter()
+        .chain(skins)
+        .chain(solids)
+        .chain(another)
+        .chain(percents)
+        .chain(wrong)
+        .collect::<Vec<_>>()
+        .join("; ")
+}
