@@ -116,8 +116,8 @@ fn check_sequence(sequence: &EstimatedSequence, frames: usize, angles: usize) ->
     if let Some(found) = [sequence.frames(), articulated, covariances].into_iter().find(|found| *found != frames) {
         return Err(format!("it has {found} frames, the set {frames}"));
     }
-    let found = sequence.poses().unwrap_or_default().iter().flatten().map(|pose| pose.joint_angles.len());
-    match found.into_iter().find(|found| *found != angles) {
+    let mut lengths = sequence.poses().unwrap_or_default().iter().flatten().map(|pose| pose.joint_angles.len());
+    match lengths.find(|found| *found != angles) {
         Some(found) => Err(format!("a pose has {found} joint angles, the tracker's body {angles}")),
         None => Ok(()),
     }

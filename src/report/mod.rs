@@ -1,9 +1,9 @@
 //! Pictures, plots and self-contained HTML pages.
 //!
 //! [`render`] turns a [`ReportInput`] into a self-contained page, [`comparison_page`] compares methods,
-//! [`difference_page()`] shows how runs differ, and [`model_page`] shows what a motion model has learned. Its parts can
-//! be used separately: [`overlay`] draws skeletons through a camera, [`contact_sheet()`] puts views and frames into one
-//! picture, [`plots`] makes SVG.
+//! [`difference_page()`] shows how runs differ, and [`model_page()`] shows what a motion model has learned. Its parts
+//! can be used separately: [`overlay`] draws skeletons through a camera, [`contact_sheet()`] puts views and frames into
+//! one picture, [`plots`] makes SVG.
 //!
 //! ```
 //! use skiagraph::body::shipped;
