@@ -81,9 +81,7 @@ impl Case {
         let mut overrides = vec![format!("rig.ring.count={}", self.views)];
         let body = BODIES.iter().filter(|(name, _)| *name == self.body).flat_map(|(_, set)| set.iter());
         overrides.extend(body.map(|set| (*set).to_owned()));
-        if self.method == "paper" {
-            overrides.push("paper=true".to_owned());
-        }
+        overrides.push(if self.method == "paper" { "paper=true" } else { "tracker_body.robot=tracker40" }.to_owned());
         Ok(ScenarioFile::open(&root.join(SCENARIO), &overrides)?)
     }
 }

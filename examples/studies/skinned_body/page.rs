@@ -80,8 +80,9 @@ fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
     let frames = all().next().map_or(0, |outcome| outcome.error_mm.len());
     format!(
         "\n## Method\n\n\
-         This follows both experiments of [Skinned APF], section 7. `{SCENARIO}`: the built-in walk, {frames} frames at 60 Hz along a curve, with \
-         varied strides, performed by `actor` (44 joint angles) with the skin `person` of 5,000 triangles; images of 320 x 240 pixels, \
+         This follows both experiments of [Skinned APF], section 7. `{SCENARIO}`: the built-in walk, {frames} frames at 60 Hz along a circle, with \
+         varied strides, performed by `actor` (44 joint angles) with the skin `person` of 5,000 triangles; images of 640 x 480 pixels in \
+         which the body is 210 to 350 pixels tall, \
          silhouettes by background subtraction (overlap with the exact ones {:.3}). The recording is not the paper's (HumanEva's may not \
          be redistributed), and the images are rendered. So the ranking of the bodies can be compared with the paper, but not the \
          millimetres.\n\n\
@@ -113,10 +114,10 @@ fn table(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
         )
         .ok();
     }
-    *text += "\nMeans over frames and seeds, with 95 % intervals over seeds. Every tracker has `tracker25` with the true lengths: either with \
-              its tapered capsules (*capsules*: truncated cones with round ends, like those of [Balan 2005]) or with the skin \
-              `person_coarse` of 1,000 triangles (*skin*). *Paper* is Algorithm 1 as printed, 200 particles x 5 layers; *default* is 60 x 5 \
-              with refinement. Position error is HumanEva's, over its 15 markers; body orientation is that of the root. The energy gap is the energy of \
+    *text += "\nMeans over frames and seeds, with 95 % intervals over seeds. Trackers know the true lengths. Their bodies have tapered capsules \
+              (*capsules*: truncated cones with round ends, like those of [Balan 2005]) or the skin `person_coarse` of 1,000 triangles \
+              (*skin*). *Paper* is Algorithm 1 as printed on `tracker25`, the paper's body, with 200 particles x 5 layers; *default* is \
+              `tracker40` with 60 x 5 and refinement. Position error is HumanEva's, over its 15 markers; body orientation is that of the root. The energy gap is the energy of \
               the true pose on the tracker's body minus that of the estimate. Times are wall-clock times on a machine with other load.\n";
 }
 
