@@ -82,7 +82,7 @@ fn evaluations_of_different_estimates_have_different_folders() {
     assert_eq!(entries.iter().filter(|name| name.contains("-evaluation")).count(), 3, "{entries:?}");
     let evaluate = "evaluate set mine.npz -q --out results";
     let other = "evaluate set yours.npz -q --out results";
-    assert_rule(&room, "results", evaluate, other, "mine.npz, here ");
+    assert_rule(&room, "results", evaluate, other, "mine.npz, now ");
     let tracked = ask(&room, "evaluate set mine.npz --out run");
     let said = "command: was skiagraph track, now skiagraph evaluate";
     assert!(tracked.code == 2 && tracked.stderr.contains(said), "{}", tracked.stderr);

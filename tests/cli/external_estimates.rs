@@ -82,9 +82,9 @@ fn markers_with_frames_of_nan_have_the_errors_computed_with_numpy() {
     let answer =
         Command::new(python).arg(script).args([room.path("set"), room.path("out")]).arg(program).output().unwrap();
     assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
-    let html = String::from_utf8(room.read("out/theirs.npz-evaluation/report.html")).unwrap();
+    let html = String::from_utf8(room.read("out/estimate.npz-evaluation/report.html")).unwrap();
     assert!(html.contains("Metrics that could not be measured") && html.contains("Coverage, %"));
-    let table = room.succeed("evaluate set out/theirs.npz").stdout;
+    let table = room.succeed("evaluate set out/estimate.npz").stdout;
     for words in [
         "coverage",
         "Frames without an estimate",
@@ -357,7 +357,7 @@ fn a_file_that_holds_no_estimate_is_refused() {
         ("nan.npz", "every frame of every seed is NaN"),
         ("short.npz", "it has 2 frames, the set"),
         ("rate.npz", "the run has NaN frames a second"),
-        ("empty.npz", "empty.npz: holds no estimate; expected estimate_root"),
+        ("empty.npz", "empty.npz: contains no estimate; expected estimate_root"),
         ("text.npz", "text.npz: not a complete .npz archive"),
         ("nowhere.npz", "nowhere.npz"),
     ] {

@@ -156,8 +156,8 @@ fn exports_contain_moving_cameras_or_are_refused() {
         ("film", "colmap", "exposed at other times"),
         ("film", "opencv", "cameras of this set move"),
         ("moving", "humaneva", "cameras of this set move"),
-        ("moving", "bodytrack", "stand still"),
-        ("moving", "apng", "stand still"),
+        ("moving", "bodytrack", "must be static"),
+        ("moving", "apng", "must be static"),
     ] {
         let answer = room.skiagraph(["export", set, "--to", format, "--out", "refused"]);
         assert!(answer.code == 2 && answer.stderr.contains(words), "{format}: {}", answer.stderr);

@@ -355,9 +355,9 @@ fn changes_of_shards_are_found_although_every_hash_was_corrected() {
         }
     };
     for extension in [".mask.png", ".layers.exr", ".depth.png"] {
-        shard("packed.sha256 lists", TRUE_SHARD, &exchanged(extension, TRUE_SHARD));
+        shard("in packed.sha256", TRUE_SHARD, &exchanged(extension, TRUE_SHARD));
     }
-    shard("packed.sha256 lists", SEEN_SHARD, &exchanged(".png", SEEN_SHARD));
+    shard("in packed.sha256", SEEN_SHARD, &exchanged(".png", SEEN_SHARD));
     shard("mask.png", TRUE_SHARD, &|_| edited("mask.png", &|_| Vec::new()));
     shard("layers.exr", TRUE_SHARD, &|_| edited("layers.exr", &|bytes| [bytes, vec![0; 8]].concat()));
     // content and order of a shard

@@ -160,7 +160,7 @@ fn a_program_that_never_works_is_an_error_and_memory_is_bounded() {
     let dry = room.skiagraph(["track", "set", "--exec", flood, "--dry-run"]);
     assert!(dry.code == 1 && dry.stdout.contains("FAILED"), "{}", dry.stdout);
     let refused = room.skiagraph(["evaluate", "set", "run"]);
-    assert!(refused.code == 2 && refused.stderr.contains("holds no estimate"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("contains no estimate"), "{}", refused.stderr);
 }
 
 /// A program that answers `lost` to every frame.
