@@ -191,6 +191,7 @@ mod tests {
         let mean = SegmentationQuality::mean(&[same, empty, missed], &[]);
         assert_eq!((mean.iou, mean.precision), (Some(0.5), Some(1.0)));
     }
+
     #[test]
     fn parts_far_below_the_whole_body_are_named() {
         let recall_by_part = [(BodyRegion::Head, 0.82), (BodyRegion::ForearmsAndHands, 0.714)].into();
