@@ -1,7 +1,7 @@
 //! The summary table of a run.
 
 use super::output::counted;
-use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
+use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, find_metric};
 use crate::experiment::{MethodComparison, MethodRecord};
 use crate::measure::{Hint, RunRecord};
 use crate::report::aliases;
@@ -69,6 +69,8 @@ pub(super) fn table(record: &RunRecord) -> String {
     if !record.learned_from.is_empty() {
         lines.push(format!("  learned from: {}", record.learned_from.join("; ")));
     }
+    let missed = record.segmentation.as_ref().and_then(SegmentationQuality::describe_missed);
+    lines.extend(missed.map(|missed| format!("  {missed}")));
     lines.push(format!("  {}", record.verdict.line));
     lines.extend(record.verdict.cause.as_ref().map(|cause| format!("  {cause}")));
     lines.join("\n")

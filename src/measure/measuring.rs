@@ -8,13 +8,14 @@ use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::tracked::Tracked;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
-use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::body::{BodyRegion, Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::camera::CameraRig;
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, MaskQuality, PartRotations, RootRotations, SeedRun, SegmentationQuality,
-    Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union, summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, PART_RECALL_EVERY, PartRecall, PartRotations, RootRotations,
+    SeedRun, SegmentationQuality, Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union,
+    summarise,
 };
 use crate::observation::{Observation, Observer};
 use crate::prepare::retargeting::refit;
@@ -76,7 +77,7 @@ impl Measures {
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
         let rig = &set.truth.rig;
-        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, rig));
+        let exact = blind.observation.as_ref().map(|_| ExactView::new(set));
         let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
@@ -88,9 +89,11 @@ impl Measures {
                     let observed = blind.observation(frame)?;
                     let poses = || bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
                     let agreements = painters.agreements(&observed, poses());
-                    let exact = exact.as_ref().map(|exact| exact.observe(frame)).map(|exact| AgainstExact {
+                    let exact = exact.as_ref().map(|view| (view, view.observer.observe(frame)));
+                    let exact = exact.map(|(view, exact)| AgainstExact {
                         overlaps: true_painters.overlaps(&exact, poses()),
                         qualities: qualities(&observed, &exact),
+                        parts: view.part_recalls(frame, &observed),
                     });
                     progress.advance();
                     Ok((agreements, exact))
@@ -105,9 +108,10 @@ impl Measures {
             exact: per_frame.iter().map(|(_, exact)| Some(exact.as_ref()?.overlaps[answer].clone())).collect(),
         };
         let segmentation = exact.is_some().then(|| {
-            let of_frames = per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
-            let all: Vec<MaskQuality> = of_frames.flat_map(|exact| exact.qualities.iter().copied()).collect();
-            SegmentationQuality::mean(&all)
+            let of_frames = || per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
+            let masks: Vec<MaskQuality> = of_frames().flat_map(|exact| exact.qualities.iter().copied()).collect();
+            let parts: Vec<PartRecall> = of_frames().flat_map(|exact| exact.parts.iter().copied()).collect();
+            SegmentationQuality::mean(&masks, &parts)
         });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
@@ -169,6 +173,34 @@ struct AgainstExact {
     /// `[estimate][camera]`.
     overlaps: Vec<Vec<Option<f64>>>,
     qualities: Vec<MaskQuality>,
+    /// Empty in most frames: see [`PART_RECALL_EVERY`].
+    parts: Vec<PartRecall>,
+}
+
+/// What the true cameras see of the actor.
+struct ExactView<'a> {
+    observer: Observer<'a>,
+    /// The region of every link of the actor.
+    regions: Vec<BodyRegion>,
+}
+
+impl<'a> ExactView<'a> {
+    fn new(set: &'a BenchmarkSet) -> Self {
+        let truth = &set.truth.ground_truth;
+        Self { observer: Observer::new(truth, &set.truth.rig), regions: BodyRegion::of_links(&truth.actor) }
+    }
+
+    /// Recall of the actor's parts in every camera that took an image; empty in frames that are left out.
+    fn part_recalls(&self, frame: usize, observed: &Observation) -> Vec<PartRecall> {
+        if frame % PART_RECALL_EVERY != 0 {
+            return Vec::new();
+        }
+        let exact = self.observer.depths(frame);
+        let seen = exact.iter().zip(&observed.silhouettes).enumerate();
+        seen.filter(|(camera, _)| observed.has_image(*camera))
+            .filter_map(|(_, (exact, mask))| Some(PartRecall::new(mask, exact.as_ref()?, &self.regions)))
+            .collect()
+    }
 }
 
 /// Quality of the observed masks of every camera that took an image.

@@ -234,7 +234,7 @@ fn record(
         matched: set.truth.facts.matched,
         contact: set.truth.facts.contact.clone(),
         observation: set.blind.observation.clone(),
-        segmentation: measures.segmentation,
+        segmentation: measures.segmentation.clone(),
         frames: set.blind.frame_count,
         frames_per_second: set.blind.frames_per_second,
         summary: measures.summary.clone(),

@@ -51,7 +51,8 @@ fn a_run_on_corrupted_silhouettes_reports_their_quality() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out exact");
-    room.succeed("run tiny.toml observation.silhouette=corrupted boundary_px=2 blobs=0.2 --out rough");
+    let rough = room
+        .succeed("run tiny.toml observation.silhouette=corrupted boundary_px=2 blobs=0.2 missing_limb=1 --out rough");
     let record =
         |run: &str| -> serde_json::Value { serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap() };
     assert!(record("exact").get("segmentation").is_none());
@@ -60,7 +61,23 @@ fn a_run_on_corrupted_silhouettes_reports_their_quality() {
     assert!(iou > 0.3 && iou < 0.9, "{quality}");
     assert!(quality["boundary_f"].as_f64().unwrap() < 1.0 && quality["false_positives"].as_f64().unwrap() > 0.0);
     let page = String::from_utf8(room.read("rough/report.html")).unwrap();
-    assert!(page.contains("corrupted: boundary_px 2 px, blobs 0.2") && page.contains("boundary F"));
+    assert!(page.contains("corrupted: missing_limb 1, boundary_px 2 px, blobs 0.2") && page.contains("boundary F"));
+    // counted in the layer of parts of the same set: 4 of 33 and 4 of 30 pixels of the thighs, and so on; head and arms
+    // have fewer than 20 pixels in these images
+    let parts = quality["recall_by_part"].as_object().unwrap();
+    let counted = [
+        ("trunk", [8.0 / 39.0, 34.0 / 39.0]),
+        ("thighs", [4.0 / 33.0, 4.0 / 30.0]),
+        ("shanks_and_feet", [6.0 / 33.0, 0.0]),
+    ];
+    assert_eq!(parts.len(), counted.len(), "{quality}");
+    for (part, of_cameras) in counted {
+        let recall = parts[part].as_f64().unwrap();
+        assert!((recall - 0.5 * (of_cameras[0] + of_cameras[1])).abs() < 1e-12, "{part}: {recall}");
+    }
+    let missed = "the observed silhouettes miss 87 % of the thighs, 91 % of the shanks and feet";
+    assert!(rough.stdout.contains(missed), "{}", rough.stdout);
+    assert!(page.contains("trunk 0.54, thighs 0.13 (low), shanks and feet 0.09 (low)"));
 }
 
 #[test]

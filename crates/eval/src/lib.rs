@@ -63,6 +63,7 @@ mod misreading;
 mod mpjae;
 mod mpjpe;
 mod orientation;
+mod part_recall;
 mod pck;
 mod pck_3dpw;
 mod penetration;
@@ -116,6 +117,7 @@ pub use self::{
         AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
         marker_of_other_side, with_sides_exchanged,
     },
+    part_recall::{PART_RECALL_EVERY, PartRecall},
     pck::CurvePoint,
     per_frame::write_per_frame,
     procrustes::Similarity,

@@ -1,12 +1,18 @@
 //! Quality of observed silhouettes, compared with the exact ones.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
+use super::part_recall::{PART_RECALL_EVERY, PartRecall};
 use super::statistics::mean_of;
+use crate::body::BodyRegion;
 use crate::raster::{Mask, contour, grown_by_disc, overlap};
 
 /// Greatest distance between an observed outline and the exact one that counts as agreement, pixels.
 pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
+/// A part is missed if its recall is more than this below the whole body's.
+const MISSED_BY: f64 = 0.1;
 
 /// Agreement of one observed silhouette with the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +31,7 @@ pub struct MaskQuality {
 }
 
 /// Agreement of a set's observed silhouettes with the exact ones: the means over cameras and frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SegmentationQuality {
     /// Mean intersection over union.
     pub iou: Option<f64>,
@@ -37,6 +43,11 @@ pub struct SegmentationQuality {
     pub boundary_f: Option<f64>,
     /// Mean share of the background's pixels that are observed as body.
     pub false_positives: Option<f64>,
+    /// Mean share of the visible pixels of each part that are observed, over the images of every
+    /// [`PART_RECALL_EVERY`]th frame in which at least 20 pixels of the part are visible. Empty in files of earlier
+    /// versions.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub recall_by_part: BTreeMap<BodyRegion, f64>,
 }
 
 impl MaskQuality {
@@ -89,8 +100,8 @@ impl SilhouetteOutline {
 }
 
 impl SegmentationQuality {
-    /// Means over the masks that have the value.
-    pub fn mean(masks: &[MaskQuality]) -> Self {
+    /// Means over the masks, and over the images with parts, that have the value.
+    pub fn mean(masks: &[MaskQuality], parts: &[PartRecall]) -> Self {
         let mean = |of: fn(&MaskQuality) -> Option<f64>| mean_of(masks.iter().filter_map(of));
         Self {
             iou: mean(|m| m.iou),
@@ -98,20 +109,51 @@ impl SegmentationQuality {
             precision: mean(|m| m.precision),
             boundary_f: mean(|m| m.boundary_f),
             false_positives: mean(|m| m.false_positives),
+            recall_by_part: PartRecall::mean(parts),
         }
+    }
+
+    /// Whether the recall of a part is far below the whole body's.
+    fn is_missed(&self, recall: f64) -> bool {
+        self.recall.is_some_and(|whole| whole - recall > MISSED_BY)
+    }
+
+    /// Describes the parts that are missed far more often than the rest of the body; `None` without such a part.
+    pub fn describe_missed(&self) -> Option<String> {
+        let missed = self.recall_by_part.iter().filter(|(_, recall)| self.is_missed(**recall));
+        let parts: Vec<String> =
+            missed.map(|(part, recall)| format!("{:.0} % of the {}", 100.0 * (1.0 - recall), part.name())).collect();
+        (!parts.is_empty()).then(|| format!("the observed silhouettes miss {}", parts.join(", ")))
+    }
+
+    /// The recall of every part; `None` if it is unknown.
+    fn describe_parts(&self) -> Option<String> {
+        let part = |(part, recall): (&BodyRegion, &f64)| {
+            let mark = if self.is_missed(*recall) { " (low)" } else { "" };
+            format!("{} {recall:.2}{mark}", part.name())
+        };
+        let parts: Vec<String> = self.recall_by_part.iter().map(part).collect();
+        let legend = match self.describe_missed() {
+            Some(_) => format!("; low: more than {MISSED_BY} below the whole body"),
+            None => String::new(),
+        };
+        (!parts.is_empty()).then(|| format!("{}; every {PART_RECALL_EVERY}th frame{legend}", parts.join(", ")))
     }
 
     /// Name and value of each mean, for reports.
     pub fn describe(&self) -> Vec<(&'static str, String)> {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
         let share = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.3} %", 100.0 * value));
-        vec![
+        let by_part = self.describe_parts().map(|parts| ("recall by part", parts));
+        let mut all = vec![
             ("overlap with the exact silhouettes (IoU)", number(self.iou)),
             ("share of the body that is observed", number(self.recall)),
             ("share of the observed pixels that is body", number(self.precision)),
             ("outlines within 2 px of each other (boundary F)", number(self.boundary_f)),
             ("background observed as body (false positives)", share(self.false_positives)),
-        ]
+        ];
+        all.extend(by_part);
+        all
     }
 }
 
@@ -146,7 +188,35 @@ mod tests {
         assert_eq!((empty.iou, empty.boundary_f, empty.precision), (None, None, None));
         let missed = MaskQuality::new(&block(0, 0), &block(20, 50));
         assert_eq!((missed.iou, missed.boundary_f, missed.precision), (Some(0.0), Some(0.0), None));
-        let mean = SegmentationQuality::mean(&[same, empty, missed]);
+        let mean = SegmentationQuality::mean(&[same, empty, missed], &[]);
         assert_eq!((mean.iou, mean.precision), (Some(0.5), Some(1.0)));
+    }
+
+    #[test]
+    fn parts_far_below_the_whole_body_are_named() {
+        let recall_by_part = [(BodyRegion::Head, 0.82), (BodyRegion::ForearmsAndHands, 0.714)].into();
+        let mut quality = SegmentationQuality { recall: Some(0.9), recall_by_part, ..Default::default() };
+        let line = |quality: &SegmentationQuality| quality.describe().last().cloned().unwrap();
+        let expected =
+            "head 0.82, forearms and hands 0.71 (low); every 25th frame; low: more than 0.1 below the whole body";
+        assert_eq!(line(&quality), ("recall by part", expected.to_owned()));
+        let sentence = "the observed silhouettes miss 29 % of the forearms and hands";
+        assert_eq!(quality.describe_missed().as_deref(), Some(sentence));
+        quality.recall = Some(0.81);
+        assert_eq!(line(&quality).1, "head 0.82, forearms and hands 0.71; every 25th frame");
+        assert_eq!(quality.describe_missed(), None);
+    }
+
+    #[test]
+    fn the_recall_of_parts_is_stored_by_name_and_may_be_absent() {
+        let recall_by_part = [(BodyRegion::ForearmsAndHands, 0.5), (BodyRegion::Head, 1.0)].into();
+        let quality = SegmentationQuality { recall_by_part, ..Default::default() };
+        let text = serde_json::to_string(&quality).unwrap();
+        assert!(text.contains(r#""recall_by_part":{"head":1.0,"forearms_and_hands":0.5}"#), "{text}");
+        assert_eq!(serde_json::from_str::<SegmentationQuality>(&text).unwrap(), quality);
+        let old = r#"{"iou":0.9,"recall":0.95,"precision":0.94,"boundary_f":null,"false_positives":0.01}"#;
+        let read: SegmentationQuality = serde_json::from_str(old).unwrap();
+        assert!(read.recall_by_part.is_empty() && read.describe_missed().is_none() && read.describe().len() == 5);
+        assert!(!serde_json::to_string(&read).unwrap().contains("recall_by_part"));
     }
 }

@@ -36,6 +36,7 @@ mod population;
 mod pose;
 mod proposal;
 mod ray;
+mod region;
 mod shape;
 mod shipped;
 mod silhouette;
@@ -69,6 +70,7 @@ pub use self::{
     population::{Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment},
     proposal::TooFewFrames,
     ray::Ray,
+    region::{BODY_REGIONS, BodyRegion},
     shape::LinkShape,
     silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera},
     skin::{

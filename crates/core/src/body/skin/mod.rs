@@ -31,6 +31,7 @@ use super::{Humanoid, LinkFrames};
 use crate::raster::MeshTopology;
 
 pub use mesh::{SkinError, SkinMesh};
+pub(super) use recognised::links_of_segments;
 pub use shipped::{SHIPPED_SKINS, shipped_skin};
 #[doc(hidden)]
 pub use skin_file::read_skin_allowing;

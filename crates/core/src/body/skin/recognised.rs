@@ -20,7 +20,7 @@ const LOW_IN_TRUNK: f64 = 0.3;
 const SAME_JOINT_M: f64 = 0.02;
 
 /// Links of segments, by the segments' names.
-pub(super) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, usize> {
+pub(in crate::body) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, usize> {
     let robot = RobotAtZero { body, frames: body.link_frames(&body.zero_pose()) };
     let mut links: BTreeMap<String, usize> = BTreeMap::new();
     let mut put = |side: &str, part: &str, link: Option<usize>| {
