@@ -18,7 +18,7 @@ pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     refuse_misspelt("SET", set)?;
     if set.is_file() && set.extension().is_some_and(|extension| extension == "toml") {
         let what = format!(
-            "is a settings file, but the directory of a benchmark set was expected: make the set with skiagraph render \
+            "is a scenario, but the directory of a benchmark set was expected: make the set with skiagraph render \
              {} --out SET",
             set.display()
         );

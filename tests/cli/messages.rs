@@ -66,7 +66,7 @@ fn swapped_sets_and_runs_are_recognised() {
     for (arguments, words) in [
         (
             "evaluate runs/mine sets/walk",
-            "the two are exchanged, sets/walk is the set: skiagraph evaluate sets/walk runs/mine",
+            "SET and RUN are swapped: sets/walk is the set; use skiagraph evaluate sets/walk runs/mine",
         ),
         ("evaluate runs/mine runs/mine", "SET: runs/mine is a run, and a benchmark set was expected"),
         ("verify runs/mine", "SET: runs/mine is a run"),

@@ -29,7 +29,7 @@ pub fn parse_amc(
     motion.run()?;
     let mut notes = Vec::new();
     let frames_per_second = options.frames_per_second.or(motion.frames_per_second).unwrap_or_else(|| {
-        notes.push(format!("the file declares no frame rate: {USUAL_RATE} frames per second assumed"));
+        notes.push(format!("the file has no frame rate: {USUAL_RATE} frames a second assumed"));
         USUAL_RATE
     });
     let clip = Clip {

@@ -142,7 +142,7 @@ pub(super) fn rate_from_frame_time(seconds: f64, notes: &mut Vec<String>) -> f64
     let rate = 1.0 / seconds;
     let whole = rate.round();
     if whole != rate && (rate / whole - 1.0).abs() < 5e-4 {
-        notes.push(format!("frame time {seconds} s rounded to {whole} frames per second"));
+        notes.push(format!("frame time {seconds} s taken as {whole} frames a second"));
         return whole;
     }
     rate

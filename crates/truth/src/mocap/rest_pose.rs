@@ -38,7 +38,7 @@ impl Clip {
         if self.has_inserted_rest_pose() {
             self.frames.remove(0);
             self.notes.retain(|note| note != REST_POSE_NOTE);
-            self.notes.push("removed a rest pose inserted before the motion".to_owned());
+            self.notes.push("left out: a rest pose inserted before the motion".to_owned());
         }
         self
     }

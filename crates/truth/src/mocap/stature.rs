@@ -125,7 +125,7 @@ impl Stature {
             return Err(MocapError::UnknownUnit { file: file.to_owned(), length: self.length });
         };
         let stature = self.length * unit;
-        notes.push(format!("unit guessed: {name} ({unit:.6} m), for a body {stature:.2} m tall"));
+        notes.push(format!("unit guessed: {name} ({unit:.6} m), which makes the body {stature:.2} m tall"));
         if !COMMON_STATURES.contains(&stature) {
             notes.push(format!("a stature of {stature:.2} m is unusual: set `metres_per_unit` if the unit is wrong"));
         }

@@ -205,7 +205,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
         report.notes.push(format!(
-            "the recording lacks the bone from the thorax joint to its children: a bone of {bone:.4} m was inserted"
+            "the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"
         ));
     }
     if options.stand_on_ground {
