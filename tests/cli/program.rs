@@ -160,7 +160,7 @@ fn a_program_that_never_works_is_an_error_and_memory_is_bounded() {
     let dry = room.skiagraph(["track", "set", "--exec", flood, "--dry-run"]);
     assert!(dry.code == 1 && dry.stdout.contains("FAILED"), "{}", dry.stdout);
     let refused = room.skiagraph(["evaluate", "set", "run"]);
-    assert!(refused.code == 2 && refused.stderr.contains("contains no estimate"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("it has no estimate"), "{}", refused.stderr);
 }
 
 /// A program that answers `lost` to every frame.
@@ -239,7 +239,7 @@ fn a_set_without_its_truth_is_tracked_and_measured_with_the_complete_set() {
     room.succeed("evaluate secret run");
     for (out, truth) in [("nested", "nested"), ("nested", "nested/truth"), ("nested/public", "nested")] {
         let nested = room.skiagraph(["render", "tiny.toml", "--out", out, "--truth", truth]);
-        assert!(nested.code == 2 && nested.stderr.contains("--truth: expected a folder beside"), "{}", nested.stderr);
+        assert!(nested.code == 2 && nested.stderr.contains("--truth: expected a directory that neither contains nor lies within"), "{}", nested.stderr);
         assert!(!room.path("nested").exists());
     }
     let again = room.skiagraph(["render", "tiny.toml", "--out", "other", "--truth", "secret"]);

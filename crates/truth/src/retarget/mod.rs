@@ -204,9 +204,9 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     report.notes.extend(residuals::jump_note(&subject, clip.frames_per_second / options.speed));
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
-        report.notes.push(format!(
-            "the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"
-        ));
+        report
+            .notes
+            .push(format!("the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"));
     }
     if options.stand_on_ground {
         let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
