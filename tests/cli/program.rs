@@ -239,7 +239,12 @@ fn a_set_without_its_truth_is_tracked_and_measured_with_the_complete_set() {
     room.succeed("evaluate secret run");
     for (out, truth) in [("nested", "nested"), ("nested", "nested/truth"), ("nested/public", "nested")] {
         let nested = room.skiagraph(["render", "tiny.toml", "--out", out, "--truth", truth]);
-        assert!(nested.code == 2 && nested.stderr.contains("--truth: expected a directory that neither contains nor lies within"), "{}", nested.stderr);
+        assert!(
+            nested.code == 2
+                && nested.stderr.contains("--truth: expected a directory that neither contains nor lies within"),
+            "{}",
+            nested.stderr
+        );
         assert!(!room.path("nested").exists());
     }
     let again = room.skiagraph(["render", "tiny.toml", "--out", "other", "--truth", "secret"]);

@@ -63,7 +63,10 @@ fn bad_input_is_refused_with_one_message_and_leaves_nothing() {
     let before = room.entries();
     let cases: [(&[&str], &str); 9] = [
         (&["embedded:walk", "--out", "x.model", "--clip-length", "2"], "--clip-length: expected 4 to"),
-        (&["embedded:walk", "--out", "x.model", "--threshold", "0"], "--threshold: expected rad^2 above zero"),
+        (
+            &["embedded:walk", "--out", "x.model", "--threshold", "0"],
+            "--threshold: expected a number above zero (rad^2)",
+        ),
         (
             &["embedded:walk", "--out", "x.model", "--first-frame", "5", "--last-frame", "12"],
             "expected at least 30 frames",

@@ -288,7 +288,7 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
         }
         pose
     };
-    let seen: Vec<(Observation, Pose)> = (0..5)
+    let seen: Vec<(Observation, Pose)> = (0..7)
         .map(|frame| {
             let frames = actor.link_frames(&pose(frame));
             let silhouettes =

@@ -593,7 +593,7 @@ fn quaternions_with_w_last_are_found() {
         6 => v[i - 3],
         _ => v[i],
     });
-    set.found_in_spite_of_good_hashes("poses", TRUTH, &["is turned by"]);
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["the rotation of", "degrees off"]);
 }
 
 #[test]
@@ -630,7 +630,7 @@ fn visible_always_true_is_found() {
         assert!(flags.contains(&false), "some marker is hidden");
         Values::Bool(vec![true; flags.len()])
     });
-    set.found_in_spite_of_good_hashes("visibility", TRUTH, &["visible:", "it says true"]);
+    set.found_in_spite_of_good_hashes("visibility", TRUTH, &["visible:", "are wrong", "true"]);
 }
 
 #[test]
@@ -755,7 +755,11 @@ fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
     set.found_in_spite_of_good_hashes("layers", parts, &["id.part", "one too low"]);
     set.found("layers", depth, &["depth.Z", "millimetres"]);
     set.swap("truth/layers/cam00/000003.exr", "truth/layers/cam01/000003.exr");
-    set.found_in_spite_of_good_hashes("layers", "truth/layers/cam00/000003.exr", &["another part"]);
+    set.found_in_spite_of_good_hashes(
+        "layers",
+        "truth/layers/cam00/000003.exr",
+        &["id.part", "differ from the parts of the body"],
+    );
 }
 
 #[test]
@@ -807,7 +811,7 @@ fn flow_of_the_opposite_sign_and_with_swapped_axes_is_found() {
     });
     set.found_in_spite_of_good_hashes("layers", &opposite, &["forward", "opposite sign"]);
     set.found("layers", &upwards, &["forward", "upwards"]);
-    set.found("layers", &exchanged, &["forward", "exchanged"]);
+    set.found("layers", &exchanged, &["forward", "swapped"]);
 }
 
 #[test]
