@@ -210,7 +210,7 @@ Frame Time: 0.02
                 "Wposition Zrot",
                 "tiny.bvh:5: expected a channel (Xposition … Zrotation) not listed yet, found `Wposition`",
             ),
-            ("CHANNELS 6", "CHANNELS 5", "tiny.bvh:5: expected 5 channels as declared, found `Yrotation`"),
+            ("CHANNELS 6", "CHANNELS 5", "tiny.bvh:5: expected 5 channels, as declared, found `Yrotation`"),
             ("End Site", "Ende", "tiny.bvh:10: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `Ende`"),
             ("}\nMOTION", "MOTION", "tiny.bvh:15: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `MOTION`"),
             ("Frames: 2", "Frames: two", "tiny.bvh:17: expected the number of frames, found `two`"),
