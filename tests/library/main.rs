@@ -4,7 +4,6 @@ mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]
 mod c3d;
 mod contact_real_files;
-mod conventions;
 mod editing_real_files;
 mod export_formats;
 mod filming;
@@ -13,10 +12,8 @@ mod forward_kinematics;
 #[path = "../support/glb.rs"]
 mod glb;
 mod heel_strikes;
-mod interface;
 mod joint_map_keys;
 mod kinematics_agree_with_rapier;
-mod layering;
 mod layers_agree_with_rays;
 #[path = "../support/made_up_set.rs"]
 mod made_up_set;

@@ -1,6 +1,6 @@
 //! Trackers: from observations to poses, blindfolded.
 //!
-//! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/library/layering.rs`).
+//! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/conventions/layering.rs`).
 //!
 //! ```
 //! use skiagraph_core::body::shipped;

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use syn::Item;
 use syn::visit::{self, Visit};
 
+use crate::root;
+
 /// Folders with this project's text.
 const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
 
@@ -102,10 +104,6 @@ fn looks_like_a_citation(key: &str) -> bool {
 fn unwrapped(text: &str) -> String {
     let lines = text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!']).trim());
     lines.collect::<Vec<_>>().join(" ")
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Files with these extensions: their paths in the checkout, and their contents.

@@ -14,6 +14,8 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Item, UseTree, Visibility};
 
+use crate::root;
+
 /// Each package, and the packages of this workspace that it or its tests depend on.
 const DEPENDS_ON: &[(&str, &[&str])] = &[
     ("robots", &[]),
@@ -118,7 +120,7 @@ const SEAMS: &[(&str, &[&str])] = &[
 #[test]
 fn packages_have_the_dependencies_of_the_table() {
     for (folder, expected) in DEPENDS_ON {
-        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml");
+        let manifest = root().join(folder).join("Cargo.toml");
         let manifest: toml::Table = std::fs::read_to_string(manifest).unwrap().parse().unwrap();
         let mut found = BTreeSet::new();
         let mut tables = vec![&manifest];
@@ -277,7 +279,7 @@ fn every_room_is_in_the_table_and_nothing_else() {
 
 /// The modules at the root of a crate.
 fn rooms_below(folder: &str) -> Vec<String> {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let src = root().join(folder);
     let name = |entry: std::fs::DirEntry| entry.path().file_stem().unwrap().to_str().unwrap().to_owned();
     let found = std::fs::read_dir(src).unwrap().map(|entry| name(entry.unwrap()));
     found.filter(|name| name != "lib" && name != "main").collect()
@@ -360,7 +362,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
 fn sources() -> Vec<(String, String)> {
     let mut found = Vec::new();
     for (folder, whole) in WHOLE {
-        let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        let src = root().join(folder);
         for file in rust_files(&src) {
             let below = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
             let relative = match whole {
