@@ -138,10 +138,7 @@ fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shap
         let longest = reach.imax();
         for axis in (0..3).filter(|axis| reach[*axis] > REACHES_M) {
             let kind = ShapeNumberKind::Length { links: links.clone(), axis };
-            let way = match axis == longest {
-                true => "length",
-                false => body_way(&body_from_links[links[0]], axis),
-            };
+            let way = if axis == longest { "length" } else { body_way(&body_from_links[links[0]], axis) };
             numbers.push(ShapeNumber { name: format!("{} {way}", words(&name)), kind });
         }
     }
