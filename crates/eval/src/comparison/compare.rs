@@ -372,7 +372,7 @@ mod tests {
         let base = side(&[("walk", clip("aaaa", 0, &BASE))]);
         let other = side(&[("walk", clip("bbbb", 0, &WORSE))]);
         let refused = compare_runs(("main", &base), &[("mine", &other)], false, None).unwrap_err();
-        assert!(refused.to_string().contains("(hashes aaaa and bbbb)"), "{refused}");
+        assert!(refused.to_string().contains("in `main` and `mine` (hashes aaaa and bbbb)"), "{refused}");
         let across = compare_runs(("main", &base), &[("mine", &other)], true, None).unwrap().others.remove(0);
         assert!(!across.paired && across.metrics[0].difference.rule == DifferenceRule::Welch);
         let elsewhere = side(&[("jump", clip("a", 0, &BASE))]);

@@ -148,7 +148,7 @@ pub enum NotComparable {
     },
     /// A clip was measured on different sets.
     #[error(
-        "`{clip}` was measured on different sets in `{other}` and `{base}` ({what}); measure both on the same set, or compare \
+        "`{clip}` was measured on different sets in `{base}` and `{other}` ({what}); measure both on the same set, or compare \
          them unpaired with --across-sets"
     )]
     Sets {
