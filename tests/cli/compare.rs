@@ -52,7 +52,7 @@ fn incomparable_runs_are_refused_with_the_difference() {
             assert!(answer.stderr.contains(part), "{arguments}: {part}: {}", answer.stderr);
         }
     };
-    refused("compare runs/main runs/one", &["different sets", "hashes", "--across-sets"]);
+    refused("compare runs/main runs/one", &["different sets", "hashes", "--calibrate true or false", "--across-sets"]);
     room.succeed("compare runs/main runs/one --across-sets");
     refused("compare runs/main", &["expected two runs or more"]);
     refused("compare runs/main nowhere", &["nowhere", "no such file or folder"]);

@@ -148,8 +148,9 @@ pub enum NotComparable {
     },
     /// A clip was measured on different sets.
     #[error(
-        "`{clip}` was measured on different sets in `{base}` and `{other}` ({what}); measure both on the same set, or compare \
-         them unpaired with --across-sets"
+        "`{clip}` was measured on different sets in `{base}` and `{other}` ({what}); if only the tracker or \
+         the calibration of its body differs, render one set and measure both on it with skiagraph track and its option \
+         --calibrate true or false; else compare them unpaired with --across-sets"
     )]
     Sets {
         /// The clip.
