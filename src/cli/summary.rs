@@ -61,7 +61,7 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
     lines.extend(record.read_as.as_ref().map(|read_as| format!("  {}", read_as.describe())));
-    lines.extend(worse_legend(record));
+    lines.extend(worse_legend(&record.verdict.worse_than_frozen));
     lines.push(format!("  {}", record.summary.interval));
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {
         lines.push(format!("  protocol: {}", error.protocol));
@@ -76,12 +76,16 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.join("\n")
 }
 
-/// The legend of the mark, with the metrics that are marked only in the report.
-fn worse_legend(record: &RunRecord) -> Option<String> {
-    let worse = &record.verdict.worse_than_frozen;
-    let others: Vec<&str> = worse.iter().map(String::as_str).filter(|name| !is_shown(name)).collect();
-    let also = if others.is_empty() { String::new() } else { format!("; also {}", others.join(", ")) };
-    (!worse.is_empty()).then(|| format!("  ▼ worse than a tracker that never moves (frozen){also}"))
+/// The legend of the mark, with the metrics that are marked only in the report. A larger error of the acceleration
+/// alone is not mentioned: small errors of position suffice for it.
+fn worse_legend(worse: &[String]) -> Option<String> {
+    let (marked, others): (Vec<&str>, Vec<&str>) = worse.iter().map(String::as_str).partition(|name| is_shown(name));
+    match (marked.is_empty(), others.as_slice()) {
+        (true, [] | ["acceleration_error_m_per_s2"]) => None,
+        (true, _) => Some(format!("  worse than a tracker that never moves (frozen): {}", others.join(", "))),
+        (false, []) => Some("  ▼ worse than a tracker that never moves (frozen)".to_owned()),
+        (false, _) => Some(format!("  ▼ worse than a tracker that never moves (frozen); also {}", others.join(", "))),
+    }
 }
 
 /// The table of several methods: mean error with its interval, and lost limbs and frames.
@@ -156,6 +160,18 @@ mod tests {
     #[test]
     fn a_coverage_below_all_is_not_rounded_to_all() {
         assert_eq!([1.0, 0.9999, 0.5, 0.0].map(coverage), ["100.0 %", "99.9 %", "50.0 %", "0.0 %"]);
+    }
+
+    #[test]
+    fn the_mark_has_a_legend_only_if_a_row_is_marked() {
+        let legend = |names: &[&str]| worse_legend(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        let (error, acceleration) = ("humaneva_mm", "acceleration_error_m_per_s2");
+        assert_eq!([legend(&[]), legend(&[acceleration])], [None, None]);
+        let marked = "  ▼ worse than a tracker that never moves (frozen)";
+        assert_eq!(legend(&[error]).as_deref(), Some(marked));
+        assert_eq!(legend(&[error, acceleration]), Some(format!("{marked}; also {acceleration}")));
+        let other = "velocity_error_mm_per_s";
+        assert_eq!(legend(&[other]), Some(format!("  worse than a tracker that never moves (frozen): {other}")));
     }
 
     #[test]
