@@ -49,7 +49,8 @@ pub(super) fn table(record: &RunRecord) -> String {
             let frozen = record.frozen.get(metric.name).map_or_else(|| "-".to_owned(), |value| number(*value));
             let (mean, coverage) = (number(summary.mean), coverage(summary.coverage));
             let mark = if is_worse(metric.name) { '▼' } else { ' ' };
-            lines.push(format!("  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}", interval(summary)));
+            let interval = interval(summary, &record.summary.interval);
+            lines.push(format!("  {title:<37} {mean:>9} {mark} {interval:^20}  {coverage:>8}  {frozen:>9}"));
         }
     }
     let title = |name: &str| find_metric(name).map_or_else(|| name.to_owned(), |metric| metric.title.to_owned());
@@ -102,6 +103,7 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
         ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
+    let legend = comparison.methods.values().next().map_or("", |method| method.summary.interval.as_str());
     for (name, method) in &comparison.methods {
         if let Some(error) = method.summary.metrics.get("humaneva_mm") {
             let share =
@@ -109,14 +111,17 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
             let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
-            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {limb:>15}  {lost:>14}", interval(error)));
+            let interval = interval(error, legend);
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {interval:^20}  {limb:>15}  {lost:>14}"));
         }
     }
     lines.push(String::new());
     if comparison.methods.values().any(|m| m.summary.metrics.get("humaneva_mm").is_some_and(|e| e.mean > floor(m))) {
         lines.push("  ▼ worse than a tracker that never moves".to_owned());
     }
-    lines.extend(comparison.methods.values().next().map(|method| format!("  {}", method.summary.interval)));
+    if !legend.is_empty() {
+        lines.push(format!("  {legend}"));
+    }
     let mut learned: Vec<&str> =
         comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
     learned.sort_unstable();
@@ -127,8 +132,15 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
     lines.join("\n")
 }
 
-fn interval(summary: &MetricSummary) -> String {
-    summary.ci95.map_or_else(|| summary.interval.clone(), |i| format!("{} to {}", number(i.low), number(i.high)))
+/// The interval, or why there is none.
+fn interval(summary: &MetricSummary, legend: &str) -> String {
+    let ends = summary.ci95.map(|ends| format!("{} to {}", number(ends.low), number(ends.high)));
+    ends.unwrap_or_else(|| without_interval(&summary.interval, legend).to_owned())
+}
+
+/// Why there is no interval; a dash if the legend below the table says it.
+fn without_interval<'a>(why: &'a str, legend: &str) -> &'a str {
+    if legend.to_lowercase().starts_with(&why.to_lowercase()) { "-" } else { why }
 }
 
 /// A share in percent, rounded down: 100 % means exactly all.
@@ -160,6 +172,13 @@ mod tests {
     #[test]
     fn a_coverage_below_all_is_not_rounded_to_all() {
         assert_eq!([1.0, 0.9999, 0.5, 0.0].map(coverage), ["100.0 %", "99.9 %", "50.0 %", "0.0 %"]);
+    }
+
+    #[test]
+    fn a_missing_interval_is_explained_once() {
+        let legend = "A clip with 1 seed: no interval: an interval needs 3 seeds or more";
+        assert_eq!(without_interval("a clip with 1 seed: no interval", legend), "-");
+        assert_eq!(without_interval("0 of 5 seeds: no interval", legend), "0 of 5 seeds: no interval");
     }
 
     #[test]
