@@ -31,7 +31,7 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let worse_than_frozen = worse_than_frozen(input);
     let (error, lost) = (describe_error(input), describe_lost_limb(input));
     let line = format!("{}: {error}{lost}.{}{}", grade.title(), limited_by(grade, &criteria), longest_lost(input));
-    Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input) }
+    Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input, grade) }
 }
 
 fn describe_error(input: &ReportInput<'_>) -> String {
@@ -89,7 +89,7 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
 }
 
 /// Whether the images fit the truth or the estimate better, from the sign of the energy gap in each frame.
-fn cause(input: &ReportInput<'_>) -> Option<String> {
+fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
     let of_runs = input.runs.iter().filter_map(|run| run.run.evaluation.metrics.get("energy_gap"));
     let gaps = of_runs.flat_map(|metric| metric.per_frame.iter().flatten().copied());
     // empty images fit every pose equally
@@ -97,6 +97,12 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
     let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
     Some(match (input.own_likelihood, share >= 0.5) {
+        (true, true) if grade == Grade::Good => format!(
+            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's body); \
+            this is expected {}.",
+            percent(share),
+            if input.matched { "of a small error" } else { "if the tracker's body differs from the actor's" }
+        ),
         (true, true) => format!(
             "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's \
             body): there, the likelihood or the body model prefers a wrong pose.",
@@ -242,14 +248,20 @@ mod tests {
 
     #[test]
     fn the_cause_states_only_which_pose_the_images_prefer() {
-        for (gap, words) in [
-            (0.1, "In 100 % of the frames the images fit the estimate better than the true pose"),
-            (-0.1, "the search missed a better pose"),
-        ] {
-            let cause = with_input(&Story { gap, ..Story::default() }, verdict).cause.unwrap();
+        for (gap, words) in
+            [(0.1, "the likelihood or the body model prefers a wrong pose"), (-0.1, "the search missed a better pose")]
+        {
+            let cause = with_input(&Story { gap, lost_from: Some(60), ..Story::default() }, verdict).cause.unwrap();
             assert!(cause.contains(words), "{cause}");
             assert!(!cause.contains("may help") && !cause.contains("would not"), "{cause}");
         }
+    }
+
+    #[test]
+    fn a_good_estimate_that_the_images_prefer_is_expected() {
+        let cause = with_input(&Story { gap: 0.1, ..Story::default() }, verdict).cause.unwrap();
+        assert!(cause.starts_with("In 100 % of the frames the images fit the estimate better"), "{cause}");
+        assert!(cause.contains("this is expected") && !cause.contains("wrong pose"), "{cause}");
     }
 
     #[test]
