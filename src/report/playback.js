@@ -252,7 +252,7 @@ const playback = () => {
     if (!choice) return;
     choice.value = seed;
     const which = seed ? "the seed with the worst frame" : "the seed with the median error";
-    part("seed").textContent = `${which} (seed ${data.seed})`;
+    part("seed").textContent = `, for ${which} (seed ${data.seed})`;
   };
   if (choice) seeds.forEach((one, index) => choice.append(new Option(`${one.seed}${index ? " (worst frame)" : " (median)"}`, index)));
   if (choice) part("seeds").hidden = seeds.length < 2;
