@@ -309,6 +309,13 @@ mod tests {
     }
 
     #[test]
+    fn a_tracker_that_needs_a_table_says_how_to_write_it() {
+        let error = parse("", &["tracker=gpdm"]).unwrap_err();
+        assert!(error.contains("tracker.gpdm: expected a table of settings"), "{error}");
+        assert!(error.contains("write tracker.gpdm={}"), "{error}");
+    }
+
+    #[test]
     fn a_wrong_type_names_key_line_expectation_and_finding() {
         let error = parse("[tracker.annealed_particle_filter]\nparticles = \"many\"\n", &[]).unwrap_err();
         assert!(error.starts_with("a.toml:7: tracker.annealed_particle_filter.particles: "), "{error}");

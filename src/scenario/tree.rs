@@ -92,6 +92,10 @@ impl SettingsError {
                            to run all on the same observations: [methods.A.NAME], [methods.B.NAME]";
             return Self { key, unknown: None, message: message.to_owned() };
         }
+        if key.starts_with("tracker.") && message.contains("unit variant, expected newtype variant") {
+            let message = format!("expected a table of settings, found a name alone; write {key}={{}}");
+            return Self { key, unknown: None, message };
+        }
         let unknown = message.starts_with("unknown ").then(|| message.split('`').nth(1)).flatten().map(str::to_owned);
         Self { key, unknown, message: in_terms_of_settings(&message) }
     }
