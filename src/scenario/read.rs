@@ -8,7 +8,7 @@ use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
 use super::named_on_command_line::NamedOnCommandLine;
 use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending, parse_value};
 use super::similar_file::similar_file;
-use super::tree::{settings_of, tree_of, with_range};
+use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 
@@ -87,6 +87,11 @@ impl ScenarioFile {
     /// As [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(text, origin)?;
+        if let Some(message) = describe_other_kind(&tree) {
+            let place = locate(text, "schema").map(|spot| LineSpan::of_file(text, &spot.value));
+            let (origin, key, message) = (origin.to_owned(), "schema".to_owned(), message.to_owned());
+            return Err(Diagnostic { origin, place, key, message }.into());
+        }
         let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))
             .map_err(|diagnostic| with_range(diagnostic, &tree, Scenario::first_problem))?;
         let mut full = Vec::new();
@@ -313,6 +318,20 @@ mod tests {
         let error = parse("", &["tracker=gpdm"]).unwrap_err();
         assert!(error.contains("tracker.gpdm: expected a table of settings"), "{error}");
         assert!(error.contains("write tracker.gpdm={}"), "{error}");
+    }
+
+    #[test]
+    fn files_of_other_kinds_are_recognised() {
+        let error = |text: &str| ScenarioFile::parse(text, "a.toml", PathBuf::new(), &[]).unwrap_err().to_string();
+        let sweep = error("schema = \"skiagraph.sweep/1\"\n[axes]\nparticles = [1, 2]\n");
+        assert!(
+            sweep.starts_with("a.toml:1: schema: expected a scenario, found a sweep; use skiagraph sweep"),
+            "{sweep}"
+        );
+        let gate = error("schema = \"skiagraph.gate/1\"\nseeds = 10\n");
+        assert!(gate.contains("use skiagraph gate --rules FILE"), "{gate}");
+        let robot = error("\n<robot name=\"r\"/>\n");
+        assert!(robot.contains("this looks like XML; expected a scenario in TOML"), "{robot}");
     }
 
     #[test]

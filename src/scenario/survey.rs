@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::diagnostic::Diagnostic;
 use super::named_on_command_line::NamedOnCommandLine;
 use super::read::{covers, named, set, with_full_key};
-use super::tree::{SettingsError, at, settings_or_error, tree_of, with_range};
+use super::tree::{SettingsError, at, describe_other_kind, settings_or_error, tree_of, with_range};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 use crate::input::{self, AllowedFolders, limits};
 
@@ -85,6 +85,10 @@ impl<'a> Repair<'a> {
                 self.diagnostics.push(diagnostic);
                 return None;
             }
+        }
+        // the first error says what the file is; its keys would all be unknown
+        if describe_other_kind(&self.tree).is_some() {
+            return None;
         }
         self.file.scenario = self.settings()?;
         for assignment in self.overrides {
@@ -221,6 +225,12 @@ mod tests {
         for (error, expected) in errors.iter().zip(expected) {
             assert!(error.contains(expected), "no {expected:?} in {error}");
         }
+    }
+
+    #[test]
+    fn a_sweep_has_one_error() {
+        let errors = errors_of("schema = \"skiagraph.sweep/1\"\n[axes]\nparticles = [1]\n", &["seeds=0"]);
+        assert!(errors.len() == 1 && errors[0].contains("found a sweep"), "{errors:?}");
     }
 
     #[test]

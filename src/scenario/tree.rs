@@ -19,9 +19,21 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
         message: match e.message() {
             // valid TOML, but not representable in 64 bits
             "JSON number out of range" => "the number is out of range".to_owned(),
+            _ if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') => {
+                "not TOML: this looks like XML; expected a scenario in TOML".to_owned()
+            }
             other => format!("not TOML: {}", input::foreign_about(text.as_bytes(), other)),
         },
     })
+}
+
+/// What a file is and which command takes it, if it is no scenario.
+pub(super) fn describe_other_kind(tree: &Value) -> Option<&'static str> {
+    match tree.get("schema")?.as_str()?.split_once('/')?.0 {
+        "skiagraph.sweep" => Some("expected a scenario, found a sweep; use skiagraph sweep FILE"),
+        "skiagraph.gate" => Some("expected a scenario, found rules of a gate; use skiagraph gate --rules FILE"),
+        _ => None,
+    }
 }
 
 /// The value of a dotted key with indices; the whole tree for an empty one.
