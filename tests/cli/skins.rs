@@ -116,6 +116,13 @@ fn errors_in_files_and_settings_of_skins_name_the_skin() {
     let answer = room.skiagraph(["check", "tiny.toml", "actor.skin_blending=dual_quaternion"]);
     assert_eq!(answer.code, 2);
     assert!(answer.stderr.contains("actor.skin_blending: only valid with a `skin`"), "{}", answer.stderr);
+    let answer = room.skiagraph(["check", "tiny.toml", "actor.skin=persn"]);
+    assert_eq!(answer.code, 2);
+    for words in
+        ["actor.skin: `persn` is neither a built-in skin (person, ", ") nor the file ", "did you mean `person`?"]
+    {
+        assert!(answer.stderr.contains(words), "{words}: {}", answer.stderr);
+    }
 }
 
 #[test]
