@@ -52,10 +52,20 @@ pub enum ScenarioError {
     Unsound(#[from] Diagnostic),
 }
 
-/// The suggestion at the end of a message about a missing file.
+/// The suggestion at the end of a message about a missing file: `walk` may be `walk.toml` or `scenarios/walk.toml`.
 fn suggestion_for(path: &Path) -> String {
-    let guess = similar_file(path).filter(|_| !path.exists());
-    guess.map(|guess| format!("; did you mean {}?", plain(guess))).unwrap_or_default()
+    if path.exists() {
+        return String::new();
+    }
+    let named = path.with_extension("toml");
+    let mut places = [named.clone(), Path::new("scenarios").join(&named)].into_iter();
+    let known = places.find(|file| file.is_file());
+    let known = known.map(|file| file.display().to_string());
+    match known.or_else(|| similar_file(path).filter(|guess| !Path::new(guess).is_dir())) {
+        Some(guess) => format!("; did you mean {}?", plain(guess)),
+        None if path == Path::new("walk") => "; to use the built-in walk, give no file".to_owned(),
+        None => String::new(),
+    }
 }
 
 impl ScenarioFile {
@@ -318,6 +328,17 @@ mod tests {
         let error = parse("", &["tracker=gpdm"]).unwrap_err();
         assert!(error.contains("tracker.gpdm: expected a table of settings"), "{error}");
         assert!(error.contains("write tracker.gpdm={}"), "{error}");
+    }
+
+    #[test]
+    fn a_missing_scenario_is_suggested_by_its_name_and_no_folder_is() {
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("walk.toml");
+        std::fs::write(&file, "").unwrap();
+        std::fs::create_dir(root.path().join("jmp")).unwrap();
+        assert_eq!(suggestion_for(&root.path().join("walk")), format!("; did you mean {}?", file.display()));
+        assert_eq!(suggestion_for(&root.path().join("jump")), "");
+        assert_eq!(suggestion_for(&file), "");
     }
 
     #[test]
