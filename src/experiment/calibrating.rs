@@ -4,14 +4,32 @@ use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, SilhouetteSettings, Tracker,
-    calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, FEWEST_CALIBRATION_FRAMES,
+    SilhouetteSettings, Tracker, calibrate,
 };
 
 /// The frames of a set that a calibration uses.
 pub(super) fn frames(set: &BlindSet) -> Vec<usize> {
-    let every = (set.frames_per_second * CALIBRATION_SPACING_S).round().max(1.0) as usize;
-    (0..set.frame_count).step_by(every).take(CALIBRATION_FRAMES).collect()
+    frames_of(set.frame_count, set.frames_per_second)
+}
+
+fn frames_of(frame_count: usize, frames_per_second: f64) -> Vec<usize> {
+    let every = (frames_per_second * CALIBRATION_SPACING_S).round().max(1.0) as usize;
+    (0..frame_count).step_by(every).take(CALIBRATION_FRAMES).collect()
+}
+
+/// Why a body cannot be calibrated with this number of cameras and frames; `None` if it can.
+pub(super) fn obstacle(cameras: usize, frame_count: usize, frames_per_second: f64) -> Option<String> {
+    if cameras < 2 {
+        return Some("one camera cannot tell size from distance".to_owned());
+    }
+    let found = frames_of(frame_count, frames_per_second).len();
+    (found < FEWEST_CALIBRATION_FRAMES).then(|| {
+        format!(
+            "expected at least {FEWEST_CALIBRATION_FRAMES} frames that are 1/15 s apart, found {found} in {:.2} s",
+            frame_count as f64 / frames_per_second
+        )
+    })
 }
 
 /// Tracks the first frames of a set with a started tracker, and calibrates its body on them.
@@ -55,5 +73,18 @@ impl Beginning {
         } else {
             Self::from_set(set)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_camera_and_short_videos_are_obstacles() {
+        assert_eq!(obstacle(4, 21, 60.0), None);
+        let short = "expected at least 6 frames that are 1/15 s apart, found 5 in 0.33 s";
+        assert_eq!(obstacle(4, 20, 60.0).as_deref(), Some(short));
+        assert_eq!(obstacle(1, 300, 60.0).as_deref(), Some("one camera cannot tell size from distance"));
     }
 }

@@ -5,13 +5,14 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::calibrating;
 use super::cost::{RunCost, cost};
 use crate::body::{DrawnShares, Humanoid};
 use crate::common::{ExperimentError, NoProgress};
 use crate::prepare::robots::{RobotChoice, robot};
 use crate::prepare::scene_check::{CamerasInside, prop_notes, unseen, views};
 use crate::prepare::{ActorPath, CameraView, PreparedScene, clip_file};
-use crate::scenario::ScenarioFile;
+use crate::scenario::{ScenarioFile, TrackerSettings};
 use crate::train::{LearnedModel, Models};
 
 /// Facts about a valid scenario.
@@ -103,6 +104,7 @@ fn check_report(
     let (frames, frames_per_second) = (scene.frames(), scene.ground_truth.frames_per_second);
     let mut notes = scene.notes.clone();
     notes.extend(prop_notes(&scene));
+    notes.extend(calibration_note(file, &scene));
     CheckReport {
         schema: "skiagraph.check/1",
         sound: true,
@@ -126,6 +128,18 @@ fn check_report(
         notes,
         clip: scene.clip,
     }
+}
+
+/// A note if the scenario requests a calibration of the tracker's body that is not possible.
+fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String> {
+    let scenario = &file.scenario;
+    let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
+    if !scenario.tracker_body.calibrate || !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
+        return None;
+    }
+    let cameras = scene.rig.rig().cameras.len();
+    let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second)?;
+    Some(format!("tracker_body.calibrate: not possible, so the body is used as given: {obstacle}"))
 }
 
 fn drawn(body: &Humanoid) -> Option<DrawnShares> {

@@ -28,7 +28,7 @@ pub const CALIBRATION_FRAMES: usize = 30;
 /// How far apart they are, seconds: every fourth frame of a video of 60 Hz.
 pub const CALIBRATION_SPACING_S: f64 = 1.0 / 15.0;
 /// With fewer frames the body is not calibrated: neighbouring poses cannot tell a limb's length from its angles.
-const FEWEST_FRAMES: usize = 6;
+pub const FEWEST_CALIBRATION_FRAMES: usize = 6;
 /// By which factor the energy in the frames that were held back must fall for a calibrated body to be used.
 const GAIN: f64 = 0.9;
 /// How far a pose is held to the one that was tracked: squared lengths of the residuals times the spread of a human's
@@ -118,7 +118,7 @@ pub fn calibrate(
     if seeing < 2 {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews)));
     }
-    if seen.len() < FEWEST_FRAMES {
+    if seen.len() < FEWEST_CALIBRATION_FRAMES {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
     }
     let model = ShapeModel::new(body);
