@@ -1,10 +1,10 @@
-//! The baseline that every tracker must beat.
+//! The static baseline.
 
 use super::{Estimate, TrackError, Tracker};
 use crate::body::Pose;
 use crate::observation::Observation;
 
-/// Never moves: answers the start pose for every frame.
+/// Returns the start pose for every frame.
 #[derive(Clone, Debug, Default)]
 pub struct Frozen {
     start: Option<Pose>,

@@ -1,4 +1,4 @@
-//! Derivatives against differences, outlines against drawings, and poses found again.
+//! Checks derivatives against finite differences and outlines against rendered masks, and recovers displaced poses.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -15,7 +15,7 @@ fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
     fixture::ring(count, 3.5, image_size)
 }
 
-/// Striding, arms away from the trunk: every limb is seen to end somewhere, and no angle is at a limit.
+/// Striding, with the arms away from the trunk: all limbs are visible, and no angle is at a limit.
 fn standing(body: &Humanoid) -> Pose {
     let mut pose = body.zero_pose();
     pose.world_from_root = Isometry3::from_parts(
@@ -46,7 +46,7 @@ fn likelihood(body: &Humanoid, rig: &CameraRig) -> SilhouetteLikelihood {
     SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).unwrap().with_descent()
 }
 
-/// Where `steps` steps of narrowing width lead from `pose`.
+/// The pose after `steps` descent steps of decreasing width from `pose`.
 fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, steps: usize) -> Pose {
     let (model, mut scratch, mut now) = (diffusion(body), likelihood.scratch(), pose.clone());
     for step in 0..steps {
@@ -57,19 +57,19 @@ fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, st
     now
 }
 
-/// Mean distance of the markers, millimetres.
+/// Mean marker distance, millimetres.
 fn apart_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((body, a), (body, b))
 }
 
-/// `pose` with every number of a step off by `by`, up and down by turns.
+/// `pose` with every component of a step displaced by `by`, with mixed signs.
 fn off(body: &Humanoid, pose: &Pose, by: f64) -> Pose {
     let sign = |i: usize| if i.is_multiple_of(3) { -1.0 } else { 1.0 };
     let step: Vec<f64> = (0..body.step_len()).map(|i| by * sign(i) * if i < 3 { 0.3 } else { 1.0 }).collect();
     body.step(pose, &step)
 }
 
-/// tracker25 with boxes, cylinders and meshes in place of most capsules.
+/// tracker25 with most capsules replaced by boxes, cylinders and meshes.
 fn of_other_solids() -> Humanoid {
     let mut body = Humanoid::tracker25().unwrap();
     let solids: Vec<&mut Solid> = body.links.iter_mut().flat_map(|link: &mut Link| &mut link.solids).collect();
@@ -102,7 +102,7 @@ fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Solid {
     Solid::Mesh { vertices, triangles }
 }
 
-/// What is left of the samples of one camera.
+/// The samples of one camera that lie on the drawn contour.
 fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>, Mask) {
     let frames = body.link_frames(pose);
     let mut samples = Vec::new();
@@ -122,7 +122,7 @@ fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_solids
             let map = DistanceMap::new(&edge);
             let off_edge = |s: &&OutlineSample| map.distance(s.pixel[0] as u32, s.pixel[1] as u32) > 2.0;
             let strays = samples.iter().filter(off_edge).count();
-            // A sample may touch a pixel that another solid leaves free between itself and the outline.
+            // A sample may border on a gap between its solid and another one.
             assert!(strays * 100 <= samples.len(), "{}: {strays} of {} samples", body.name, samples.len());
             let near = |(x, y): (u32, u32)| {
                 let far = |s: &OutlineSample| (s.pixel[0] - f64::from(x) - 0.5).hypot(s.pixel[1] - f64::from(y) - 0.5);
@@ -143,7 +143,7 @@ fn normals_of_samples_point_out_of_the_silhouette() {
             let [u, v] = [0, 1].map(|i| s.pixel[i] - 1.5 * s.normal[i]);
             drawn.get(u as u32, v as u32)
         };
-        // thin tips aside
+        // thin tips are exceptions
         assert!(samples.iter().filter(inward).count() * 100 >= 97 * samples.len(), "{}", body.name);
     }
 }
@@ -194,7 +194,8 @@ fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids(
         likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
         for by in [0.05, -0.05, 0.1] {
             let start = off(&body, &truth, by);
-            // 0.1 rad is 110 mm off: the first steps are short, of solids other than capsules shorter still
+            // 0.1 rad displaces markers by 110 mm: the first steps are short, and shorter for solids other than
+            // capsules
             let found = descended(&likelihood, &body, &start, 16);
             let (before, after) = (apart_mm(&body, &truth, &start), apart_mm(&body, &truth, &found));
             assert!(before > 8.0 * within_mm && after < within_mm, "{}, {by}: {before:.1} to {after:.1} mm", body.name);
@@ -222,7 +223,7 @@ fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
     let body = Humanoid::tracker25().unwrap();
     let truth = standing(&body);
     let mut rig = ring(4, [320, 240]);
-    // Longer lenses: head and shanks are outside every picture.
+    // Longer focal lengths: head and shanks are outside every image.
     rig.cameras.iter_mut().for_each(|camera| camera.pinhole.focal = camera.pinhole.focal.map(|f| 2.2 * f));
     let observation = seen(&body, &truth, &rig);
     let cut = |mask: &Mask| mask.runs(0).count() > 0 && mask.runs(mask.height() - 1).count() > 0;
