@@ -1,4 +1,4 @@
-//! What the annealed particle filter does on energies whose minimum is known.
+//! The annealed particle filter on energies with a known minimum.
 
 use nalgebra::DVector;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::body::{Humanoid, Prediction, ProposalScales, ROOT_STEP};
 use crate::motion_model::{Diffusion, DiffusionSettings};
 
-/// Energy of a parabola whose bottom moves steadily with the frame: half the squared step in units of `width`.
+/// A quadratic energy whose minimum moves linearly with the frame: half the squared step in units of `width`.
 struct Parabola {
     body: Humanoid,
     velocity: Vec<f64>,
@@ -51,7 +51,7 @@ fn filter(settings: FilterSettings, prediction: Prediction) -> AnnealedParticleF
     moving_at(0.01, settings, prediction)
 }
 
-/// A filter of a minimum whose every number moves by `speed` a frame.
+/// A filter on a minimum that moves by `speed` per frame in every component.
 fn moving_at(
     speed: f64,
     settings: FilterSettings,
@@ -73,7 +73,7 @@ fn observation(frame: usize) -> Observation {
     Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None }
 }
 
-/// Root mean square of all numbers of the step from the truth, over the last of 20 frames.
+/// Root mean square over all components of the step from the truth, over the last 10 of 20 frames.
 fn error(mut filter: AnnealedParticleFilter<Diffusion, Parabola>) -> f64 {
     let mut squares = Vec::new();
     for frame in 0..20 {
@@ -89,7 +89,7 @@ fn error(mut filter: AnnealedParticleFilter<Diffusion, Parabola>) -> f64 {
 #[test]
 fn it_follows_a_moving_minimum_with_every_kernel() {
     let with = |kernel| filter(FilterSettings { kernel, ..FilterSettings::default() }, Prediction::None);
-    // Frozen would be off by 0.1 to 0.2 in every number.
+    // The static baseline would be off by 0.1 to 0.2 in every component.
     for kernel in [Kernel::Geometric, Kernel::Min { factor: 1.0 }, Kernel::Shrink { h: 0.5 }] {
         let error = error(with(kernel));
         assert!(error < 0.02, "{kernel:?}: {error}");
@@ -104,7 +104,7 @@ fn searching_part_after_part_follows_a_moving_minimum_and_needs_a_layer_a_part()
         filter.with_partition(partition)
     };
     let found = error(partitioned(10).unwrap());
-    // frozen would be off by 0.1 to 0.2 in every number
+    // the static baseline would be off by 0.1 to 0.2 in every component
     assert!(found < 0.05, "{found}");
     assert_eq!(partitioned(4).err().map(|e| e.key), Some("layers"));
     let shrinking =
@@ -238,7 +238,7 @@ fn with_no_width_of_proposal_every_particle_is_the_start_and_the_layers_are_flag
     assert!(estimate.layers.iter().all(|layer| layer.degenerate && layer.lambda == 0.0));
 }
 
-/// Rejects every pose, whatever it would be worth.
+/// Rejects every pose.
 struct Strict(Parabola);
 
 impl Likelihood for Strict {

@@ -1,4 +1,4 @@
-//! Planted bodies found again, right ones left alone.
+//! Recovers planted bodies, and leaves correct ones unchanged.
 
 use super::*;
 use crate::body::BodyShape;
@@ -14,7 +14,7 @@ fn marching(body: &Humanoid, frame: usize) -> Pose {
     March { cycle: 12, advance: 0.03, hip: 0.3, knee: 0.7, abduction: 0.5, elbow: 0.8 }.pose(body, frame)
 }
 
-/// What the cameras see of an actor in `frames` poses, and those poses.
+/// Observations of an actor in `frames` poses, and those poses.
 fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, Pose)> {
     let observe = |frame: usize| {
         let pose = marching(actor, frame);

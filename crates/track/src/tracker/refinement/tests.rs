@@ -1,4 +1,4 @@
-//! Lost limbs found, and energies that never rise.
+//! Recovers lost limbs, and checks that energies never rise.
 
 use super::*;
 use crate::body::ProposalScales;
@@ -20,7 +20,7 @@ fn rig(cameras: u32) -> CameraRig {
     fixture::ring(cameras, 3.5, [160, 120])
 }
 
-/// A step of a march, `frame` of sixty.
+/// Pose of a march, `frame` of sixty.
 fn marching(frame: usize) -> Pose {
     March { cycle: 60, advance: 0.01, hip: 0.2, knee: 0.6, abduction: 0.3, elbow: 0.7 }.pose(&body(), frame)
 }
@@ -63,7 +63,7 @@ fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
     assert_eq!(prior_weight(0.95), 1.0);
     let weights = [0.9, 0.8, 0.5, 0.0].map(prior_weight);
     assert!(weights.is_sorted() && weights[0] < 10.0 && weights[1] > 100.0 && weights[3].is_finite(), "{weights:?}");
-    // outlines that are where they were drawn agree, those of a body that stands beside them do not
+    // an outline at the true pose agrees with the observation, that of a displaced body does not
     let (rig, pose) = (rig(4), marching(0));
     let mut likelihood = likelihood(&rig);
     likelihood.prepare(&seen(&pose, &rig, 0)).unwrap();
@@ -80,7 +80,7 @@ fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
     assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not tell depth");
 }
 
-/// Mean distance of the markers, millimetres.
+/// Mean marker distance, millimetres.
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((&body(), a), (&body(), b))
 }
@@ -127,7 +127,7 @@ fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
     assert!(with < 0.25 * without, "{with:.1} mm with, {without:.1} mm without");
 }
 
-/// Both samples that were descended were neighbours of a pose that was stuck, and ended in it.
+/// Regression test: both descended samples were neighbours of a pose in a local minimum, and converged to it.
 #[test]
 fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
     let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
@@ -164,7 +164,7 @@ fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_th
         let angles = (0..10).map(|round| angle(turn + round * LIMB_DRAWS.len()));
         angles.map(|angle| (angle - expected).abs()).fold(0.0, f64::max)
     };
-    // ten deviates of a tenth of a radian
+    // ten standard deviations of a tenth of a radian
     let (own, mirrored) = (worst(LimbDraw::Remembered, 2.2), worst(LimbDraw::RememberedMirrored, 1.1));
     assert!(own > 0.0 && own < 0.45 && mirrored > 0.0 && mirrored < 0.45, "{own} {mirrored}");
 }
@@ -189,7 +189,7 @@ fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refineme
     let mut refined = filter(20, &rig, RefinementSettings::default());
     let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };
     for frame in 0..4 {
-        // A plain filter from the same start and seed gives the estimate that the refinement begins with.
+        // A plain filter with the same start and seed gives the estimate from which the refinement starts.
         let mut plain = AnnealedParticleFilter::new(settings, model(), likelihood(&rig), 7).unwrap();
         let observation = seen(&marching(frame), &rig, frame);
         plain.start(&marching(5));
@@ -238,7 +238,7 @@ fn training_poses_are_tried_near_where_they_are() {
     };
     let near_training = (0..60).filter(|sample| sample % 6 == 2).map(angle);
     let worst = near_training.map(|angle| (angle - 2.4).abs()).fold(0.0, f64::max);
-    // Ten deviates of a tenth of a radian.
+    // Ten standard deviations of a tenth of a radian.
     assert!(worst > 0.0 && worst < 0.45, "{worst}");
 }
 
@@ -259,7 +259,7 @@ fn drawn_limbs_keep_their_limits_and_leave_the_rest_alone() {
     }
 }
 
-/// Silhouettes' energies, and nothing to descend.
+/// A silhouette likelihood without descent.
 #[derive(Debug)]
 struct Flat(SilhouetteLikelihood);
 

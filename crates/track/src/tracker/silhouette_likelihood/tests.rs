@@ -1,4 +1,4 @@
-//! The same energies by several roads, by hand and by symmetry.
+//! Checks energies across comparison strategies, against hand-computed values and by symmetry.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -11,7 +11,7 @@ fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
 }
 
-/// Upright over the world's origin, arms and knees a little bent.
+/// Upright above the world's origin, with arms and knees slightly bent.
 fn standing() -> Pose {
     let body = body();
     let mut pose = body.zero_pose();
@@ -127,13 +127,13 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
     let costs = [0.0, 0.02, 0.1, 0.4].map(|x| at(0.0, x));
     assert!(costs[0] < 0.02, "{costs:?}: samples in pixels that the outline cuts");
     assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[3] <= 1.0, "{costs:?}");
-    // the contour is weighed beside them as beside areas
+    // the contour term keeps its weight
     let by_area = |weight| {
         let settings = SilhouetteSettings { contour_weight: weight, ..Default::default() };
         energy(&body(), &rig(), settings, &standing(), &moved([0.1, 0.0, 0.0]))
     };
     assert!((at(0.5, 0.1) - at(0.0, 0.1) - (by_area(0.5) - by_area(0.0))).abs() < 1e-12);
-    // a body of thinner limbs inside the silhouette costs nothing, which areas would tell
+    // a body of thinner limbs inside the silhouette costs nothing, unlike with the area terms
     let mut thin = body();
     for solid in thin.links.iter_mut().flat_map(|link| &mut link.solids) {
         if let Solid::TaperedCapsule(capsule) = solid {
@@ -161,7 +161,7 @@ fn the_road_over_capsules_and_the_road_over_masks_meet() {
     });
     for by in [[0.0, 0.0, 0.0], [0.05, 0.02, 0.0], [0.0, 0.3, 0.1], [2.0, 0.0, 0.0]] {
         let [fast, slow] = roads.each_mut().map(|road| road.energy(&moved(by), &mut road.scratch()));
-        // The fast road rounds distances to 16 bits.
+        // The capsule strategy rounds distances to 16 bits.
         assert!((fast - slow).abs() < 1e-5, "{by:?}: {fast} against {slow}");
     }
 }
