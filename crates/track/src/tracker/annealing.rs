@@ -160,21 +160,21 @@ mod tests {
     }
 
     #[test]
-    fn equal_energies_are_flagged_and_weigh_the_same() {
+    fn equal_energies_are_degenerate_with_equal_weights() {
         let found = select(&[3.0; 8], 0.5).unwrap();
         assert_eq!((found.lambda, found.degenerate), (0.0, true));
         assert_eq!(found.weights, vec![0.125; 8]);
     }
 
     #[test]
-    fn ties_at_the_minimum_are_flagged_and_take_all_weight() {
+    fn ties_at_the_minimum_are_degenerate_and_take_all_weight() {
         let found = select(&[1.0, 1.0, 1.0, 2.0], 0.5).unwrap();
         assert!(found.degenerate);
         assert_relative_eq!(found.effective_sample_size, 3.0, epsilon = 1e-9);
     }
 
     #[test]
-    fn too_many_invalid_particles_are_flagged_and_weigh_nothing() {
+    fn too_many_invalid_particles_are_degenerate_and_have_no_weight() {
         let found = select(&[1.0, f64::NAN, f64::INFINITY, 2.0, f64::NAN], 0.5).unwrap();
         assert!(found.degenerate);
         assert_eq!(found.weights, vec![0.5, 0.0, 0.0, 0.5, 0.0]);
@@ -204,7 +204,7 @@ mod tests {
         }
 
         #[test]
-        fn a_regular_solution_keeps_the_survival_rate_whatever_the_scale(
+        fn a_regular_solution_keeps_the_survival_rate_at_any_scale(
             energies in proptest::collection::vec(0.1_f64..1.0, 5..80),
             alpha in 0.05_f64..0.95, exponent in -12_i32..12, offset in -1e3_f64..1e3,
         ) {
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_certain_particle_takes_every_place() {
+    fn a_particle_of_weight_one_is_drawn_every_time() {
         assert_eq!(systematic(&[0.0, 1.0, 0.0], 0.999), [1, 1, 1]);
     }
 

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_answers_the_start_pose_and_nothing_before_a_start() {
+    fn it_returns_the_start_pose_and_an_error_before_the_start() {
         let mut tracker = Frozen::default();
         let observation = Observation { frame: 7, time_s: 0.1, silhouettes: Vec::new(), moment: None };
         assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 7 })));

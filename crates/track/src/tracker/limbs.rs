@@ -11,9 +11,9 @@ const SIDE_SPACING: f64 = 4.0;
 /// Distance between samples inside a limb, along it and across it, pixels.
 const INSIDE_SPACING: f64 = 8.0;
 /// Minimum number of samples along and across a limb.
-const LEAST: f64 = 4.0;
+const MIN_SAMPLES: f64 = 4.0;
 /// Maximum number, which bounds the work for limbs far outside the image.
-const MOST: f64 = 200.0;
+const MAX_SAMPLES: f64 = 200.0;
 
 /// Distance of limb sides from the contour of one observed silhouette.
 ///
@@ -116,7 +116,7 @@ impl LimbInsides {
 /// Points on a grid between two lines, pixels.
 fn points_between(left: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
     let middle = |[from, to]: [[f64; 2]; 2]| between(from, to, 0.5);
-    let number = |length: f64| (length / INSIDE_SPACING).round().clamp(LEAST, MOST) as u32;
+    let number = |length: f64| (length / INSIDE_SPACING).round().clamp(MIN_SAMPLES, MAX_SAMPLES) as u32;
     let along = number(distance(left[0], left[1]));
     let across = number(distance(middle(left), middle(right)));
     let share = |index: u32, count: u32| (f64::from(index) + 0.5) / f64::from(count);
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_deep_inside_or_outside_the_picture_costs_one_and_no_more() {
+    fn a_side_deep_inside_the_body_or_outside_the_image_costs_at_most_one() {
         let trunk = TaperedCapsule { radius_a: 0.4, radius_b: 0.4, ..limb(0.0) };
         let thin = TaperedCapsule { radius_a: 0.02, radius_b: 0.02, ..limb(0.0) };
         let limbs = LimbSides::new(&pinhole(), &painted(&[trunk]), 10.0);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_is_that_of_the_limbs_area_beside_the_silhouette() {
+    fn the_share_is_the_limbs_area_outside_the_silhouette() {
         let insides = LimbInsides::new(&pinhole(), &painted(&[straight(0.0)]));
         // the limb is 20 pixels wide: at 5 pixels aside a quarter of it is uncovered, in columns of samples a quarter
         let shares = [0.0, 0.05, 0.1, 0.5].map(|x| insides.share_missed(&[straight(x)]));
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limb_inside_the_trunk_costs_nothing_and_one_beyond_the_picture_costs_all() {
+    fn a_limb_inside_the_trunk_costs_nothing_and_one_outside_the_image_costs_one() {
         let trunk = TaperedCapsule { radius_a: 0.3, radius_b: 0.3, ..straight(0.0) };
         let insides = LimbInsides::new(&pinhole(), &painted(&[trunk]));
         assert_eq!(insides.share_missed(&[straight(0.1)]), Some(0.0), "one-sided");
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_edge_of_the_picture_cuts_off_has_no_say() {
+    fn parts_cropped_by_the_image_are_ignored() {
         let cut = straight(0.8);
         let insides = LimbInsides::new(&pinhole(), &painted(&[cut]));
         assert!(painted(&[cut]).count() < painted(&[straight(0.0)]).count());

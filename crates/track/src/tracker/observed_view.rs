@@ -84,13 +84,13 @@ impl ObservedView {
     pub(super) fn new(
         camera: &Camera,
         observed: Mask,
-        road: ComparisonStrategy,
+        strategy: ComparisonStrategy,
         settings: &SilhouetteSettings,
     ) -> Self {
         let tau = settings.contour_reach * f64::from(camera.pinhole.height);
         let with_contour = settings.contour_weight > 0.0;
         let comparer = || SilhouetteComparer::new(&camera.pinhole, &observed, with_contour.then_some(tau));
-        match road {
+        match strategy {
             ComparisonStrategy::Capsules => Self::Capsules(comparer()),
             ComparisonStrategy::Skin => Self::Skin(comparer()),
             ComparisonStrategy::Masks => {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_skin_compares_as_its_drawn_mask_does_but_for_distances_in_fixed_point() {
+    fn skin_and_mask_comparisons_agree_up_to_fixed_point_distances() {
         let (body, rig) = (skinned(), ring(3, 4.0, [320, 240]));
         let settings = SilhouetteSettings::default();
         assert_eq!(ComparisonStrategy::of(&body, &settings), ComparisonStrategy::Skin);
@@ -193,8 +193,8 @@ mod tests {
             placed.place(&body, &MARCH.pose(&body, frame)).unwrap();
             placed.deform(&body);
             for (view, (camera, mask)) in rig.cameras.iter().zip(&seen.silhouettes).enumerate() {
-                let mut by = |road| {
-                    let observed = ObservedView::new(camera, mask.clone(), road, &settings);
+                let mut by = |strategy| {
+                    let observed = ObservedView::new(camera, mask.clone(), strategy, &settings);
                     observed.compare(&body, &mut placed, camera, view, &mut scratch)
                 };
                 let (fast, drawn) = (by(ComparisonStrategy::Skin), by(ComparisonStrategy::Masks));
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sided_distances_between_both_contours_are_those_of_the_whole_image() {
+    fn two_sided_distances_in_the_bounds_of_both_contours_are_those_of_the_whole_image() {
         let at = |left: u32, top: u32| {
             Mask::from_fn(120, 90, |x, y| (left..left + 20).contains(&x) && (top..top + 30).contains(&y))
         };

@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_of_a_step_belongs_to_one_part_and_the_root_to_the_trunk() {
+    fn every_component_of_a_step_belongs_to_one_part_and_the_root_to_the_trunk() {
         for (robot, trunk) in [("tracker25", 6 + 3), ("tracker40", 6 + 3 + 3)] {
             let body = crate::body::shipped(robot).unwrap();
             let partition = Partition::of_body(&body);
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_shared_out_and_every_part_begins_with_its_whole_noise() {
+    fn layers_are_divided_evenly_and_every_part_starts_with_its_full_noise() {
         let partition = Partition::of_body(&crate::body::shipped("tracker25").unwrap());
         let whole = vec![1.0; 25];
         // 12 layers for 5 parts: 3, 2, 3, 2, 2

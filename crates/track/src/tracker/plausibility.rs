@@ -123,7 +123,7 @@ mod tests {
     }
 
     /// A body, the height at which its soles touch the ground, and likelihoods without and with plausibility.
-    fn looking(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, SilhouetteLikelihood) {
+    fn likelihoods(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, SilhouetteLikelihood) {
         let body = shipped("tracker25").unwrap();
         let links: Vec<usize> = (0..body.links.len()).collect();
         let height = -body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
@@ -143,9 +143,9 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_could_be_has_the_energy_of_its_silhouettes_and_one_in_the_ground_more() {
+    fn a_plausible_pose_has_no_penalty_and_one_in_the_ground_has_one() {
         let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.01, reject_beyond_m: None };
-        let (body, height, without, with) = looking(settings);
+        let (body, height, without, with) = likelihoods(settings);
         assert_eq!(added(&with, &without, &standing(&body, height)), 0.0);
         assert_eq!(added(&with, &without, &standing(&body, height - 0.009)), 0.0);
         let sunk = added(&with, &without, &standing(&body, height - 0.06));
@@ -153,8 +153,9 @@ mod tests {
     }
 
     #[test]
-    fn crossed_legs_and_a_bent_back_knee_cost() {
-        let (body, height, without, with) = looking(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
+    fn crossed_legs_and_a_hyperextended_knee_are_penalised() {
+        let (body, height, without, with) =
+            likelihoods(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
         let mut crossed = standing(&body, height + 0.1);
         crossed.joint_angles[body.find_degree_of_freedom("left_hip_abduction").unwrap()] = -0.3;
         assert!(added(&with, &without, &crossed) > 0.005, "{}", added(&with, &without, &crossed));
@@ -164,9 +165,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_deep_is_rejected_and_has_an_energy_all_the_same() {
+    fn poses_that_penetrate_too_deeply_are_rejected_but_have_an_unrejected_energy() {
         let settings = PlausibilitySettings { weight: 1.0, tolerance_m: 0.01, reject_beyond_m: Some(0.05) };
-        let (body, height, without, with) = looking(settings);
+        let (body, height, without, with) = likelihoods(settings);
         let deep = standing(&body, height - 0.2);
         assert_eq!(with.energy(&deep, &mut with.scratch()), f64::INFINITY);
         let unrejected = with.energy_unrejected(&deep, &mut with.scratch());
@@ -177,10 +178,10 @@ mod tests {
     }
 
     #[test]
-    fn poses_judged_together_have_the_energies_that_they_have_alone() {
+    fn batched_energies_equal_single_energies() {
         for reject_beyond_m in [None, Some(0.05)] {
             let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.0, reject_beyond_m };
-            let (body, height, _, with) = looking(settings);
+            let (body, height, _, with) = likelihoods(settings);
             let depths = [0.0, 0.02, f64::NAN, 0.2, 0.01, 0.0, 0.03, 0.04, 0.001, 0.3];
             let poses: Vec<Pose> = depths.iter().map(|depth| standing(&body, height - depth)).collect();
             let mut scratch = with.scratch();

@@ -84,7 +84,7 @@ const NEAR_SEEN_RAD: f64 = 0.1;
 const NEAR_OTHERS_RAD: f64 = 0.2;
 /// Minimum difference in some angle for the second sample to be descended, radians: the neighbours of a pose in a local
 /// minimum have the lowest energies, and all would converge to it.
-const ELSEWHERE_RAD: f64 = 0.7;
+const DISTINCT_RAD: f64 = 0.7;
 /// Sampling range of angles without limits, radians.
 const NO_LIMIT_RAD: f64 = std::f64::consts::PI;
 /// Number of samples descended per limb.
@@ -294,7 +294,7 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
 /// and from the `present` pose, or else the second one.
 fn chosen(poses: &[&Pose], present: &Pose, limb: &[usize]) -> Vec<usize> {
     let is_elsewhere = |pose: &Pose, from: &Pose| {
-        limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > ELSEWHERE_RAD)
+        limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > DISTINCT_RAD)
     };
     let Some(first) = poses.first() else { return Vec::new() };
     let second = poses.iter().position(|pose| is_elsewhere(pose, present) && is_elsewhere(pose, first)).unwrap_or(1);

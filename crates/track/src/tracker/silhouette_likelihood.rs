@@ -43,7 +43,7 @@ pub struct SilhouetteLikelihood {
     settings: SilhouetteSettings,
     views: Vec<ObservedCamera>,
     /// How the body is compared with the observation.
-    road: ComparisonStrategy,
+    strategy: ComparisonStrategy,
     /// Surfaces for descent; `None` if descent is disabled.
     outline: Option<BodyOutline>,
     /// Weights of the body's parts in a descent.
@@ -96,11 +96,11 @@ impl SilhouetteLikelihood {
         if rig.cameras.is_empty() {
             return Err(SettingError::new("cameras", "at least 1", 0));
         }
-        let road = ComparisonStrategy::of(&body, &settings);
+        let strategy = ComparisonStrategy::of(&body, &settings);
         let views =
-            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], road, &settings));
+            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], strategy, &settings));
         let (outline, importance, plausibility) = (None, OutlineImportance::default(), None);
-        Ok(Self { body, settings, views, road, outline, importance, plausibility })
+        Ok(Self { body, settings, views, strategy, outline, importance, plausibility })
     }
 
     /// Adds the plausibility term, which penalises or rejects poses that penetrate the ground or themselves or exceed
@@ -152,7 +152,7 @@ impl Likelihood for SilhouetteLikelihood {
     type Scratch = LikelihoodScratch;
 
     fn scratch(&self) -> LikelihoodScratch {
-        let painted = if self.road == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
+        let painted = if self.strategy == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
         let compare = CompareBuffers { views, limbs: Vec::new() };
         let (bodies, solids) = (vec![PlacedBody::default()], InterpenetrationScratch::default());
@@ -161,7 +161,7 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
-        let (road, descends, settings) = (self.road, self.outline.is_some(), self.settings);
+        let (strategy, descends, settings) = (self.strategy, self.outline.is_some(), self.settings);
         for (index, view) in self.views.iter_mut().enumerate() {
             view.has_image = observation.has_image(index);
             if let Some(moment) = &observation.moment {
@@ -169,23 +169,25 @@ impl Likelihood for SilhouetteLikelihood {
             }
         }
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.filter(|(view, _)| view.has_image).for_each(|(view, mask)| view.observe(mask, road, descends, &settings));
+        views
+            .filter(|(view, _)| view.has_image)
+            .for_each(|(view, mask)| view.observe(mask, strategy, descends, &settings));
         Ok(())
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, true);
+        self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, true);
         energy
     }
 
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch) {
-        self.judge(poses, energies, scratch, true);
+        self.evaluate(poses, energies, scratch, true);
     }
 
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
+        self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, false);
         energy
     }
 
@@ -284,7 +286,7 @@ impl SilhouetteLikelihood {
 impl SilhouetteLikelihood {
     /// Energies of several poses. With plausibility, the silhouettes of all poses come first: the data of the
     /// penetration tests are small and stay in the processor's first-level cache as long as nothing else runs.
-    fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch, may_reject: bool) {
+    fn evaluate(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch, may_reject: bool) {
         let LikelihoodScratch { bodies, compare, solids, .. } = scratch;
         let Some(plausibility) = &self.plausibility else {
             for (pose, energy) in poses.iter().zip(energies) {
@@ -323,7 +325,7 @@ impl SilhouetteLikelihood {
     /// The energy of a placed body. If [`Self::capsules_camera`] is a camera, the body's capsules are left in its
     /// frame.
     fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
-        if self.road == ComparisonStrategy::Skin {
+        if self.strategy == ComparisonStrategy::Skin {
             placed.deform(&self.body);
         }
         let (mut sum, mut count) = (0.0, 0.0);
@@ -340,21 +342,21 @@ impl SilhouetteLikelihood {
     /// silhouettes are rendered in another way.
     fn capsules_camera(&self) -> Option<&Camera> {
         let last = self.views.iter().rfind(|view| view.has_image);
-        last.filter(|_| self.road == ComparisonStrategy::Capsules).map(|view| &view.camera)
+        last.filter(|_| self.strategy == ComparisonStrategy::Capsules).map(|view| &view.camera)
     }
 }
 
 impl ObservedCamera {
-    fn new(camera: &Camera, road: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
+    fn new(camera: &Camera, strategy: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        let observed = ObservedView::new(&camera, nothing, road, settings);
+        let observed = ObservedView::new(&camera, nothing, strategy, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
         Self { camera, has_image: true, rectification, shown, observed, insides: None, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, road: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, strategy: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.insides = (settings.silhouette == SilhouetteTerm::Sampled).then(|| LimbInsides::new(pinhole, &ideal));
@@ -362,7 +364,7 @@ impl ObservedCamera {
         self.outline = descends
             .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
             .flatten();
-        self.observed = ObservedView::new(&self.camera, ideal, road, settings);
+        self.observed = ObservedView::new(&self.camera, ideal, strategy, settings);
     }
 }
 

@@ -94,7 +94,7 @@ mod tests {
     use crate::tracker::fixture::March;
 
     #[test]
-    fn hands_and_feet_without_joints_count_little() {
+    fn hands_and_feet_without_joints_have_low_weight() {
         for (name, few) in [("tracker25", 4), ("tracker40", 0), ("actor", 0)] {
             let body = shipped(name).unwrap();
             let importance = of_solids(&body);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_skin_the_vertices_beyond_wrists_and_ankles_without_joints_count_little() {
+    fn skin_vertices_beyond_wrists_and_ankles_without_joints_have_low_weight() {
         for (name, some) in [("tracker25", true), ("actor", false)] {
             let body = shipped(name).unwrap();
             let bind = body.link_frames(&March::standing(&body));

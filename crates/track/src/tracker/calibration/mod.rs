@@ -28,14 +28,14 @@ pub const CALIBRATION_FRAMES: usize = 30;
 /// Interval between these frames, seconds: every fourth frame of a 60 Hz video.
 pub const CALIBRATION_SPACING_S: f64 = 1.0 / 15.0;
 /// Minimum number of frames: poses close in time do not separate a limb's length from its angles.
-const FEWEST_FRAMES: usize = 6;
+const MIN_FRAMES: usize = 6;
 /// Maximum ratio of the calibrated body's energy to the given body's on the held-out frames, for the calibrated one to
 /// be used.
-const GAIN: f64 = 0.9;
+const MAX_ENERGY_RATIO: f64 = 0.9;
 /// Weight of the prior that holds a pose to the tracked one: squared lengths of the residuals times the variance of
 /// human motion between frames at 60 Hz.
-const PULL: f64 = 0.005;
-const PULL_RATE_HZ: f64 = 60.0;
+const POSE_PRIOR_WEIGHT: f64 = 0.005;
+const POSE_PRIOR_RATE_HZ: f64 = 60.0;
 /// A length of the residuals, per cent of the image height.
 const PERCENT_OF_HEIGHT: f64 = 100.0 / 240.0;
 
@@ -119,14 +119,17 @@ pub fn calibrate(
     if seeing < 2 {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews)));
     }
-    if seen.len() < FEWEST_FRAMES {
+    if seen.len() < MIN_FRAMES {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
     }
     let model = ShapeModel::new(body);
     let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let importance = OutlineImportance::new(body);
-    let precision: Vec<f64> =
-        ProposalScales::for_human(body, PULL_RATE_HZ).in_step_order().iter().map(|d| PULL / (d * d)).collect();
+    let precision: Vec<f64> = ProposalScales::for_human(body, POSE_PRIOR_RATE_HZ)
+        .in_step_order()
+        .iter()
+        .map(|d| POSE_PRIOR_WEIGHT / (d * d))
+        .collect();
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
     let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
@@ -167,7 +170,7 @@ pub fn calibrate(
 
 /// The verdict; costs and energies are those of the body as given and of the calibrated one.
 fn verdict(cost: [f64; 2], energy: [f64; 2]) -> CalibrationVerdict {
-    if cost[1] < cost[0] && energy[1] < GAIN * energy[0] {
+    if cost[1] < cost[0] && energy[1] < MAX_ENERGY_RATIO * energy[0] {
         CalibrationVerdict::Kept
     } else {
         CalibrationVerdict::NoBetter

@@ -17,7 +17,7 @@ pub(super) const REACHES_M: f64 = 0.05;
 /// Tolerance for two solids of a link to be mirror images and share one girth, metres.
 const MIRRORED_M: f64 = 0.001;
 /// Minimum factor on a length or girth.
-const LEAST_FACTOR: f64 = 0.3;
+const MIN_FACTOR: f64 = 0.3;
 
 /// A body and its shape parameters. Left and right share them.
 #[derive(Debug)]
@@ -81,7 +81,7 @@ impl ShapeModel {
         let mut girths: Vec<Vec<f64>> = self.body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
         let mut inflation = 0.0;
         for (number, value) in self.numbers.iter().zip(values) {
-            let factor = (1.0 + value).max(LEAST_FACTOR);
+            let factor = (1.0 + value).max(MIN_FACTOR);
             match &number.kind {
                 ShapeNumberKind::Length { links, axis } => {
                     links.iter().for_each(|link| shape.links[*link].length[*axis] *= factor)
@@ -138,15 +138,15 @@ fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shap
         let longest = reach.imax();
         for axis in (0..3).filter(|axis| reach[*axis] > REACHES_M) {
             let kind = ShapeNumberKind::Length { links: links.clone(), axis };
-            let way = if axis == longest { "length" } else { body_way(&body_from_links[links[0]], axis) };
-            numbers.push(ShapeNumber { name: format!("{} {way}", words(&name)), kind });
+            let way = if axis == longest { "length" } else { body_axis_name(&body_from_links[links[0]], axis) };
+            numbers.push(ShapeNumber { name: format!("{} {way}", without_underscores(&name)), kind });
         }
     }
     numbers
 }
 
 /// Name of the body axis closest to an axis of a link.
-fn body_way(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
+fn body_axis_name(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
     let direction = body_from_link * Vector3::ith_axis(axis).into_inner();
     ["depth", "width", "height"][direction.iamax()]
 }
@@ -198,7 +198,7 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
         for (number, solids) in classes.into_iter().enumerate() {
             let which = if count > 1 { format!(" {}", number + 1) } else { String::new() };
             numbers.push(ShapeNumber {
-                name: format!("{} girth{which}", words(&name)),
+                name: format!("{} girth{which}", without_underscores(&name)),
                 kind: ShapeNumberKind::Girth { solids },
             });
         }
@@ -244,7 +244,7 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
             // A single joint on the midline stays there.
             if joints.iter().any(|(_, direction)| direction.norm() > 0.5) && (joints.len() > 1 || way != 1) {
                 numbers.push(ShapeNumber {
-                    name: format!("{} joint {word}", words(&name)),
+                    name: format!("{} joint {word}", without_underscores(&name)),
                     kind: ShapeNumberKind::Place { joints },
                 });
             }
@@ -253,7 +253,7 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
     numbers
 }
 
-fn words(name: &str) -> String {
+fn without_underscores(name: &str) -> String {
     name.trim_matches('_').replace('_', " ")
 }
 
@@ -263,7 +263,7 @@ mod tests {
     use crate::body::{Landmark, shipped};
 
     #[test]
-    fn nothing_changed_is_the_same_body_and_names_are_unique() {
+    fn zero_values_give_the_same_body_and_names_are_unique() {
         for name in ["tracker25", "actor"] {
             let body = shipped(name).unwrap();
             let model = ShapeModel::new(&body);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_of_tracker25_are_those_of_a_human() {
+    fn tracker25_has_the_expected_shape_parameters() {
         let model = ShapeModel::new(&shipped("tracker25").unwrap());
         let names: Vec<&str> = model.numbers.iter().map(|number| number.name.as_str()).collect();
         let expected = [
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_longer_shank_lowers_both_ankles_and_a_wider_hip_parts_the_legs() {
+    fn a_longer_shank_lowers_both_ankles_and_wider_hips_separate_the_legs() {
         let body = shipped("tracker25").unwrap();
         let model = ShapeModel::new(&body);
         let with = |name: &str, value: f64| {

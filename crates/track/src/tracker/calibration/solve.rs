@@ -24,8 +24,8 @@ const WIDTHS: [f64; 2] = [5.0, 2.0];
 /// Levenberg-Marquardt damping: the share of the diagonal that is added to it.
 const DAMPING: f64 = 0.01;
 /// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
-const SLIDE_M: f64 = 0.1;
-const TURN_RAD: f64 = 0.3;
+const MAX_TRANSLATION_M: f64 = 0.1;
+const MAX_ROTATION_RAD: f64 = 0.3;
 /// Step of the finite differences with respect to the shape, in standard deviations of its parameters.
 const DIFFERENCE: f64 = 0.01;
 
@@ -229,7 +229,7 @@ impl CalibrationProblem<'_> {
         let pose_step = |gone: &Eliminated| {
             let mut step = -(&gone.alone + &gone.by_shape * &shape_step);
             for (number, step) in step.iter_mut().enumerate() {
-                let most = if number < 3 { SLIDE_M } else { TURN_RAD };
+                let most = if number < 3 { MAX_TRANSLATION_M } else { MAX_ROTATION_RAD };
                 *step = step.clamp(-most, most);
             }
             step
@@ -374,12 +374,12 @@ mod tests {
     use crate::tracker::fixture;
 
     #[test]
-    fn derivatives_by_the_shape_agree_with_finite_differences_of_the_outline() {
+    fn shape_derivatives_agree_with_finite_differences_of_the_outline() {
         check_derivatives(&shipped("tracker25").unwrap(), 1.5);
     }
 
     #[test]
-    fn derivatives_by_the_shape_agree_with_finite_differences_of_a_skins_outline() {
+    fn shape_derivatives_agree_with_finite_differences_of_a_skins_outline() {
         let body = shipped("tracker25").unwrap();
         let bind = body.link_frames(&body.zero_pose());
         let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();

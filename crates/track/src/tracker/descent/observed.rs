@@ -170,14 +170,14 @@ struct GridEntry {
 }
 
 /// Cells per reach: smaller cells hold fewer samples, but more of them must be searched.
-const CELLS_A_REACH: f64 = 5.0;
+const CELLS_PER_REACH: f64 = 5.0;
 /// Margin, square pixels, by which a cell must be farther away than the nearest sample to be skipped; far above
 /// rounding errors.
 const SLACK: f64 = 1e-6;
 
 impl SampleGrid {
     fn new(samples: &[OutlineSample], reach: f64) -> Self {
-        let cell = reach / CELLS_A_REACH;
+        let cell = reach / CELLS_PER_REACH;
         let fold = |i: usize, from: f64, f: fn(f64, f64) -> f64| samples.iter().map(|s| s.pixel[i]).fold(from, f);
         let (left, top) = (fold(0, f64::INFINITY, f64::min), fold(1, f64::INFINITY, f64::min));
         let (right, bottom) = (fold(0, f64::NEG_INFINITY, f64::max), fold(1, f64::NEG_INFINITY, f64::max));
@@ -210,7 +210,7 @@ impl SampleGrid {
         let column = ((point.pixel[0] - self.left) / self.cell).floor() as i64;
         let row = ((point.pixel[1] - self.top) / self.cell).floor() as i64;
         let mut best: Option<(f64, usize)> = None;
-        for ring in 0..=(CELLS_A_REACH as i64 + 1) {
+        for ring in 0..=(CELLS_PER_REACH as i64 + 1) {
             // Lower bound of the distance to this ring.
             let least = (ring - 1).max(0) as f64 * self.cell;
             if best.is_some_and(|(square, _)| square < least * least) {

@@ -78,7 +78,7 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
 fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
-        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
         for step in 0..steps {
             let share = (f64::from(step) + 0.5) / f64::from(steps);
             sink.push_grazed(from + share * (to - from), &normal, [0, 1], share);
@@ -92,7 +92,7 @@ fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<
 }
 
 /// Maximum number of samples: a side that is partly behind the camera may project to an unbounded length.
-const MOST_SAMPLES: f64 = 512.0;
+const MAX_SAMPLES: f64 = 512.0;
 
 /// The circle at which rays graze the ball at one `end` of a capsule, limited to normals for which `is_outline` holds.
 ///
@@ -115,7 +115,7 @@ fn sample_ball(
     let first = axis.cross(&across).normalize();
     let second = axis.cross(&first);
     let circumference = 2.0 * std::f64::consts::PI * radius * sink.pinhole.focal[1] / centre.z;
-    let count = (circumference / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+    let count = (circumference / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
     for k in 0..count {
         let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
         let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();

@@ -114,7 +114,7 @@ fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>
 }
 
 #[test]
-fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_solids() {
+fn samples_cover_the_drawn_contour_for_all_solids() {
     for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_solids()] {
         for camera in &ring(3, [640, 480]).cameras {
             let (samples, drawn) = samples(&body, &standing(&body), camera);
@@ -149,7 +149,7 @@ fn normals_of_samples_point_out_of_the_silhouette() {
 }
 
 #[test]
-fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a_step() {
+fn residual_derivatives_agree_with_finite_differences_for_every_component_of_a_step() {
     let body = Humanoid::tracker25().unwrap();
     let pose = standing(&body);
     let frames = body.link_frames(&pose);
@@ -187,7 +187,7 @@ fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a
 }
 
 #[test]
-fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids() {
+fn a_pose_displaced_by_a_tenth_of_a_radian_is_recovered_for_all_solids() {
     for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_solids(), 6.0)] {
         let (truth, rig) = (standing(&body), ring(4, [320, 240]));
         let mut likelihood = likelihood(&body, &rig);
@@ -204,7 +204,7 @@ fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids(
 }
 
 #[test]
-fn a_pose_is_found_through_lenses_that_bulge_and_pinch_too() {
+fn a_pose_is_recovered_through_barrel_and_pincushion_lenses() {
     let body = Humanoid::tracker25().unwrap();
     let truth = standing(&body);
     for k1 in [-0.25, 0.25] {
@@ -219,7 +219,7 @@ fn a_pose_is_found_through_lenses_that_bulge_and_pinch_too() {
 }
 
 #[test]
-fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
+fn a_body_cropped_by_the_image_is_not_pulled_to_its_edge() {
     let body = Humanoid::tracker25().unwrap();
     let truth = standing(&body);
     let mut rig = ring(4, [320, 240]);
@@ -236,7 +236,7 @@ fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
 }
 
 #[test]
-fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
+fn empty_and_full_masks_leave_the_pose_unchanged() {
     let body = Humanoid::tracker25().unwrap();
     let (pose, rig) = (standing(&body), ring(2, [160, 120]));
     for full in [false, true] {
@@ -252,7 +252,7 @@ fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
 }
 
 #[test]
-fn a_view_that_went_blank_does_not_spoil_the_others() {
+fn a_blank_view_does_not_affect_the_others() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(4, [320, 240]));
     let mut observation = seen(&body, &truth, &rig);
@@ -264,7 +264,7 @@ fn a_view_that_went_blank_does_not_spoil_the_others() {
 }
 
 #[test]
-fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
+fn pinholes_and_specks_in_the_masks_hardly_change_the_pose() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(4, [320, 240]));
     let mut observation = seen(&body, &truth, &rig);
@@ -282,7 +282,7 @@ fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
 }
 
 #[test]
-fn a_single_solid_is_brought_to_its_place() {
+fn a_single_solid_is_aligned() {
     let ball = Solid::TaperedCapsule(TaperedCapsule {
         a: Point3::new(0.0, 0.0, -0.3),
         b: Point3::new(0.0, 0.0, 0.4),
@@ -328,7 +328,7 @@ fn a_body_out_of_sight_and_one_behind_the_camera_have_no_residuals() {
 }
 
 #[test]
-fn an_angle_at_its_limit_stays_there_and_one_of_no_width_never_moves() {
+fn angles_at_their_limit_and_angles_with_an_empty_range_do_not_move() {
     let mut body = Humanoid::tracker25().unwrap();
     let elbow = body.find_degree_of_freedom("left_elbow_flexion").unwrap();
     let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
@@ -348,7 +348,7 @@ fn an_angle_at_its_limit_stays_there_and_one_of_no_width_never_moves() {
 }
 
 #[test]
-fn scratch_that_was_used_for_another_pose_gives_the_same_bits() {
+fn reused_scratch_gives_bit_identical_results() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(3, [160, 120]));
     let mut likelihood = likelihood(&body, &rig);

@@ -152,7 +152,7 @@ mod tests {
 
     /// Compares mirroring by angles with mirroring of joint positions.
     #[test]
-    fn a_pose_in_the_mirror_has_its_joints_on_the_other_side_on_every_body_that_ships() {
+    fn mirrored_poses_have_mirrored_joint_positions_for_all_shipped_bodies() {
         for robot in ["tracker25", "tracker40", "actor"] {
             let body = shipped(robot).unwrap();
             let mut pose =
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_of_a_limb_that_has_no_like_on_the_other_side_are_left_as_they_are() {
+    fn angles_without_a_mirrored_limb_are_unchanged() {
         let mut body = shipped("tracker25").unwrap();
         let marker = LANDMARKS.iter().position(|l| *l == Landmark::RightWrist).unwrap();
         body.markers[marker] = None;

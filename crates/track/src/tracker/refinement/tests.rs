@@ -58,7 +58,7 @@ fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<
 }
 
 #[test]
-fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
+fn the_prior_gains_weight_as_the_outline_agreement_falls() {
     assert_eq!(prior_weight(1.0), 1.0);
     assert_eq!(prior_weight(0.95), 1.0);
     let weights = [0.9, 0.8, 0.5, 0.0].map(prior_weight);
@@ -86,7 +86,7 @@ fn apart_mm(a: &Pose, b: &Pose) -> f64 {
 }
 
 #[test]
-fn limbs_are_the_arms_the_legs_and_both_of_either() {
+fn limbs_are_each_arm_each_leg_and_both_pairs() {
     let (body, refinement) = (body(), refinement(RefinementSettings::default()));
     let names: Vec<Vec<&str>> = refinement
         .limbs
@@ -105,7 +105,7 @@ fn limbs_are_the_arms_the_legs_and_both_of_either() {
 }
 
 #[test]
-fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
+fn a_misplaced_arm_is_recovered_only_with_the_limb_search() {
     let (truth, rig) = (marching(10), rig(4));
     let mut wrong = truth.clone();
     let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
@@ -129,7 +129,7 @@ fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
 
 /// Regression test: both descended samples were neighbours of a pose in a local minimum, and converged to it.
 #[test]
-fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
+fn the_second_descended_sample_differs_from_the_first_if_possible() {
     let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
     let bent = |angle: f64| {
         let mut pose = marching(0);
@@ -145,7 +145,7 @@ fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
 }
 
 #[test]
-fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_the_mirror() {
+fn limbs_are_sampled_near_earlier_estimates_and_their_mirror_images() {
     let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
     let (left, right) = (number("left_elbow_flexion"), number("right_elbow_flexion"));
     let mut start = marching(0);
@@ -184,7 +184,7 @@ fn a_refined_filter_stays_within_millimetres_where_the_plain_one_is_centimetres_
 }
 
 #[test]
-fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refinement() {
+fn the_reported_energy_is_that_of_the_estimate_and_never_rises_by_refinement() {
     let rig = rig(3);
     let mut refined = filter(20, &rig, RefinementSettings::default());
     let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };
@@ -205,7 +205,7 @@ fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refineme
 }
 
 #[test]
-fn one_particle_and_one_camera_are_enough_to_go_on() {
+fn refinement_runs_with_one_particle_and_one_camera() {
     let rig = rig(1);
     for estimate in tracked(&mut filter(1, &rig, RefinementSettings::default()), &rig, 0..4) {
         assert!(estimate.energy.unwrap().is_finite());
@@ -214,7 +214,7 @@ fn one_particle_and_one_camera_are_enough_to_go_on() {
 }
 
 #[test]
-fn without_anything_in_sight_the_pose_stays() {
+fn the_pose_stays_if_nothing_is_visible() {
     let rig = rig(2);
     let mut filter = filter(12, &rig, RefinementSettings::default());
     filter.start(&marching(0));
@@ -227,7 +227,7 @@ fn without_anything_in_sight_the_pose_stays() {
 }
 
 #[test]
-fn training_poses_are_tried_near_where_they_are() {
+fn limbs_are_sampled_near_training_poses() {
     let mut lifted = marching(0);
     let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
     lifted.joint_angles[elbow] = 2.4;
@@ -243,7 +243,7 @@ fn training_poses_are_tried_near_where_they_are() {
 }
 
 #[test]
-fn drawn_limbs_keep_their_limits_and_leave_the_rest_alone() {
+fn sampled_limbs_respect_their_limits_and_leave_other_angles_unchanged() {
     let (body, refinement, pose) = (body(), refinement(RefinementSettings::default()), marching(3));
     for (group, limb) in refinement.limbs.iter().enumerate() {
         for sample in 0..40 {
@@ -280,7 +280,7 @@ impl Likelihood for Flat {
 }
 
 #[test]
-fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
+fn a_likelihood_without_descent_is_rejected_before_the_first_frame() {
     let flat = Flat(likelihood(&rig(2)));
     assert_eq!(flat.linearise(&marching(0), 3.0, &mut flat.scratch()), None::<NormalEquations>);
     let filter = AnnealedParticleFilter::new(FilterSettings::default(), model(), flat, 1).unwrap();
@@ -289,7 +289,7 @@ fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
 }
 
 #[test]
-fn a_rule_that_rejects_poses_is_heeded() {
+fn refinement_respects_rejected_poses() {
     let rig = rig(3);
     let settings = PlausibilitySettings { reject_beyond_m: Some(0.01), ..PlausibilitySettings::default() };
     let likelihood = likelihood(&rig).with_plausibility(settings).unwrap();
