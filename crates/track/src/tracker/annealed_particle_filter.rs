@@ -77,10 +77,10 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     pub fn with_partition(self, partition: Partition) -> Result<Self, SettingError> {
         let parts = partition.count();
         if self.settings.layers < parts {
-            return Err(SettingError::new("layers", format!("at least {parts}, one a part"), self.settings.layers));
+            return Err(SettingError::new("layers", format!("at least {parts}, one per part"), self.settings.layers));
         }
         if matches!(self.settings.kernel, Kernel::Shrink { .. }) {
-            let expected = "`geometric` or `min`, which can leave parts where they are";
+            let expected = "`geometric` or `min` with partitioned sampling";
             return Err(SettingError::new("kernel", expected, "shrink"));
         }
         Ok(Self { partition: Some(partition), ..self })
@@ -96,7 +96,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             (false, _) => "likelihood",
             (true, false) => "motion model",
         };
-        Err(SettingError::new("refinement", format!("a {lacking} that can be descended"), "one that cannot"))
+        Err(SettingError::new("refinement", format!("a {lacking} that supports descent"), "one that does not"))
     }
 
     /// Step 1: particles for this frame, from the start pose or the previous frame.

@@ -59,7 +59,7 @@ pub enum TrackError {
         detail: String,
     },
     /// [`super::Tracker::track`] was called before [`super::Tracker::start`].
-    #[error("set frame {frame} (from 0): the tracker was given no start pose")]
+    #[error("set frame {frame} (from 0): the tracker has no start pose; call `start` before `track`")]
     NotStarted {
         /// Frame number.
         frame: usize,

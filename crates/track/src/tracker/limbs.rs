@@ -65,7 +65,7 @@ impl LimbSides {
     }
 
     fn distance(&self, x: f64, y: f64) -> f64 {
-        if !is_in_picture(&self.pinhole, x, y) {
+        if !is_in_image(&self.pinhole, x, y) {
             return 1.0;
         }
         let pixel = y as usize * self.pinhole.width as usize + x as usize;
@@ -99,7 +99,7 @@ impl LimbInsides {
             let corners = [left[0], left[1], right[0], right[1]].map(|corner| project(&self.pinhole, &corner));
             let [Some(a), Some(b), Some(c), Some(d)] = corners else { continue };
             for [x, y] in points_between([a, b], [c, d]) {
-                if is_in_picture(&self.pinhole, x, y) {
+                if is_in_image(&self.pinhole, x, y) {
                     missed += u32::from(!self.observed.get(x as u32, y as u32));
                     count += 1;
                 }
@@ -134,7 +134,7 @@ fn distance(from: [f64; 2], to: [f64; 2]) -> f64 {
     (to[0] - from[0]).hypot(to[1] - from[1])
 }
 
-fn is_in_picture(pinhole: &Pinhole, x: f64, y: f64) -> bool {
+fn is_in_image(pinhole: &Pinhole, x: f64, y: f64) -> bool {
     x >= 0.0 && y >= 0.0 && x < f64::from(pinhole.width) && y < f64::from(pinhole.height)
 }
 

@@ -205,7 +205,7 @@ impl Refinement {
 /// Factor on the prior's weight for a share of the last estimate's outline that agrees with the observation.
 ///
 /// Correct bodies, and incorrect ones that follow a person, agree by 0.92 or more, even with blobs in the masks. The
-/// agreement is 0.6 to 0.85 if the silhouettes include a second person, and 0.5 if outlines are displaced by 8 pixels:
+/// agreement is 0.6 to 0.85 if the silhouettes include a second person, and 0.5 if outlines jitter by 8 pixels:
 /// there, free descents find poses of lower energy that are farther from the truth than the particles, and the prior
 /// prevents it.
 fn prior_weight(agreement: f64) -> f64 {
@@ -293,11 +293,11 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
 /// Selects the samples to descend; `poses` are in order of energy. The first one, and the first that differs from it
 /// and from the `present` pose, or else the second one.
 fn chosen(poses: &[&Pose], present: &Pose, limb: &[usize]) -> Vec<usize> {
-    let is_elsewhere = |pose: &Pose, from: &Pose| {
+    let is_distinct = |pose: &Pose, from: &Pose| {
         limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > DISTINCT_RAD)
     };
     let Some(first) = poses.first() else { return Vec::new() };
-    let second = poses.iter().position(|pose| is_elsewhere(pose, present) && is_elsewhere(pose, first)).unwrap_or(1);
+    let second = poses.iter().position(|pose| is_distinct(pose, present) && is_distinct(pose, first)).unwrap_or(1);
     [0, second].into_iter().filter(|place| *place < poses.len()).collect()
 }
 
@@ -338,9 +338,9 @@ impl Refinement {
     fn drawn(&self, body: &Humanoid, pose: &Pose, group: usize, sample: usize, rng: &mut ChaCha8Rng) -> Pose {
         let (draw, limb) = (LIMB_DRAWS[sample % LIMB_DRAWS.len()], &self.limbs[group]);
         let seen = match draw {
-            LimbDraw::Training => any_of(&self.training, rng),
+            LimbDraw::Training => random_pose(&self.training, rng),
             LimbDraw::Remembered | LimbDraw::RememberedMirrored => {
-                self.memory.as_ref().and_then(|memory| any_of(memory.poses(), rng))
+                self.memory.as_ref().and_then(|memory| random_pose(memory.poses(), rng))
             }
             LimbDraw::Near | LimbDraw::OneAngle | LimbDraw::Anywhere => None,
         };
@@ -365,7 +365,7 @@ impl Refinement {
     }
 }
 
-fn any_of<'a>(poses: &'a [Pose], rng: &mut ChaCha8Rng) -> Option<&'a Pose> {
+fn random_pose<'a>(poses: &'a [Pose], rng: &mut ChaCha8Rng) -> Option<&'a Pose> {
     (!poses.is_empty()).then(|| &poses[rng.random_range(0..poses.len())])
 }
 

@@ -404,7 +404,7 @@ fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), 
     if let Some(moment) = &observation.moment {
         let found = [moment.camera_from_world.len(), moment.exposed_s.len()];
         if found != [views.len(); 2] {
-            return mismatch(format!("expected the places and times of {} cameras, found {found:?}", views.len()));
+            return mismatch(format!("expected poses and times of {} cameras, found {found:?}", views.len()));
         }
     }
     for (view, mask) in views.iter().zip(&observation.silhouettes) {

@@ -1,8 +1,9 @@
 //! Joint solution for the poses of several frames and one body shape, on outline residuals.
 //!
-//! With pose steps `p_k` of the frames and a shape step `s`, one Gauss-Newton step solves `[H_k C_k; C_k' S] [p_k; s] =
-//! -[g_k; t]`. Poses of different frames are coupled only through the shape, so they are eliminated first by the Schur
-//! complement, as in `[Triggs 2000]`: `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
+//! With pose steps `p_k` of the frames and a shape step `s`, one Gauss-Newton step solves
+//! `[H_k C_k; C_k' S] [p_k; s] = -[g_k; t]`. Poses of different frames are coupled only through the shape, so they are
+//! eliminated first by the Schur complement, as in `[Triggs 2000]`:
+//! `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rayon::prelude::*;

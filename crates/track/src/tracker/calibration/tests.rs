@@ -47,9 +47,9 @@ fn a_planted_body_is_recovered_from_its_silhouettes() {
     for (name, value) in &found.report.shares {
         // A pixel is 10 mm: a fifth of a limb's radius, 3 % of its length.
         let within = if name.contains("girth") { 0.1 } else { 0.03 };
-        let told =
+        let determined =
             name.contains("length") || ["upper arm girth", "thigh girth", "shank girth 1"].contains(&name.as_str());
-        assert!(!told || (value - planted(name)).abs() < within, "{name}: {value} is not {}", planted(name));
+        assert!(!determined || (value - planted(name)).abs() < within, "{name}: {value} is not {}", planted(name));
     }
     let truth = (&actor, &seen[0].1);
     let (before, after) = (apart_mm(truth, (&body, &seen[0].1)), apart_mm(truth, (&found.body, &found.start)));

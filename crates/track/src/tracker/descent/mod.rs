@@ -72,7 +72,7 @@ impl DescentScratch {
 }
 
 /// Calls `add` with the residuals of one view for links at `frames`; returns how far the outlines agree.
-#[expect(clippy::too_many_arguments, reason = "one view's data, the pose and the memory to work in")]
+#[expect(clippy::too_many_arguments, reason = "one view's data, the pose and scratch buffers")]
 pub(super) fn each_residual(
     body: &Humanoid,
     frames: &LinkFrames,

@@ -77,7 +77,7 @@ fn the_prior_gains_weight_as_the_outline_agreement_falls() {
     let weight = |likelihood: &SilhouetteLikelihood| {
         likelihood.linearise(&pose, FINAL_WIDTH, &mut likelihood.scratch()).unwrap().prior_weight
     };
-    assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not tell depth");
+    assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not determine depth");
 }
 
 /// Mean marker distance, millimetres.
@@ -139,7 +139,7 @@ fn the_second_descended_sample_differs_from_the_first_if_possible() {
     let (present, samples) = (bent(2.6), [2.5, 2.4, 2.55, 1.2, 0.3].map(bent));
     let samples: Vec<&Pose> = samples.iter().collect();
     assert_eq!(chosen(&samples, &present, &[elbow]), [0, 3]);
-    assert_eq!(chosen(&samples[..3], &present, &[elbow]), [0, 1], "none is elsewhere");
+    assert_eq!(chosen(&samples[..3], &present, &[elbow]), [0, 1], "none is distinct");
     assert_eq!(chosen(&samples[..1], &present, &[elbow]), [0]);
     assert!(chosen(&[], &present, &[elbow]).is_empty());
 }
@@ -285,7 +285,7 @@ fn a_likelihood_without_descent_is_rejected_before_the_first_frame() {
     assert_eq!(flat.linearise(&marching(0), 3.0, &mut flat.scratch()), None::<NormalEquations>);
     let filter = AnnealedParticleFilter::new(FilterSettings::default(), model(), flat, 1).unwrap();
     let error = filter.with_refinement(refinement(RefinementSettings::default())).unwrap_err().to_string();
-    assert_eq!(error, "refinement: expected a likelihood that can be descended, found one that cannot");
+    assert_eq!(error, "refinement: expected a likelihood that supports descent, found one that does not");
 }
 
 #[test]
