@@ -205,9 +205,9 @@ impl Refinement {
 /// Factor on the prior's weight for a share of the last estimate's outline that agrees with the observation.
 ///
 /// Correct bodies, and incorrect ones that follow a person, agree by 0.92 or more, even with blobs in the masks. The
-/// agreement is 0.6 to 0.85 if the silhouettes include a second person, and 0.5 if outlines jitter by 8 pixels:
-/// there, free descents find poses of lower energy that are farther from the truth than the particles, and the prior
-/// prevents it.
+/// agreement is 0.6 to 0.85 if the silhouettes include a second person, and 0.5 if outlines jitter by 8 pixels: there,
+/// free descents find poses of lower energy that are farther from the truth than the particles, and the prior prevents
+/// it.
 fn prior_weight(agreement: f64) -> f64 {
     let misfit = ((1.0 - agreement) / USUAL_MISFIT).max(1.0);
     misfit * misfit * misfit * misfit

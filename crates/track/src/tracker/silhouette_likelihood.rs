@@ -31,8 +31,9 @@ const PRIOR_OF_TWO_VIEWS: f64 = 20.0;
 /// term, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
 ///
 /// Cameras are placed where the observation reports them, and a camera without a new image is ignored. Views in which
-/// neither the model nor the observation has a pixel are not counted in N_v; without any view left the energy is 0. A
-/// view in which only one of them has pixels counts in full, so that a particle cannot win by leaving the image.
+/// neither the model nor the observation has a pixel are not counted in N_v; without any view left the energy is 0,
+/// because nothing was seen and nothing is missed. A view in which only one of them has pixels counts in full, so that
+/// a particle cannot win by leaving the image.
 ///
 /// Observed masks are rectified once per frame (nearest neighbour), and everything is compared in ideal pinhole images.
 /// Bodies of tapered capsules only, and bodies with a skin, are compared by [`crate::raster::SilhouetteComparer`];
@@ -389,8 +390,8 @@ impl SilhouetteTerm {
 /// Number of groups into which a link's outline in a view is divided by direction.
 const SIDES: usize = 4;
 
-/// Group of a sample by the direction of its normal. Residuals on one side of a limb are correlated: with a wrong
-/// girth, they have opposite signs on opposite sides.
+/// Group of a sample by the direction of its normal. Residuals on one side of a limb are correlated: a wrong girth
+/// displaces opposite sides in opposite directions.
 fn side(sample: &OutlineSample) -> usize {
     usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }

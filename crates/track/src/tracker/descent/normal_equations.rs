@@ -72,9 +72,9 @@ impl Accumulator {
         self.residuals += 1;
     }
 
-    /// The scatter of the links' gradients: the sum of the outer products of the gradients of each group of residuals
-    /// with respect to the components of a step. Residuals of one link with the same direction in one view are
-    /// correlated; if all were independent, this sum would be their variance times the matrix of [`Self::finish`].
+    /// The scatter of the links' gradients: the sum over links of the outer product of the gradient of the link's
+    /// residuals with respect to the components of a step. Residuals of one link with the same direction in one view
+    /// are correlated; if all were independent, this sum would be their variance times the matrix of [`Self::finish`].
     pub(in crate::tracker) fn scatter(&self, body: &Humanoid, frames: &LinkFrames) -> DMatrix<f64> {
         let mut scatter = DMatrix::zeros(body.step_len(), body.step_len());
         let mut twists = Vec::new();
