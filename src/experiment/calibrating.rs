@@ -4,7 +4,7 @@ use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, FEWEST_CALIBRATION_FRAMES,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, MIN_CALIBRATION_FRAMES,
     SilhouetteSettings, Tracker, calibrate,
 };
 
@@ -24,9 +24,9 @@ pub(super) fn obstacle(cameras: usize, frame_count: usize, frames_per_second: f6
         return Some("one camera cannot tell size from distance".to_owned());
     }
     let found = frames_of(frame_count, frames_per_second).len();
-    (found < FEWEST_CALIBRATION_FRAMES).then(|| {
+    (found < MIN_CALIBRATION_FRAMES).then(|| {
         format!(
-            "expected at least {FEWEST_CALIBRATION_FRAMES} frames that are 1/15 s apart, found {found} in {:.2} s",
+            "expected at least {MIN_CALIBRATION_FRAMES} frames that are 1/15 s apart, found {found} in {:.2} s",
             frame_count as f64 / frames_per_second
         )
     })

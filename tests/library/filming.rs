@@ -261,7 +261,7 @@ fn a_likelihood_uses_the_cameras_of_the_frame_that_have_an_image() {
     }
     let moment = observer.observe(2).moment.map(|moment| RigMoment { exposed_s: vec![None], ..moment });
     let wrong = of_all.prepare(&Observation { moment, ..observer.observe(2) }).unwrap_err();
-    assert!(wrong.to_string().contains("places and times of 2 cameras"), "{wrong}");
+    assert!(wrong.to_string().contains("poses and times of 2 cameras"), "{wrong}");
 }
 
 fn filmed_set() -> BenchmarkSet {

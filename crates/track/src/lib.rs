@@ -1,10 +1,10 @@
 //! Trackers of human motion from silhouettes, and the motion models that guide them.
 //!
-//! A [`tracker::Tracker`] is given cameras, a body of its own, a start pose and [`Observation`]s, and gives a pose for
-//! every frame. [`motion_model`] says how a pose may move from frame to frame: diffusion, or models that were learned.
+//! A [`tracker::Tracker`] takes cameras, its own body model, a start pose and [`Observation`]s, and estimates a pose
+//! for every frame. [`motion_model`] predicts how a pose changes between frames, by diffusion or with a learned model.
 //!
-//! **Blindfold.** This crate depends on `skiagraph-core` alone. The truth of a scene is in `skiagraph-truth`, its files
-//! are read by `skiagraph-set`: a tracker that names one of them does not compile.
+//! **Blindfold.** This crate depends on `skiagraph-core` only. Ground truth is in `skiagraph-truth` and its files are
+//! read by `skiagraph-set`, so a tracker that names either crate does not compile.
 //!
 //! ```compile_fail
 //! use skiagraph_truth::scene::GroundTruth;

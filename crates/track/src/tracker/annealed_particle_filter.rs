@@ -14,11 +14,11 @@ use crate::motion_model::{Evidence, MotionModel, SettingError};
 use crate::observation::Observation;
 use crate::rng::{Purpose, normal, stream};
 
-/// Particles whose energies are asked for at once.
+/// Number of particles evaluated together.
 const BATCH: usize = 8;
 
-/// Follows a body by annealing a cloud of particles on each frame's energy (`[Deutscher 2000]`; `[Skinned APF]`,
-/// Algorithm 1).
+/// Tracks a body by annealing a set of particles on each frame's energy (`[Deutscher 2000]`; `[Skinned APF]`, Algorithm
+/// 1).
 ///
 /// | `[Skinned APF]` | here |
 /// |---|---|
@@ -30,10 +30,10 @@ const BATCH: usize = 8;
 /// | P_0, P_m = alpha_m P_{m-1} | squares of [`MotionModel::deviations`], times `survival_rate` per layer |
 /// | the estimate of section 6.1 | [`Estimator`] over the weights of layer M |
 ///
-/// Where the paper is silent: alpha acts on the variance; the estimate is made before the last resampling; after that
-/// resampling particles are not perturbed, since the next frame's propagation does it. With one layer this is the plain
-/// particle filter of section 6.1. Particles are worked on in parallel; random streams are keyed by (seed, purpose,
-/// frame, layer, particle) and sums run in order, so the bits do not depend on the number of threads.
+/// Choices that the paper leaves open: alpha scales the variance; the estimate is computed before the last resampling;
+/// particles are not perturbed after it, because the next frame's propagation does so. With one layer this is the plain
+/// particle filter of section 6.1. Particles are processed in parallel; random streams are keyed by (seed, purpose,
+/// frame, layer, particle) and sums are sequential, so the results are bit-identical for any number of threads.
 #[derive(Debug)]
 pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
     settings: FilterSettings,
@@ -45,15 +45,15 @@ pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
     /// The last two estimates, oldest first.
     past: Vec<Pose>,
     refinement: Option<Refinement>,
-    /// Parts that are searched one after another; `None` where all are searched at once.
+    /// Body parts that are searched in sequence; `None` to search all components at once.
     partition: Option<Partition>,
 }
 
 impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
-    /// A filter of the given random seed.
+    /// A filter with the given random seed.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range.
+    /// [`SettingError`] if a setting is out of its range.
     pub fn new(settings: FilterSettings, model: M, likelihood: L, seed: u64) -> Result<Self, SettingError> {
         settings.validate()?;
         Ok(Self {
@@ -69,37 +69,37 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         })
     }
 
-    /// The same filter, whose layers search part after part. Particles of a new frame start where they were, whatever
-    /// the model predicts.
+    /// Searches one body part after another, in consecutive layers. The particles of a new frame start from those of
+    /// the previous one, without the model's prediction.
     ///
     /// # Errors
-    /// [`SettingError`] for fewer layers than parts, and for a kernel that draws all numbers at once.
+    /// [`SettingError`] if there are fewer layers than parts, or if the kernel cannot perturb parts separately.
     pub fn with_partition(self, partition: Partition) -> Result<Self, SettingError> {
         let parts = partition.count();
         if self.settings.layers < parts {
-            return Err(SettingError::new("layers", format!("at least {parts}, one a part"), self.settings.layers));
+            return Err(SettingError::new("layers", format!("at least {parts}, one per part"), self.settings.layers));
         }
         if matches!(self.settings.kernel, Kernel::Shrink { .. }) {
-            let expected = "`geometric` or `min`, which can leave parts where they are";
+            let expected = "`geometric` or `min` with partitioned sampling";
             return Err(SettingError::new("kernel", expected, "shrink"));
         }
         Ok(Self { partition: Some(partition), ..self })
     }
 
-    /// The same filter, whose estimates are refined after the last layer.
+    /// Refines the estimates after the last layer.
     ///
     /// # Errors
-    /// [`SettingError`] where the likelihood or the motion model cannot be descended.
+    /// [`SettingError`] if the likelihood or the motion model does not support descent.
     pub fn with_refinement(self, refinement: Refinement) -> Result<Self, SettingError> {
         let lacking = match (self.likelihood.descends(), self.model.descends()) {
             (true, true) => return Ok(Self { refinement: Some(refinement), ..self }),
             (false, _) => "likelihood",
             (true, false) => "motion model",
         };
-        Err(SettingError::new("refinement", format!("a {lacking} that can be descended"), "one that cannot"))
+        Err(SettingError::new("refinement", format!("a {lacking} that supports descent"), "one that does not"))
     }
 
-    /// Step 1: particles for this frame, from the start pose or the frame before.
+    /// Step 1: particles for this frame, from the start pose or the previous frame.
     fn initialise(&self, frame: u64) -> Result<Vec<M::State>, TrackError> {
         let start = self.start.as_ref().ok_or(TrackError::NotStarted { frame: frame as usize })?;
         let (expected, found) = (self.model.body().degrees_of_freedom.len(), start.joint_angles.len());
@@ -127,7 +127,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         Ok(self.model.propagate_all(&self.particles, &self.past, &mut rngs))
     }
 
-    /// Step 2: the energy of every particle. A rule that rejects them all is lifted: somebody has to lead.
+    /// Step 2: the energy of every particle. If all particles are rejected, falls back to unrejected energies.
     fn energies(&self, particles: &[M::State]) -> Vec<f64> {
         let mut energies = vec![0.0; particles.len()];
         particles.par_chunks(BATCH).zip(energies.par_chunks_mut(BATCH)).for_each_init(
@@ -145,13 +145,13 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
     }
 
-    /// Step 5: survivors, as many as before.
+    /// Step 5: resamples the particles; their number stays the same.
     fn resample(&self, particles: &[M::State], weights: &[f64], frame: u64, layer: u64) -> Vec<M::State> {
         let offset = stream(self.seed, Purpose::Resampling, frame, layer, 0).random();
         systematic(weights, offset).into_iter().map(|ancestor| particles[ancestor].clone()).collect()
     }
 
-    /// Step 6: spreads the survivors.
+    /// Step 6: adds noise to the survivors.
     fn perturb(&self, survivors: &[M::State], spread: &LayerNoise<M::State>, frame: u64, layer: u64) -> Vec<M::State> {
         let nudge = |(i, state): (usize, &M::State)| {
             let mut rng = stream(self.seed, Purpose::Perturbation, frame, layer, i as u64);
@@ -171,7 +171,8 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         survivors.par_iter().enumerate().map(nudge).collect()
     }
 
-    /// What the kernel makes of `[Skinned APF]`'s `P_m` (`geometric` holds its roots) and of the weighted particles.
+    /// The layer's noise by the kernel, from `[Skinned APF]`'s `P_m` (`geometric` holds its square roots) and the
+    /// weighted particles.
     fn spread(&self, particles: &[M::State], weights: &[f64], geometric: &[f64]) -> LayerNoise<M::State> {
         match self.settings.kernel {
             Kernel::Geometric => LayerNoise { deviations: geometric.to_vec(), shrinkage: None },
@@ -188,7 +189,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// Weighted mean and deviations of the particles, as steps from the heaviest.
+    /// Weighted mean and deviations of the particles, as steps from the heaviest one.
     fn moments(&self, particles: &[M::State], weights: &[f64]) -> ParticleMoments<M::State> {
         let about = particles[heaviest(weights)].clone();
         let dimensions = self.model.deviations().len();
@@ -204,7 +205,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         ParticleMoments { about, mean, deviations }
     }
 
-    /// The answer of the last layer's weighted particles.
+    /// The estimate from the last layer's weighted particles.
     fn estimate(&self, particles: &[M::State], weights: &[f64], best: &M::State) -> Option<Pose> {
         match self.settings.estimator {
             Estimator::Best => Some(self.model.pose(best).clone()),
@@ -214,8 +215,9 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last
-    /// estimate, this frame's and the particle of least energy, as far as the model's states can have such poses.
+    /// Refines the estimate, if enabled, and lets a share of the particles continue from it. The descents start from
+    /// the last estimate, this frame's estimate and the particle of lowest energy, if the model's states can represent
+    /// these poses.
     fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
@@ -241,7 +243,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// How uncertain the markers are at a pose that was refined.
+    /// Covariances of the markers at a refined pose.
     fn covariances(&self, state: &M::State, pose: &Pose, evidence: &Evidence) -> Option<MarkerCovariances> {
         let covariance = self.model.covariance(state, evidence)?;
         let body = self.model.body();
@@ -318,7 +320,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
     }
 }
 
-/// The first of the least finite energies.
+/// Index of the first lowest finite energy.
 fn lowest(energies: &[f64]) -> Option<usize> {
     let valid = energies.iter().enumerate().filter(|(_, energy)| energy.is_finite());
     valid.reduce(|least, next| if next.1 < least.1 { next } else { least }).map(|(index, _)| index)
@@ -330,7 +332,7 @@ struct LayerNoise<S> {
     shrinkage: Option<Shrinkage<S>>,
 }
 
-/// Draws particles towards their mean before the noise is added.
+/// Moves particles towards their mean before noise is added.
 struct Shrinkage<S> {
     about: S,
     mean: Vec<f64>,

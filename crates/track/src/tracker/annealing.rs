@@ -1,30 +1,30 @@
-//! How sharply a layer selects its particles, by the annealing variable (`[Skinned APF]` Eq. 2 and 4), and the drawing
-//! of its survivors.
+//! Particle weights of an annealing layer (`[Skinned APF]` Eq. 2 and 4) and systematic resampling.
 
-/// What one layer makes of its energies.
+/// The weights of one layer's particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// `[Skinned APF]`'s lambda_m; 0 where every valid particle weighs the same.
+    /// `[Skinned APF]`'s lambda_m; 0 if all valid particles have the same weight.
     pub lambda: f64,
     /// Normalised weights, one per particle, 0 for invalid ones.
     pub weights: Vec<f64>,
     /// `1 / sum w^2`.
     pub effective_sample_size: f64,
-    /// Whether Eq. 4 had no regular solution, see [`select`].
+    /// Whether Eq. 4 has no regular solution; see [`select`].
     pub degenerate: bool,
 }
 
-/// Solves `[Skinned APF]` Eq. 4 for lambda and weighs the particles by Eq. 2, `w_i = exp(-lambda E_i)`, normalised.
+/// Solves `[Skinned APF]` Eq. 4 for lambda and returns the weights of Eq. 2, `w_i = exp(-lambda E_i)`, normalised.
 ///
-/// With alpha the `survival_rate` in (0, 1] and N all particles, invalid ones (energy not finite, weight 0) included,
-/// Eq. 4 reads `f(lambda) = (sum w)^2 / (N sum w^2) = alpha`: the effective sample size is alpha N. f is continuous and
-/// never rises, from n/N at lambda = 0 (n valid particles) to k/N (k particles share the least energy), so a bracket
-/// and geometric bisection find the root to 1e-4 in f. Energies are shifted by their least: no weight overflows.
+/// With alpha the `survival_rate` in (0, 1] and N the number of all particles, including invalid ones (energy not
+/// finite, weight 0), Eq. 4 reads `f(lambda) = (sum w)^2 / (N sum w^2) = alpha`: the effective sample size is alpha N.
+/// f is continuous and non-increasing, from n/N at lambda = 0 (n valid particles) to k/N (k particles share the lowest
+/// energy), so bracketing and geometric bisection find the root to 1e-4 in f. Energies are shifted by their minimum, so
+/// that no weight overflows.
 ///
-/// There is no root, and the result is marked degenerate, where
-/// * n <= alpha N: too many particles are invalid, lambda = 0;
-/// * all energies are equal: nothing to select, lambda = 0;
-/// * k >= alpha N: ties, lambda is capped where all others have died out.
+/// There is no root, and the result is marked degenerate, if
+/// * n <= alpha N: too many particles are invalid; lambda = 0.
+/// * all energies are equal: there is nothing to select; lambda = 0.
+/// * k >= alpha N: there are ties; lambda is capped at the value where all other weights vanish.
 ///
 /// `None` if no energy is finite.
 pub fn select(energies: &[f64], survival_rate: f64) -> Option<Selection> {
@@ -41,7 +41,7 @@ pub fn select(energies: &[f64], survival_rate: f64) -> Option<Selection> {
     Some(Selection { lambda, weights, effective_sample_size, degenerate })
 }
 
-/// Lambda for which the effective sample size is `target`, and whether that is a fallback.
+/// Lambda for which the effective sample size is `target`, and whether it is a fallback.
 fn solve(excess: &[f64], target: f64, all_valid: bool) -> (f64, bool) {
     let count = excess.len() as f64;
     let ties = excess.iter().filter(|e| **e == 0.0).count() as f64;
@@ -67,7 +67,7 @@ fn solve(excess: &[f64], target: f64, all_valid: bool) -> (f64, bool) {
     (low.sqrt() * high.sqrt(), false)
 }
 
-/// Two lambdas, a factor two apart, between which the effective sample size passes `target`.
+/// Two lambdas, a factor of two apart, that bracket the effective sample size `target`.
 fn bracket(excess: &[f64], target: f64, guess: f64) -> (f64, f64) {
     let mut high = guess.clamp(f64::MIN_POSITIVE, f64::MAX);
     while high < f64::MAX && effective_sample_size(excess, high) > target {
@@ -80,7 +80,7 @@ fn bracket(excess: &[f64], target: f64, guess: f64) -> (f64, f64) {
     (low, high)
 }
 
-/// A lambda at which all but the least energies weigh less than 1e-21 of one.
+/// A lambda at which all weights but those of the lowest energy are below 1e-21.
 fn extinction(excess: &[f64]) -> f64 {
     let gap = excess.iter().copied().filter(|e| *e > 0.0).fold(f64::MAX, f64::min);
     (50.0 / gap).min(f64::MAX)
@@ -96,7 +96,7 @@ fn effective_sample_size(excess: &[f64], lambda: f64) -> f64 {
     sum * sum / squares
 }
 
-/// Systematic resampling (`[Kitagawa 1996]`): as many ancestors as weights, in order. `weights` sum to one, `offset`
+/// Systematic resampling (`[Kitagawa 1996]`): returns one ancestor per weight, in order. `weights` sum to one; `offset`
 /// is uniform in [0, 1). Particle i is drawn `floor(N w_i)` or `ceil(N w_i)` times.
 pub fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
     let count = weights.len();
@@ -108,12 +108,12 @@ pub fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
             ancestors.push(i);
         }
     }
-    // Rounding can leave the sum of the weights just below one and the last draw open.
+    // Rounding can leave the sum of the weights just below one, so that the last draw finds no particle.
     ancestors.resize(count, heaviest(weights));
     ancestors
 }
 
-/// The first particle that none outweighs; 0 without any.
+/// Index of the largest weight, the first one if tied; 0 for no weights.
 pub(super) fn heaviest(weights: &[f64]) -> usize {
     weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
 }
@@ -125,7 +125,7 @@ mod tests {
 
     use super::*;
 
-    /// Of n particles `good` have energy 0 and the rest `gap`: with q = exp(-lambda gap), Eq. 4 is a quadratic in q.
+    /// `good` of n particles have energy 0, the others `gap`: with q = exp(-lambda gap), Eq. 4 is a quadratic in q.
     fn two_level_lambda(good: f64, n: f64, gap: f64, alpha: f64) -> f64 {
         let bad = n - good;
         // (good + bad q)^2 = alpha n (good + bad q^2)
@@ -160,21 +160,21 @@ mod tests {
     }
 
     #[test]
-    fn equal_energies_are_flagged_and_weigh_the_same() {
+    fn equal_energies_are_degenerate_with_equal_weights() {
         let found = select(&[3.0; 8], 0.5).unwrap();
         assert_eq!((found.lambda, found.degenerate), (0.0, true));
         assert_eq!(found.weights, vec![0.125; 8]);
     }
 
     #[test]
-    fn ties_at_the_minimum_are_flagged_and_take_all_weight() {
+    fn ties_at_the_minimum_are_degenerate_and_take_all_weight() {
         let found = select(&[1.0, 1.0, 1.0, 2.0], 0.5).unwrap();
         assert!(found.degenerate);
         assert_relative_eq!(found.effective_sample_size, 3.0, epsilon = 1e-9);
     }
 
     #[test]
-    fn too_many_invalid_particles_are_flagged_and_weigh_nothing() {
+    fn too_many_invalid_particles_are_degenerate_and_have_no_weight() {
         let found = select(&[1.0, f64::NAN, f64::INFINITY, 2.0, f64::NAN], 0.5).unwrap();
         assert!(found.degenerate);
         assert_eq!(found.weights, vec![0.5, 0.0, 0.0, 0.5, 0.0]);
@@ -204,7 +204,7 @@ mod tests {
         }
 
         #[test]
-        fn a_regular_solution_keeps_the_survival_rate_whatever_the_scale(
+        fn a_regular_solution_keeps_the_survival_rate_at_any_scale(
             energies in proptest::collection::vec(0.1_f64..1.0, 5..80),
             alpha in 0.05_f64..0.95, exponent in -12_i32..12, offset in -1e3_f64..1e3,
         ) {
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_certain_particle_takes_every_place() {
+    fn a_particle_of_weight_one_is_drawn_every_time() {
         assert_eq!(systematic(&[0.0, 1.0, 0.0], 0.999), [1, 1, 1]);
     }
 

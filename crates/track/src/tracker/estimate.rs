@@ -1,35 +1,35 @@
-//! What a tracker answers for one frame.
+//! A tracker's result for one frame.
 
 use crate::body::{MarkerCovariances, Pose};
 use crate::motion_model::ModelOccupancy;
 
-/// A tracker's answer for one frame.
+/// A tracker's result for one frame.
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// Frame number of the observation.
     pub frame: usize,
     /// Pose of the *tracker's* body.
     pub pose: Pose,
-    /// Energy of that pose under the tracker's own likelihood; `None` for trackers without one.
+    /// Energy of that pose under the tracker's likelihood; `None` for trackers without one.
     pub energy: Option<f64>,
-    /// How the search went, layer by layer; empty for trackers without layers.
+    /// Statistics of the search, layer by layer; empty for trackers without layers.
     pub layers: Vec<LayerRecord>,
-    /// How many energies were evaluated for this frame.
+    /// Number of energies evaluated for this frame.
     pub evaluations: u64,
-    /// Where the weighted particles were, for motion models with latent spaces; empty for all others.
+    /// Where the weighted particles lie, for motion models with latent spaces; empty for all others.
     pub occupancy: Vec<ModelOccupancy>,
-    /// How uncertain the markers' positions are; `None` for trackers that do not tell.
+    /// Covariances of the marker positions; `None` if the tracker does not provide them.
     pub covariances: Option<MarkerCovariances>,
 }
 
 impl Estimate {
-    /// The answer of a tracker that evaluates no energies.
+    /// The result of a tracker that evaluates no energies.
     pub fn without_search(frame: usize, pose: Pose) -> Self {
         Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new(), covariances: None }
     }
 }
 
-/// What happened in one annealing layer of one frame.
+/// Statistics of one annealing layer in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerRecord {
     /// Annealing variable of `[Skinned APF]` Eq. 2.
@@ -46,11 +46,11 @@ pub struct LayerRecord {
     pub degenerate: bool,
 }
 
-/// Why tracking could not go on.
+/// Why tracking failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackError {
-    /// The observation has another number of views than the rig, or a mask of another size than its camera.
+    /// The number of views differs from the rig's, or a mask has a different size from its camera's image.
     #[error("set frame {frame} (from 0): the observation does not fit the cameras: {detail}")]
     ObservationMismatch {
         /// Frame number.
@@ -59,12 +59,12 @@ pub enum TrackError {
         detail: String,
     },
     /// [`super::Tracker::track`] was called before [`super::Tracker::start`].
-    #[error("set frame {frame} (from 0): the tracker was given no start pose")]
+    #[error("set frame {frame} (from 0): the tracker has no start pose; call `start` before `track`")]
     NotStarted {
         /// Frame number.
         frame: usize,
     },
-    /// The start pose is of another body.
+    /// The start pose belongs to a different body.
     #[error("start pose: expected {expected} joint angles, found {found}; it must be a pose of the tracker's own body")]
     StartMismatch {
         /// Degrees of freedom of the tracker's body.

@@ -1,4 +1,4 @@
-//! A ring of cameras, a march and what the cameras see of a body: input for tests.
+//! Test input: a ring of cameras, a march, and the silhouettes of a body.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use crate::camera::{CameraRig, RingParameters};
 use crate::observation::Observation;
 use crate::raster::Mask;
 
-/// Cameras around the origin at `radius` metres that look at a standing body.
+/// Cameras around the origin at `radius` metres, looking at a standing body.
 pub(super) fn ring(count: u32, radius: f64, image_size: [u32; 2]) -> CameraRig {
     let ring = RingParameters {
         count,
@@ -24,7 +24,7 @@ pub(super) fn ring(count: u32, radius: f64, image_size: [u32; 2]) -> CameraRig {
     CameraRig::ring(&ring).unwrap()
 }
 
-/// What every camera sees of a body in a pose.
+/// The silhouettes of a body in a pose, in all cameras.
 pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
     let silhouettes = rig.cameras.iter().map(|camera| {
         let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
@@ -34,18 +34,18 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
     Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
 }
 
-/// Mean distance of the markers of a body in a pose from those of another, millimetres.
+/// Mean marker distance between two posed bodies, millimetres.
 pub(super) fn apart_mm((a, pose_a): (&Humanoid, &Pose), (b, pose_b): (&Humanoid, &Pose)) -> f64 {
     let (a, b) = (a.markers(&a.link_frames(pose_a)), b.markers(&b.link_frames(pose_b)));
     let all: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
     1000.0 * all.iter().sum::<f64>() / all.len() as f64
 }
 
-/// A march with swinging arms: the angles about which hips, knees, shoulders and elbows swing or stay, radians.
+/// A march with swinging arms: the angles around which hips, knees, shoulders and elbows swing or stay, radians.
 pub(super) struct March {
     /// Frames of a cycle.
     pub(super) cycle: usize,
-    /// Metres that the root moves in a frame.
+    /// Displacement of the root per frame, metres.
     pub(super) advance: f64,
     pub(super) hip: f64,
     pub(super) knee: f64,
@@ -54,7 +54,7 @@ pub(super) struct March {
 }
 
 impl March {
-    /// Upright, the soles at the ground: as skins are modelled.
+    /// Upright, with the soles on the ground, as skins are modelled.
     pub(super) fn standing(body: &Humanoid) -> Pose {
         let mut pose = body.zero_pose();
         pose.world_from_root.translation.vector.z = 0.93;

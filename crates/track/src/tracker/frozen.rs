@@ -1,10 +1,10 @@
-//! The baseline that every tracker must beat.
+//! The static baseline.
 
 use super::{Estimate, TrackError, Tracker};
 use crate::body::Pose;
 use crate::observation::Observation;
 
-/// Never moves: answers the start pose for every frame.
+/// Returns the start pose for every frame.
 #[derive(Clone, Debug, Default)]
 pub struct Frozen {
     start: Option<Pose>,
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_answers_the_start_pose_and_nothing_before_a_start() {
+    fn it_returns_the_start_pose_and_an_error_before_the_start() {
         let mut tracker = Frozen::default();
         let observation = Observation { frame: 7, time_s: 0.1, silhouettes: Vec::new(), moment: None };
         assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 7 })));

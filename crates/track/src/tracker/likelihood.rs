@@ -5,53 +5,52 @@ use crate::body::Pose;
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 
-/// An energy of poses given an observation, `E(y_t, x_t)` of `[Skinned APF]` Eq. 2; lower is better.
+/// Energy of a pose given an observation, `E(y_t, x_t)` of `[Skinned APF]` Eq. 2; lower is better.
 ///
-/// Work that depends on the observation alone is done once in [`Self::prepare`]; [`Self::energy`] is then called for
-/// many poses, from many threads at once, each with its own scratch.
+/// Work that depends only on the observation is done once, in [`Self::prepare`]. [`Self::energy`] is then called for
+/// many poses from several threads, each with its own scratch buffers.
 pub trait Likelihood: Send + Sync {
-    /// Buffers of one thread.
+    /// Scratch buffers of one thread.
     type Scratch: Send;
 
-    /// Fresh buffers.
+    /// New scratch buffers.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Takes the observation that the next energies are about.
+    /// Sets the observation for the following energies.
     ///
     /// # Errors
-    /// [`TrackError::ObservationMismatch`] if it is not what the cameras of this likelihood give.
+    /// [`TrackError::ObservationMismatch`] if it does not match the cameras of this likelihood.
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError>;
 
-    /// The energy of `pose`; not finite for a pose that cannot be. Same bits for the same pose, whatever the scratch.
+    /// The energy of `pose`; not finite for an invalid pose. The result for a pose is bit-identical for any scratch.
     fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64;
 
-    /// The energies of several poses, as many as there are places for them: for likelihoods whose work falls into parts
-    /// that are done faster for all poses one after the other. Same bits as [`Self::energy`].
+    /// Writes the energy of each pose to `energies`, which has the same length. Likelihoods can override it if
+    /// processing all poses stage by stage is faster. Bit-identical to [`Self::energy`].
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut Self::Scratch) {
         for (pose, energy) in poses.iter().zip(energies) {
             *energy = self.energy(pose, scratch);
         }
     }
 
-    /// The energy of `pose` as if no pose were rejected for what it is; the same as [`Self::energy`] where none ever
-    /// is.
+    /// The energy of `pose` without rejection; the same as [`Self::energy`] for likelihoods that reject no pose.
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
         self.energy(pose, scratch)
     }
 
-    /// Whether [`Self::linearise`] has an answer.
+    /// Whether [`Self::linearise`] is supported.
     fn descends(&self) -> bool {
         false
     }
 
-    /// What the observation says of a small step from `pose`: squared residuals of contours, linearised, with robust
-    /// weights of `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such
-    /// residuals, which cannot be descended, and for poses that are not finite.
+    /// The observation's evidence about a small step from `pose`: linearised squared contour residuals with robust
+    /// weights of `width` lengths (a length is 1/240 of the image height). `None` if the likelihood has no such
+    /// residuals, which rules out descent, or if the pose is not finite.
     fn linearise(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<NormalEquations> {
         None
     }
 
-    /// As [`Self::linearise`], with how the residuals scatter: how sure the observation is of a pose.
+    /// As [`Self::linearise`], with the scatter of the residuals, from which the uncertainty of the pose follows.
     fn evidence(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<Evidence> {
         None
     }

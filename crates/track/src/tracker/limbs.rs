@@ -1,4 +1,4 @@
-//! Limbs against what was observed: their sides against its contour, points of their insides against the silhouette.
+//! Limbs against the observation: their sides against the observed contour, points inside them against the silhouette.
 
 use nalgebra::Point3;
 
@@ -6,31 +6,30 @@ use super::descent::sides;
 use crate::camera::Pinhole;
 use crate::raster::{DistanceMap, Mask, TaperedCapsule, contour};
 
-/// Pixels between samples along a side.
+/// Distance between samples along a side, pixels.
 const SIDE_SPACING: f64 = 4.0;
-/// Pixels between samples of an inside, along a limb and across it.
+/// Distance between samples inside a limb, along it and across it, pixels.
 const INSIDE_SPACING: f64 = 8.0;
-/// Samples along and across a limb, however small it is.
-const LEAST: f64 = 4.0;
-/// And however large: what lies far outside the picture is not walked through pixel by pixel.
-const MOST: f64 = 200.0;
+/// Minimum number of samples along and across a limb.
+const MIN_SAMPLES: f64 = 4.0;
+/// Maximum number, which bounds the work for limbs far outside the image.
+const MAX_SAMPLES: f64 = 200.0;
 
-/// How far the sides of limbs lie from the contour of one observed silhouette.
+/// Distance of limb sides from the contour of one observed silhouette.
 ///
-/// A limb's *sides* are the two lines along which its outline runs from one end to the other, wherever they lie: on the
-/// model's contour or inside its silhouette. What was observed is a silhouette, so an edge inside the body was never
-/// seen, and a side that crosses the body far from the contour cannot be told from a wrong one. It costs what a side
-/// costs that missed the contour by `tau` or more, never more: a robust distance. Sides outside the picture cost the
-/// same.
+/// A limb's *sides* are the two lines of its outline from one end to the other, whether on the model's contour or
+/// inside its silhouette. A silhouette shows no edges inside the body, so a side that crosses the body far from the
+/// contour cannot be distinguished from a wrong one. It costs as much as a side that misses the contour by `tau` or
+/// more, and no more: the distance is robust. Sides outside the image cost the same.
 #[derive(Debug)]
 pub(super) struct LimbSides {
     pinhole: Pinhole,
-    /// `min(d, tau) / tau` of every pixel, row by row.
+    /// `min(d, tau) / tau` of every pixel, in row-major order.
     distances: Vec<f32>,
 }
 
 impl LimbSides {
-    /// Distances to the contour of `observed`, in the pixels of `pinhole`, cut off at `tau` pixels.
+    /// Distances to the contour of `observed`, in pixels of `pinhole`, truncated at `tau` pixels.
     pub(super) fn new(pinhole: &Pinhole, observed: &Mask, tau: f64) -> Self {
         let edge = contour(observed);
         let (width, height) = (pinhole.width, pinhole.height);
@@ -46,15 +45,15 @@ impl LimbSides {
         Self { pinhole: *pinhole, distances }
     }
 
-    /// Mean over samples along the sides of `limbs` (camera frame, metres) of `min(d, tau) / tau`, `d` being the
-    /// distance to the observed contour: in [0, 1]. Limbs without sides (balls, and what is not before the camera) have
-    /// no say; where all are so, 1.
+    /// Mean of `min(d, tau) / tau` over samples along the sides of `limbs` (camera frame, metres), with `d` the
+    /// distance to the observed contour: in [0, 1]. Limbs without sides (balls, and limbs not in front of the camera)
+    /// are ignored; 1 if no limb has sides.
     pub(super) fn mean_distance(&self, limbs: &[TaperedCapsule]) -> f64 {
         let (mut sum, mut count) = (0.0, 0_u32);
         for (_, [from, to]) in limbs.iter().flat_map(sides).flatten() {
             let (Some(from), Some(to)) = (project(&self.pinhole, &from), project(&self.pinhole, &to)) else { continue };
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            // what lies far outside the picture is not walked along pixel by pixel
+            // Bounds the work for limbs far outside the image.
             let steps = (dx.hypot(dy) / SIDE_SPACING).ceil().clamp(1.0, 1e3) as u32;
             for step in 0..=steps {
                 let share = f64::from(step) / f64::from(steps);
@@ -66,7 +65,7 @@ impl LimbSides {
     }
 
     fn distance(&self, x: f64, y: f64) -> f64 {
-        if !is_in_picture(&self.pinhole, x, y) {
+        if !is_in_image(&self.pinhole, x, y) {
             return 1.0;
         }
         let pixel = y as usize * self.pinhole.width as usize + x as usize;
@@ -74,10 +73,10 @@ impl LimbSides {
     }
 }
 
-/// Which pixels were observed, for limbs that are looked at in points: `[Deutscher 2005]`'s silhouette term.
+/// The observed silhouette for sampling points inside limbs: the silhouette term of `[Deutscher 2005]`.
 ///
-/// A limb's inside is what lies between its two sides. Nothing is drawn, and nothing tells what of the observed
-/// silhouette the model leaves uncovered: a limb that hides inside the trunk costs nothing.
+/// A limb's inside is the area between its two sides. Nothing is rendered, and observed pixels that the model leaves
+/// uncovered cost nothing: the term is one-sided, so a limb hidden by the trunk is free.
 #[derive(Debug)]
 pub(super) struct LimbInsides {
     pinhole: Pinhole,
@@ -86,13 +85,13 @@ pub(super) struct LimbInsides {
 }
 
 impl LimbInsides {
-    /// For what was observed in the pixels of `pinhole`.
+    /// From the observed mask in pixels of `pinhole`.
     pub(super) fn new(pinhole: &Pinhole, observed: &Mask) -> Self {
         Self { pinhole: *pinhole, observed: observed.clone(), nothing_observed: observed.is_empty() }
     }
 
-    /// Of the samples inside `limbs` (camera frame, metres) that lie in the picture, the share that lies outside the
-    /// observed silhouette: in [0, 1]. Where none lies in the picture, 1, and `None` if nothing was observed either.
+    /// The share of samples inside `limbs` (camera frame, metres) and inside the image that lie outside the observed
+    /// silhouette, in [0, 1]. If no sample is in the image: 1, or `None` if nothing was observed either.
     pub(super) fn share_missed(&self, limbs: &[TaperedCapsule]) -> Option<f64> {
         let (mut missed, mut count) = (0_u32, 0_u32);
         for limb in limbs {
@@ -100,7 +99,7 @@ impl LimbInsides {
             let corners = [left[0], left[1], right[0], right[1]].map(|corner| project(&self.pinhole, &corner));
             let [Some(a), Some(b), Some(c), Some(d)] = corners else { continue };
             for [x, y] in points_between([a, b], [c, d]) {
-                if is_in_picture(&self.pinhole, x, y) {
+                if is_in_image(&self.pinhole, x, y) {
                     missed += u32::from(!self.observed.get(x as u32, y as u32));
                     count += 1;
                 }
@@ -117,7 +116,7 @@ impl LimbInsides {
 /// Points on a grid between two lines, pixels.
 fn points_between(left: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
     let middle = |[from, to]: [[f64; 2]; 2]| between(from, to, 0.5);
-    let number = |length: f64| (length / INSIDE_SPACING).round().clamp(LEAST, MOST) as u32;
+    let number = |length: f64| (length / INSIDE_SPACING).round().clamp(MIN_SAMPLES, MAX_SAMPLES) as u32;
     let along = number(distance(left[0], left[1]));
     let across = number(distance(middle(left), middle(right)));
     let share = |index: u32, count: u32| (f64::from(index) + 0.5) / f64::from(count);
@@ -135,11 +134,11 @@ fn distance(from: [f64; 2], to: [f64; 2]) -> f64 {
     (to[0] - from[0]).hypot(to[1] - from[1])
 }
 
-fn is_in_picture(pinhole: &Pinhole, x: f64, y: f64) -> bool {
+fn is_in_image(pinhole: &Pinhole, x: f64, y: f64) -> bool {
     x >= 0.0 && y >= 0.0 && x < f64::from(pinhole.width) && y < f64::from(pinhole.height)
 }
 
-/// The pixel of a point of the camera frame; `None` of what is not before the camera.
+/// The pixel of a point in the camera frame; `None` if the point is not in front of the camera.
 fn project(pinhole: &Pinhole, point: &Point3<f64>) -> Option<[f64; 2]> {
     let pixel = |i: usize| pinhole.principal_point[i] + pinhole.focal[i] * point[i] / point.z;
     (point.z > pinhole.near).then(|| [pixel(0), pixel(1)])
@@ -159,7 +158,7 @@ mod tests {
         TaperedCapsule { a, b, radius_a: 0.09, radius_b: 0.05 }
     }
 
-    /// Upright, in one distance.
+    /// Upright, at constant depth.
     fn straight(x: f64) -> TaperedCapsule {
         let (a, b) = (Point3::new(x, -0.2, 2.0), Point3::new(x, 0.2, 2.0));
         TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 }
@@ -183,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_deep_inside_or_outside_the_picture_costs_one_and_no_more() {
+    fn a_side_deep_inside_the_body_or_outside_the_image_costs_at_most_one() {
         let trunk = TaperedCapsule { radius_a: 0.4, radius_b: 0.4, ..limb(0.0) };
         let thin = TaperedCapsule { radius_a: 0.02, radius_b: 0.02, ..limb(0.0) };
         let limbs = LimbSides::new(&pinhole(), &painted(&[trunk]), 10.0);
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_is_that_of_the_limbs_area_beside_the_silhouette() {
+    fn the_share_is_the_limbs_area_outside_the_silhouette() {
         let insides = LimbInsides::new(&pinhole(), &painted(&[straight(0.0)]));
         // the limb is 20 pixels wide: at 5 pixels aside a quarter of it is uncovered, in columns of samples a quarter
         let shares = [0.0, 0.05, 0.1, 0.5].map(|x| insides.share_missed(&[straight(x)]));
@@ -209,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limb_inside_the_trunk_costs_nothing_and_one_beyond_the_picture_costs_all() {
+    fn a_limb_inside_the_trunk_costs_nothing_and_one_outside_the_image_costs_one() {
         let trunk = TaperedCapsule { radius_a: 0.3, radius_b: 0.3, ..straight(0.0) };
         let insides = LimbInsides::new(&pinhole(), &painted(&[trunk]));
         assert_eq!(insides.share_missed(&[straight(0.1)]), Some(0.0), "one-sided");
@@ -219,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_edge_of_the_picture_cuts_off_has_no_say() {
+    fn parts_cropped_by_the_image_are_ignored() {
         let cut = straight(0.8);
         let insides = LimbInsides::new(&pinhole(), &painted(&[cut]));
         assert!(painted(&[cut]).count() < painted(&[straight(0.0)]).count());

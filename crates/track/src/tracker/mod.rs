@@ -1,6 +1,6 @@
-//! Trackers: from observations to poses, blindfolded.
+//! Trackers: pose estimation from observations, without access to the ground truth.
 //!
-//! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/conventions/layering.rs`).
+//! `tests/conventions/layering.rs` checks that no tracker refers to ground truth, motion capture or benchmark sets.
 //!
 //! ```
 //! use skiagraph_core::body::shipped;
@@ -14,7 +14,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/own_tracker.rs` shows a tracker of your own.
+//! See `examples/own_tracker.rs` for a custom tracker.
 
 mod annealed_particle_filter;
 mod annealing;
@@ -42,13 +42,13 @@ pub use likelihood::Likelihood;
 pub use settings::{FilterSettings, SilhouetteSettings};
 pub use silhouette_likelihood::SilhouetteLikelihood;
 
-// Parts of the filter, for the application, tests and studies.
+// Parts of the filter for the application, tests and studies.
 #[doc(hidden)]
 pub use self::{
     annealing::{Selection, select, systematic},
     calibration::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
-        CalibrationVerdict, FEWEST_CALIBRATION_FRAMES, calibrate,
+        CalibrationVerdict, MIN_CALIBRATION_FRAMES, calibrate,
     },
     partition::Partition,
     plausibility::PlausibilitySettings,
@@ -60,17 +60,18 @@ pub use self::{
 use crate::body::Pose;
 use crate::observation::Observation;
 
-/// Follows a body through observations. One tracker follows one sequence once.
+/// Tracks a body through observations. A tracker processes one sequence, once.
 pub trait Tracker: Send {
-    /// Short name, as the command line spells it.
+    /// Short name, as on the command line.
     fn name(&self) -> &str;
 
-    /// Takes the pose at the first frame.
+    /// Sets the pose in the first frame.
     fn start(&mut self, start: &Pose);
 
-    /// Estimates the pose behind the next observation; frames arrive in order, the first being the start's.
+    /// Estimates the pose for the next observation. Frames arrive in order; the first one is the frame of the start
+    /// pose.
     ///
     /// # Errors
-    /// [`TrackError`] when the observation does not fit the tracker's cameras or no particle is left.
+    /// [`TrackError`] if the observation does not match the tracker's cameras or no valid particle is left.
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
 }

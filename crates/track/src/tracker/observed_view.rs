@@ -1,4 +1,4 @@
-//! What one camera saw, ready to be compared with thousands of poses.
+//! One camera's observation, prepared for comparison with many poses.
 
 use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
@@ -9,19 +9,19 @@ use crate::raster::{
     contour, overlap,
 };
 
-/// How a body is compared with what was seen.
+/// How a body is compared with the observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ComparisonStrategy {
-    /// A body of nothing but tapered capsules.
+    /// For bodies of tapered capsules only.
     Capsules,
-    /// A body with a skin.
+    /// For bodies with a skin.
     Skin,
-    /// Any body, and any contour term.
+    /// For any body and any contour term.
     Masks,
 }
 
 impl ComparisonStrategy {
-    /// The fastest one that is open.
+    /// The fastest strategy that supports the body and settings.
     pub(super) fn of(body: &Humanoid, settings: &SilhouetteSettings) -> Self {
         let is_capsule = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
@@ -33,17 +33,17 @@ impl ComparisonStrategy {
     }
 }
 
-/// An observed silhouette in an ideal pinhole's pixels, and what it takes to compare it.
+/// An observed silhouette in ideal pinhole pixels, prepared for comparison.
 #[derive(Debug)]
 pub(super) enum ObservedView {
     /// For bodies of tapered capsules and one-sided contours.
     Capsules(SilhouetteComparer),
     /// For bodies with a skin and one-sided contours.
     Skin(SilhouetteComparer),
-    /// For any solids: the model is drawn into a mask.
+    /// For any solids: the model is rendered into a mask.
     Masks {
         observed: Mask,
-        /// What the contour term needs; `None` where it weighs nothing.
+        /// Data of the contour term; `None` if its weight is 0.
         edge: Option<ObservedEdge>,
     },
 }
@@ -63,12 +63,12 @@ pub(super) struct ObservedEdge {
 pub(super) struct ViewScratch {
     silhouette: SilhouetteScratch,
     mesh: MeshScratch,
-    /// One per view of [`ObservedView::Masks`].
+    /// One per view with [`ObservedView::Masks`].
     painters: Vec<(SilhouettePainter, Mask)>,
 }
 
 impl ViewScratch {
-    /// Buffers; `painted` lists the cameras of the views that are drawn into masks.
+    /// New buffers; `painted` lists the cameras of the views that render masks.
     pub(super) fn new<'a>(painted: impl Iterator<Item = &'a Camera>) -> Self {
         let painter = |camera: &Camera| {
             let mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
@@ -80,17 +80,17 @@ impl ViewScratch {
 }
 
 impl ObservedView {
-    /// Prepares what `camera`, an ideal one, saw.
+    /// Prepares the observed mask of `camera`, which is ideal.
     pub(super) fn new(
         camera: &Camera,
         observed: Mask,
-        road: ComparisonStrategy,
+        strategy: ComparisonStrategy,
         settings: &SilhouetteSettings,
     ) -> Self {
         let tau = settings.contour_reach * f64::from(camera.pinhole.height);
         let with_contour = settings.contour_weight > 0.0;
         let comparer = || SilhouetteComparer::new(&camera.pinhole, &observed, with_contour.then_some(tau));
-        match road {
+        match strategy {
             ComparisonStrategy::Capsules => Self::Capsules(comparer()),
             ComparisonStrategy::Skin => Self::Skin(comparer()),
             ComparisonStrategy::Masks => {
@@ -100,8 +100,8 @@ impl ObservedView {
         }
     }
 
-    /// Compares the body as it is placed, its skin deformed; `view` is this view's number. [`ObservedView::Capsules`]
-    /// leaves its capsules in the frame of `camera`.
+    /// Compares the placed body, whose skin is already deformed; `view` is the index of this view.
+    /// [`ObservedView::Capsules`] leaves the body's capsules in the frame of `camera`.
     pub(super) fn compare(
         &self,
         body: &Humanoid,
@@ -139,7 +139,7 @@ impl ObservedEdge {
         Self { contour, bounds, distances, term, tau }
     }
 
-    /// `[Skinned APF]`'s `D_c` of a drawn model.
+    /// `[Skinned APF]`'s `D_c` of a rendered model.
     fn distance_of(&self, model: &Mask) -> f64 {
         let edge = contour(model);
         let there = truncated_mean(&edge, &self.contour, &self.distances, self.tau);
@@ -154,8 +154,8 @@ impl ObservedEdge {
     }
 }
 
-/// Mean over the pixels of `from` of `min(d, tau) / tau`, `distances` being those to `to`. No pixels score 0 against
-/// none, else 1.
+/// Mean of `min(d, tau) / tau` over the pixels of `from`; `distances` are those to `to`. If `from` is empty: 0 if `to`
+/// is empty too, else 1.
 fn truncated_mean(from: &Mask, to: &Mask, distances: &DistanceMap, tau: f64) -> f64 {
     let count = from.count();
     if count == 0 {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_skin_compares_as_its_drawn_mask_does_but_for_distances_in_fixed_point() {
+    fn skin_and_mask_comparisons_agree_up_to_fixed_point_distances() {
         let (body, rig) = (skinned(), ring(3, 4.0, [320, 240]));
         let settings = SilhouetteSettings::default();
         assert_eq!(ComparisonStrategy::of(&body, &settings), ComparisonStrategy::Skin);
@@ -193,8 +193,8 @@ mod tests {
             placed.place(&body, &MARCH.pose(&body, frame)).unwrap();
             placed.deform(&body);
             for (view, (camera, mask)) in rig.cameras.iter().zip(&seen.silhouettes).enumerate() {
-                let mut by = |road| {
-                    let observed = ObservedView::new(camera, mask.clone(), road, &settings);
+                let mut by = |strategy| {
+                    let observed = ObservedView::new(camera, mask.clone(), strategy, &settings);
                     observed.compare(&body, &mut placed, camera, view, &mut scratch)
                 };
                 let (fast, drawn) = (by(ComparisonStrategy::Skin), by(ComparisonStrategy::Masks));
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sided_distances_between_both_contours_are_those_of_the_whole_image() {
+    fn two_sided_distances_in_the_bounds_of_both_contours_are_those_of_the_whole_image() {
         let at = |left: u32, top: u32| {
             Mask::from_fn(120, 90, |x, y| (left..left + 20).contains(&x) && (top..top + 30).contains(&y))
         };

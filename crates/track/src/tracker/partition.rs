@@ -1,21 +1,21 @@
-//! Parts of a body that are searched one after another.
+//! Body parts for partitioned sampling.
 
 use super::refinement::arms_and_legs;
 use crate::body::{Humanoid, ROOT_STEP};
 
-/// Which numbers of a pose's step belong to which part: partitioned sampling (`[MacCormick 2000]`).
+/// Partitioned sampling (`[MacCormick 2000]`): assigns each component of a pose step to a body part.
 ///
-/// The layers of a frame are shared out evenly: the first ones spread and select particles in the trunk (the root, the
-/// spine and the head), the next ones in an arm with the trunk as it was selected, and so on, limb by limb. Each part
-/// begins with its own P_0, which shrinks from layer to layer as in annealing.
+/// The layers of a frame are divided evenly: the first ones spread and select particles in the trunk (root, spine and
+/// head), the next ones in an arm given the selected trunk, and so on, limb by limb. Each part starts with its own P_0,
+/// which shrinks from layer to layer as in annealing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Partition {
-    /// Per part, whether it has each number of a step.
+    /// For each part, whether it contains each component of a step.
     parts: Vec<Vec<bool>>,
 }
 
 impl Partition {
-    /// Trunk, left arm, right arm, left leg, right leg, as far as the body has them.
+    /// Trunk, left arm, right arm, left leg and right leg, if the body has them.
     pub fn of_body(body: &Humanoid) -> Self {
         let numbers = body.step_len();
         let limbs = arms_and_legs(body).into_iter().filter(|limb| !limb.is_empty());
@@ -26,13 +26,13 @@ impl Partition {
         Self { parts: [vec![trunk], limbs].concat() }
     }
 
-    /// How many parts.
+    /// Number of parts.
     pub fn count(&self) -> usize {
         self.parts.len()
     }
 
-    /// Deviations of the noise before layer `layer`, from 0, of `layers`, at least as many as parts. `whole` are the
-    /// roots of P_0.
+    /// Deviations of the noise before layer `layer` (from 0) of `layers`, which is at least the number of parts.
+    /// `whole` are the square roots of P_0.
     pub(super) fn deviations(&self, whole: &[f64], layer: usize, layers: usize, survival_rate: f64) -> Vec<f64> {
         let part = layer * self.parts.len() / layers;
         let first = (part * layers).div_ceil(self.parts.len());
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_of_a_step_belongs_to_one_part_and_the_root_to_the_trunk() {
+    fn every_component_of_a_step_belongs_to_one_part_and_the_root_to_the_trunk() {
         for (robot, trunk) in [("tracker25", 6 + 3), ("tracker40", 6 + 3 + 3)] {
             let body = crate::body::shipped(robot).unwrap();
             let partition = Partition::of_body(&body);
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_shared_out_and_every_part_begins_with_its_whole_noise() {
+    fn layers_are_divided_evenly_and_every_part_starts_with_its_full_noise() {
         let partition = Partition::of_body(&crate::body::shipped("tracker25").unwrap());
         let whole = vec![1.0; 25];
         // 12 layers for 5 parts: 3, 2, 3, 2, 2

@@ -1,4 +1,4 @@
-//! A body in a pose, in memory that its owner keeps from pose to pose.
+//! A body in a pose, with buffers that are reused from pose to pose.
 
 use nalgebra::Point3;
 
@@ -9,15 +9,15 @@ use crate::raster::{MeshVertices, TaperedCapsule};
 #[derive(Default)]
 pub(super) struct PlacedBody {
     pub(super) frames: LinkFrames,
-    /// Its solids in the frame of the camera that it was compared in last, where it was compared by its capsules.
+    /// The solids in the frame of the last camera compared, if the body is compared by its capsules.
     pub(super) capsules: Vec<TaperedCapsule>,
-    /// The vertices of its skin, where it was compared by that; world.
+    /// The skin's vertices in world coordinates, if the body is compared by its skin.
     pub(super) skin: MeshVertices,
     vertices: Vec<Point3<f64>>,
 }
 
 impl PlacedBody {
-    /// Puts `body` into `pose`: where its links then are; `None` for a pose that is not finite.
+    /// Puts `body` into `pose` and returns its link frames; `None` for a pose that is not finite.
     pub(super) fn place(&mut self, body: &Humanoid, pose: &Pose) -> Option<&LinkFrames> {
         let root = pose.world_from_root.translation.vector;
         if !root.iter().chain(&pose.joint_angles).all(|number| number.is_finite()) {
@@ -27,7 +27,7 @@ impl PlacedBody {
         Some(&self.frames)
     }
 
-    /// Deforms the skin to where the links are; without a skin nothing happens.
+    /// Deforms the skin to the current link frames; does nothing without a skin.
     pub(super) fn deform(&mut self, body: &Humanoid) {
         if let Some(skin) = &body.skin {
             skin.deform_into(&self.frames, &mut self.vertices);

@@ -1,4 +1,4 @@
-//! Poses that could be: not in the ground, not in themselves, not beyond their limits.
+//! Penalties for implausible poses: ground penetration, self-penetration and exceeded joint limits.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,22 +8,21 @@ use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
 use crate::motion_model::SettingError;
 
-/// What a radian beyond a joint's limit amounts to, metres.
+/// Metres that one radian beyond a joint limit counts as.
 const LIMIT_LEVER: f64 = 0.1;
 
-/// How much it counts that a pose could not be.
+/// Weight and thresholds of the plausibility term.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilitySettings {
-    /// What a metre of depth adds to the energy, >= 0; 0 leaves the rule of rejection alone. 1/m. Default: 0.5, chosen
-    /// on CMU 16_15 and 35_02 among 0.5, 2 and 8: more keeps a body whose legs are too long out of the ground at the
-    /// cost of the pose.
+    /// Energy per metre of depth, >= 0, 1/m; 0 leaves only the rejection. Default: 0.5, chosen on CMU 16_15 and 35_02
+    /// among 0.5, 2 and 8: higher weights keep a body with too long legs out of the ground at the expense of the pose.
     pub weight: f64,
-    /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's.
-    /// Metres, >= 0.
+    /// Depths up to this are free: recordings penetrate the ground by some millimetres, and the tracker's body is not
+    /// the actor's. Metres, >= 0.
     pub tolerance_m: f64,
-    /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being
-    /// drawn. Metres, > 0. Default: none is rejected.
+    /// Poses that penetrate the ground or themselves by more than this beyond the tolerance are rejected before
+    /// rendering. Metres, > 0. Default: no pose is rejected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reject_beyond_m: Option<f64>,
 }
@@ -35,10 +34,10 @@ impl Default for PlausibilitySettings {
 }
 
 impl PlausibilitySettings {
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// [`SettingError`] that names the first key which is not.
+    /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         for (key, value) in [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)] {
             if !(value >= 0.0 && value.is_finite()) {
@@ -54,14 +53,14 @@ impl PlausibilitySettings {
     }
 }
 
-/// What the plausibility of a pose adds to its energy: `weight (g + s + l)`, with `g` the depth of the body's deepest
-/// point under the ground z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must
-/// not be ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond
-/// their limits, a radian counting as 0.1 m.
+/// The plausibility term `weight (g + s + l)` of a pose's energy, with `g` the depth of the body's lowest point below
+/// the ground z = 0, `s` the sum of the depths of all penetrating pairs of solids that must stay apart
+/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of the angles' excesses over their
+/// limits, 1 rad counting as 0.1 m.
 ///
 /// `[Balan 2005]` rejects poses whose limbs interpenetrate or exceed their limits ("hard priors");
-/// [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of a rejected pose is infinite; a filter that has
-/// no other particle asks for [`super::Likelihood::energy_unrejected`].
+/// [`PlausibilitySettings::reject_beyond_m`] is that rule. A rejected pose has infinite energy; a filter that has only
+/// rejected particles uses [`super::Likelihood::energy_unrejected`].
 #[derive(Debug)]
 pub(super) struct Plausibility {
     /// Lowest and highest value of every degree of freedom.
@@ -77,7 +76,7 @@ impl Plausibility {
         Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, settings })
     }
 
-    /// Whether a body with its links at `frames` is too deep in the ground or in itself.
+    /// Whether a body with links at `frames` penetrates the ground or itself too deeply.
     pub(super) fn rejects(&self, frames: &LinkFrames, scratch: &mut InterpenetrationScratch) -> bool {
         self.settings.reject_beyond_m.is_some_and(|limit| {
             let depths = self.solids.depths(frames, scratch);
@@ -85,7 +84,7 @@ impl Plausibility {
         })
     }
 
-    /// What is added to the energy of a pose; `camera` is the one in whose frame the body's capsules are, if any.
+    /// The penalty added to a pose's energy; `camera` is the one in whose frame the body's capsules are, if any.
     pub(super) fn penalty(
         &self,
         pose: &Pose,
@@ -104,7 +103,7 @@ impl Plausibility {
     }
 }
 
-/// Sum of what is beyond a limit, radians (metres where prismatic).
+/// Sum of the excesses over the limits, radians (metres for prismatic joints).
 fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
     let angles = pose.joint_angles.as_slice().iter().zip(limits);
     let broken = angles.filter(|&(angle, [lower, upper])| angle < lower || angle > upper);
@@ -123,8 +122,8 @@ mod tests {
         pose
     }
 
-    /// A likelihood that looks at a standing body, and the height at which that body's soles touch the ground.
-    fn looking(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, SilhouetteLikelihood) {
+    /// A body, the height at which its soles touch the ground, and likelihoods without and with plausibility.
+    fn likelihoods(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, SilhouetteLikelihood) {
         let body = shipped("tracker25").unwrap();
         let links: Vec<usize> = (0..body.links.len()).collect();
         let height = -body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
@@ -144,9 +143,9 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_could_be_has_the_energy_of_its_silhouettes_and_one_in_the_ground_more() {
+    fn a_plausible_pose_has_no_penalty_and_one_in_the_ground_has_one() {
         let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.01, reject_beyond_m: None };
-        let (body, height, without, with) = looking(settings);
+        let (body, height, without, with) = likelihoods(settings);
         assert_eq!(added(&with, &without, &standing(&body, height)), 0.0);
         assert_eq!(added(&with, &without, &standing(&body, height - 0.009)), 0.0);
         let sunk = added(&with, &without, &standing(&body, height - 0.06));
@@ -154,8 +153,9 @@ mod tests {
     }
 
     #[test]
-    fn crossed_legs_and_a_bent_back_knee_cost() {
-        let (body, height, without, with) = looking(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
+    fn crossed_legs_and_a_hyperextended_knee_are_penalised() {
+        let (body, height, without, with) =
+            likelihoods(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
         let mut crossed = standing(&body, height + 0.1);
         crossed.joint_angles[body.find_degree_of_freedom("left_hip_abduction").unwrap()] = -0.3;
         assert!(added(&with, &without, &crossed) > 0.005, "{}", added(&with, &without, &crossed));
@@ -165,9 +165,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_deep_is_rejected_and_has_an_energy_all_the_same() {
+    fn poses_that_penetrate_too_deeply_are_rejected_but_have_an_unrejected_energy() {
         let settings = PlausibilitySettings { weight: 1.0, tolerance_m: 0.01, reject_beyond_m: Some(0.05) };
-        let (body, height, without, with) = looking(settings);
+        let (body, height, without, with) = likelihoods(settings);
         let deep = standing(&body, height - 0.2);
         assert_eq!(with.energy(&deep, &mut with.scratch()), f64::INFINITY);
         let unrejected = with.energy_unrejected(&deep, &mut with.scratch());
@@ -178,10 +178,10 @@ mod tests {
     }
 
     #[test]
-    fn poses_judged_together_have_the_energies_that_they_have_alone() {
+    fn batched_energies_equal_single_energies() {
         for reject_beyond_m in [None, Some(0.05)] {
             let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.0, reject_beyond_m };
-            let (body, height, _, with) = looking(settings);
+            let (body, height, _, with) = likelihoods(settings);
             let depths = [0.0, 0.02, f64::NAN, 0.2, 0.01, 0.0, 0.03, 0.04, 0.001, 0.3];
             let poses: Vec<Pose> = depths.iter().map(|depth| standing(&body, height - depth)).collect();
             let mut scratch = with.scratch();

@@ -1,17 +1,17 @@
-//! Taking the lens out of what a camera saw, so that all comparing is done in an ideal pinhole's image.
+//! Removes lens distortion from observed masks, so that comparison uses ideal pinhole images.
 
 use nalgebra::Point2;
 
 use crate::camera::Camera;
 use crate::raster::Mask;
 
-/// No pixel of the camera shows what this pixel of the pinhole would.
+/// Marks a pinhole pixel that no pixel of the camera shows.
 const UNSEEN: (u32, u32) = (u32::MAX, u32::MAX);
 
-/// For every pixel of a camera's ideal pinhole, the pixel of the distorted image that shows the same ray (nearest
-/// neighbour). Made once per camera, used on every frame.
+/// For every pixel of a camera's ideal pinhole, the pixel of the distorted image on the same ray (nearest neighbour).
+/// Computed once per camera and used in every frame.
 ///
-/// The rectified image has the camera's own size and pinhole: what a barrel lens shows beyond its edges is cut off, and
+/// The rectified image has the camera's size and pinhole: what a barrel lens shows beyond its edges is cropped, and
 /// what a pincushion lens does not show inside them counts as background.
 #[derive(Clone, Debug)]
 pub(super) struct Rectification {
@@ -21,7 +21,7 @@ pub(super) struct Rectification {
 }
 
 impl Rectification {
-    /// `None` for a camera with an ideal lens, whose masks are rectified as they are.
+    /// `None` for a camera with an ideal lens, whose masks need no rectification.
     pub(super) fn new(camera: &Camera) -> Option<Self> {
         if camera.distortion.is_none() {
             return None;
@@ -32,14 +32,14 @@ impl Rectification {
         Some(Self { width, height, sources })
     }
 
-    /// Which pixels of the rectified image the camera shows; `None` where it shows them all.
+    /// The pixels of the rectified image that the camera shows; `None` if it shows all.
     pub(super) fn shown(&self) -> Option<Mask> {
         let row = self.width.max(1) as usize;
         let is_shown = |x: u32, y: u32| self.sources[y as usize * row + x as usize] != UNSEEN;
         self.sources.contains(&UNSEEN).then(|| Mask::from_fn(self.width, self.height, is_shown))
     }
 
-    /// The mask that the camera would have seen through an ideal lens.
+    /// The mask as seen through an ideal lens.
     pub(super) fn rectify(&self, observed: &Mask) -> Mask {
         let mut rectified = Mask::new(self.width, self.height);
         let rows = self.sources.chunks_exact(self.width.max(1) as usize);
@@ -54,10 +54,10 @@ impl Rectification {
     }
 }
 
-/// The pixel of the distorted image that holds the ray through the middle of pinhole pixel `(x, y)`.
+/// The pixel of the distorted image on the ray through the centre of pinhole pixel `(x, y)`.
 fn source(camera: &Camera, (x, y): (u32, u32)) -> (u32, u32) {
     let (u, v) = camera.pinhole.normalised(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-    // Far out, a polynomial lens folds back over its own image.
+    // Far from the centre, a polynomial lens folds back over its own image.
     if !camera.distortion.is_before_fold(u, v) {
         return UNSEEN;
     }

@@ -1,4 +1,4 @@
-//! After the layers: descent of the estimate, and a search for limbs that the particles lost.
+//! Refinement after the last layer: descent of the estimate and a search for lost limbs.
 
 mod limb_memory;
 
@@ -16,19 +16,19 @@ use crate::body::{Humanoid, Landmark, Pose};
 use crate::motion_model::{MotionModel, SettingError};
 use crate::rng::{Purpose, stream};
 
-/// How an annealed particle filter's answer is refined.
+/// How the estimate of an annealed particle filter is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RefinementSettings {
-    /// Gauss-Newton steps of every descent, >= 1.
+    /// Gauss-Newton steps of each descent, >= 1.
     pub iterations: usize,
-    /// Every how many frames limbs are searched again; 0 for never.
+    /// Interval of the limb search in frames; 0 for never.
     pub limb_every: usize,
-    /// Poses tried for every limb and every mirrored pair of limbs.
+    /// Poses sampled for each limb and each pair of limbs.
     pub limb_samples: usize,
-    /// Gauss-Newton steps from each of the two best of them.
+    /// Gauss-Newton steps from each of the two best samples.
     pub limb_iterations: usize,
-    /// Share of the particles that goes on from the refined pose, in [0, 1].
+    /// Share of the particles that continue from the refined pose, in [0, 1].
     pub share: f64,
 }
 
@@ -39,16 +39,16 @@ impl Default for RefinementSettings {
 }
 
 impl RefinementSettings {
-    /// How many energies are evaluated in a frame, on average, for a body with arms and legs.
+    /// Mean number of energies evaluated per frame for a body with arms and legs.
     pub fn evaluations_per_frame(&self) -> u64 {
         let limb = (self.limb_samples + LIMB_DESCENTS.min(self.limb_samples)) as u64;
         3 + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
     }
 
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// [`SettingError`] that names the first key which is not.
+    /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         let counts = [
             ("refinement.iterations", self.iterations, 1..=100),
@@ -69,64 +69,64 @@ impl RefinementSettings {
     }
 }
 
-/// Limbs and pairs of them that most bodies have.
+/// Number of limbs and pairs of limbs of most bodies.
 const USUAL_LIMBS: u64 = 6;
-/// Share of an outline that does not agree with what was observed where all is well.
+/// Share of an outline that disagrees with the observation when tracking succeeds.
 const USUAL_MISFIT: f64 = 0.06;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
 const WIDTHS: [f64; 2] = [8.0, FINAL_WIDTH];
 pub(super) const FINAL_WIDTH: f64 = 1.5;
-/// Spread of limbs that are tried near the estimate, radians.
+/// Standard deviation of limb samples around the estimate, radians.
 const NEAR_RAD: f64 = 0.4;
-/// Spread of limbs that are tried near a pose that was seen before, in training or by the filter, radians.
+/// Standard deviation of limb samples around a training pose or an earlier estimate, radians.
 const NEAR_SEEN_RAD: f64 = 0.1;
-/// Spread of the other angles of a limb where one of them is tried over its whole range, radians.
+/// Standard deviation of a limb's other angles when one angle is sampled over its whole range, radians.
 const NEAR_OTHERS_RAD: f64 = 0.2;
-/// The second of the samples that are descended differs by this in some angle, radians: neighbours of a pose that is
-/// stuck have the least energies, and would all end in it.
-const ELSEWHERE_RAD: f64 = 0.7;
-/// Angle up to which a limb without limits is tried, radians.
+/// Minimum difference in some angle for the second sample to be descended, radians: the neighbours of a pose in a local
+/// minimum have the lowest energies, and all would converge to it.
+const DISTINCT_RAD: f64 = 0.7;
+/// Sampling range of angles without limits, radians.
 const NO_LIMIT_RAD: f64 = std::f64::consts::PI;
-/// How many of a limb's samples are descended.
+/// Number of samples descended per limb.
 const LIMB_DESCENTS: usize = 2;
 
-/// Refines the estimate of a frame: never to a higher energy.
+/// Refines the estimate of a frame; its energy never rises.
 ///
-/// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and
-///    from the particle of least energy; the result of least energy is kept.
-/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, by turns near the
-///    estimate, near poses of training, near poses that the filter had before, near those of the other side in the
-///    mirror, with one angle anywhere within its limits, and with all of them so. The best is descended, and the best
-///    of those that differ from it and from the estimate. Legs that were taken for each other come free only together
-///    (after the limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick 2000]`).
+/// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's
+///    estimate and from the particle of lowest energy; the result of lowest energy is kept.
+/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are sampled: in turn near the
+///    estimate, near training poses, near earlier estimates, near their mirror images, with one angle anywhere within
+///    its limits, and with all angles anywhere within theirs. The best sample is descended, and the best of those that
+///    differ from it and from the estimate. Swapped legs are recovered only together (compare the limb crossover of
+///    `[Deutscher 2005]` and the partitions of `[MacCormick 2000]`).
 #[derive(Debug)]
 pub struct Refinement {
     settings: RefinementSettings,
     seed: u64,
-    /// Degrees of freedom that are drawn together.
+    /// Groups of degrees of freedom that are sampled together.
     limbs: Vec<Vec<usize>>,
-    /// Joint angles of the body in training.
+    /// Training poses of the body.
     training: Vec<Pose>,
     mirrored: MirroredAngles,
-    /// `None` before the filter was started.
+    /// `None` before the filter is started.
     memory: Option<PoseMemory>,
-    /// Factor on the weight of the prior in descents, from how well the last estimate fitted.
+    /// Factor on the prior's weight in descents, from the fit of the last estimate.
     prior_weight: f64,
 }
 
-/// What came of a refinement.
+/// Result of a refinement.
 pub(super) struct Refined<S> {
-    /// The state of least energy and that energy; `None` where nothing was found below the estimate's.
+    /// The state of lowest energy and that energy; `None` if none is lower than the estimate's.
     pub(super) found: Option<(S, f64)>,
-    /// Energies that were evaluated.
+    /// Number of energies evaluated.
     pub(super) evaluations: u64,
 }
 
 impl Refinement {
-    /// A refinement for a body that has been seen in the poses of `training`, which may be none.
+    /// A refinement for a body; `training` holds its training poses and may be empty.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range or a pose is of another body.
+    /// [`SettingError`] if a setting is out of its range or a training pose belongs to a different body.
     pub fn new(
         settings: RefinementSettings,
         body: &Humanoid,
@@ -143,33 +143,33 @@ impl Refinement {
         Ok(Self { settings, seed, limbs: limbs(body), training, mirrored, memory: None, prior_weight: 1.0 })
     }
 
-    /// Forgets all poses but the start.
+    /// Forgets all earlier estimates and stores the start pose.
     pub(super) fn start(&mut self, start: &Pose) {
         self.memory = Some(PoseMemory::new(start));
         self.prior_weight = 1.0;
     }
 
-    /// Limbs of later frames are looked for near this estimate too.
+    /// Stores an estimate for the limb search of later frames.
     pub(super) fn remember(&mut self, estimate: &Pose) {
         if let Some(memory) = &mut self.memory {
             memory.remember(estimate);
         }
     }
 
-    /// Weighs the next frame's observation by how far the outline of this frame's estimate agrees with what was
-    /// observed, in [0, 1].
+    /// Sets the prior's weight for the next frame from the agreement, in [0, 1], of this estimate's outline with the
+    /// observation.
     pub(super) fn weigh(&mut self, agreement: f64) {
         self.prior_weight = prior_weight(agreement);
     }
 
-    /// Of `count` particles, the numbers of those that go on from the refined pose: evenly spread.
+    /// Indices of those of `count` particles that continue from the refined pose, evenly spaced.
     pub(super) fn moved(&self, count: usize) -> impl Iterator<Item = usize> {
         let moved = (self.settings.share * count as f64).round() as usize;
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Looks for a state of less energy than `energy`, the estimate's: descends from all `starts`, then draws limbs.
-    /// `anchor` is the last estimate.
+    /// Searches for a state of lower energy than `energy`, the estimate's: descends from all `starts`, then samples
+    /// limbs. `anchor` is the last estimate.
     pub(super) fn refine<M: MotionModel, L: Likelihood>(
         &self,
         model: &M,
@@ -202,30 +202,31 @@ impl Refinement {
     }
 }
 
-/// Factor on the weight of the prior where this share of the last estimate's outline agreed with what was observed.
+/// Factor on the prior's weight for a share of the last estimate's outline that agrees with the observation.
 ///
-/// Right bodies and wrong ones that follow a person agree by 0.92 and more, also among blobs.
-/// Where a second person stands in the silhouettes it is 0.6 to 0.85, where outlines waver by 8 pixels 0.5: there free
-/// descents find poses of less energy farther from the truth than the particles are, and the prior holds them.
+/// Correct bodies, and incorrect ones that follow a person, agree by 0.92 or more, even with blobs in the masks. The
+/// agreement is 0.6 to 0.85 if the silhouettes include a second person, and 0.5 if outlines jitter by 8 pixels: there,
+/// free descents find poses of lower energy that are farther from the truth than the particles, and the prior prevents
+/// it.
 fn prior_weight(agreement: f64) -> f64 {
     let misfit = ((1.0 - agreement) / USUAL_MISFIT).max(1.0);
     misfit * misfit * misfit * misfit
 }
 
-/// One frame's search.
+/// The search in one frame.
 struct Search<'a, M: MotionModel, L: Likelihood> {
     model: &'a M,
     likelihood: &'a L,
     anchor: &'a Pose,
-    /// Factor on the weight of the prior in descents.
+    /// Factor on the prior's weight in descents.
     prior_weight: f64,
     evaluations: u64,
-    /// Buffers that no thread uses: making them anew for every few poses would take as long as the search.
+    /// Unused buffers, kept because allocating them for every few poses would take as long as the search.
     idle: Mutex<Vec<L::Scratch>>,
 }
 
 impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
-    /// The best of the descents from poses of a limb that were drawn on `state`.
+    /// The best result of the descents from samples of a limb, drawn from `state`.
     fn limb(&mut self, of: &Refinement, group: usize, frame: usize, state: &M::State) -> Option<(M::State, f64)> {
         let count = of.settings.limb_samples;
         let draw = |sample: usize| {
@@ -243,7 +244,7 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
         lowest(self.descend_all(&chosen, of.settings.limb_iterations))
     }
 
-    /// Descends from each of several states; what came of it, with energies.
+    /// Descends from each of several states; returns the results with their energies.
     fn descend_all(&mut self, starts: &[&M::State], iterations: usize) -> Vec<(M::State, f64)> {
         let descend = |start: &&M::State| {
             self.with_scratch(|scratch| {
@@ -289,32 +290,32 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     }
 }
 
-/// Which of the samples are descended, of `poses` in the order of their energies: the first, and the first of those
-/// that are elsewhere than that and than the `present` pose, or else the second.
+/// Selects the samples to descend; `poses` are in order of energy. The first one, and the first that differs from it
+/// and from the `present` pose, or else the second one.
 fn chosen(poses: &[&Pose], present: &Pose, limb: &[usize]) -> Vec<usize> {
-    let is_elsewhere = |pose: &Pose, from: &Pose| {
-        limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > ELSEWHERE_RAD)
+    let is_distinct = |pose: &Pose, from: &Pose| {
+        limb.iter().any(|number| (pose.joint_angles[*number] - from.joint_angles[*number]).abs() > DISTINCT_RAD)
     };
     let Some(first) = poses.first() else { return Vec::new() };
-    let second = poses.iter().position(|pose| is_elsewhere(pose, present) && is_elsewhere(pose, first)).unwrap_or(1);
+    let second = poses.iter().position(|pose| is_distinct(pose, present) && is_distinct(pose, first)).unwrap_or(1);
     [0, second].into_iter().filter(|place| *place < poses.len()).collect()
 }
 
-/// The first of those of least energy; none of those that cannot be.
+/// The first state of lowest finite energy; `None` if all energies are not finite.
 fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
     states.into_iter().filter(|(_, energy)| energy.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// Where a sample of a limb is drawn.
+/// How a limb is sampled.
 #[derive(Clone, Copy)]
 enum LimbDraw {
     /// Near the estimate.
     Near,
-    /// Near a pose of training; near the estimate where there is none.
+    /// Near a training pose; near the estimate if there is none.
     Training,
-    /// Near a pose that the filter had before.
+    /// Near an earlier estimate.
     Remembered,
-    /// Near such a pose of the other side, in the mirror.
+    /// Near the mirror image of an earlier estimate.
     RememberedMirrored,
     /// One angle anywhere within its limits, the others near the estimate.
     OneAngle,
@@ -322,7 +323,7 @@ enum LimbDraw {
     Anywhere,
 }
 
-/// The kinds of samples take turns.
+/// The order in which samples use the kinds of draws.
 const LIMB_DRAWS: [LimbDraw; 6] = [
     LimbDraw::Remembered,
     LimbDraw::Near,
@@ -333,13 +334,13 @@ const LIMB_DRAWS: [LimbDraw; 6] = [
 ];
 
 impl Refinement {
-    /// `pose` with a limb drawn anew, in the way that is `sample`'s turn.
+    /// `pose` with a limb resampled by the draw that `sample` selects.
     fn drawn(&self, body: &Humanoid, pose: &Pose, group: usize, sample: usize, rng: &mut ChaCha8Rng) -> Pose {
         let (draw, limb) = (LIMB_DRAWS[sample % LIMB_DRAWS.len()], &self.limbs[group]);
         let seen = match draw {
-            LimbDraw::Training => any_of(&self.training, rng),
+            LimbDraw::Training => random_pose(&self.training, rng),
             LimbDraw::Remembered | LimbDraw::RememberedMirrored => {
-                self.memory.as_ref().and_then(|memory| any_of(memory.poses(), rng))
+                self.memory.as_ref().and_then(|memory| random_pose(memory.poses(), rng))
             }
             LimbDraw::Near | LimbDraw::OneAngle | LimbDraw::Anywhere => None,
         };
@@ -364,19 +365,19 @@ impl Refinement {
     }
 }
 
-fn any_of<'a>(poses: &'a [Pose], rng: &mut ChaCha8Rng) -> Option<&'a Pose> {
+fn random_pose<'a>(poses: &'a [Pose], rng: &mut ChaCha8Rng) -> Option<&'a Pose> {
     (!poses.is_empty()).then(|| &poses[rng.random_range(0..poses.len())])
 }
 
-/// The degrees of freedom of each arm and leg, and of both arms and both legs.
+/// The degrees of freedom of each arm and leg, of both arms and of both legs.
 fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
     let alone = arms_and_legs(body);
     let pairs = [(0, 1), (2, 3)].map(|(left, right)| [alone[left].as_slice(), &alone[right]].concat());
     alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
 }
 
-/// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other
-/// limb's end nor the head. Empty for a limb without an end.
+/// The degrees of freedom of the left and right arm and the left and right leg: those that move the limb's end but
+/// neither another limb's end nor the head. Empty for a limb without an end.
 pub(super) fn arms_and_legs(body: &Humanoid) -> Vec<Vec<usize>> {
     let ends = LEFT_AND_RIGHT_ENDS.concat().into_iter().chain([Landmark::HeadTop]);
     let moving: Vec<Vec<usize>> =

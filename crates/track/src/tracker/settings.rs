@@ -1,37 +1,38 @@
-//! What can be set of the annealed particle filter and of the silhouette likelihood.
+//! Settings of the annealed particle filter and of the silhouette likelihood.
 
 use serde::{Deserialize, Serialize};
 
 use crate::motion_model::SettingError;
 
-/// How particles are spread again after the selection of a layer. Deviations are per number of a pose's step.
+/// How particles are spread after the selection in a layer. Deviations are per component of a pose step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Kernel {
-    /// Algorithm 1 of `[Skinned APF]`: Gaussian noise of covariance `P_m = alpha_m P_{m-1}`, whatever the particles do.
+    /// Algorithm 1 of `[Skinned APF]`: Gaussian noise of covariance `P_m = alpha_m P_{m-1}`, independent of the
+    /// particles.
     #[default]
     Geometric,
-    /// As geometric, but no deviation exceeds `factor` times that of the weighted particles.
+    /// As `geometric`, but no deviation exceeds `factor` times that of the weighted particles.
     Min {
-        /// Factor on the particles' own deviation, > 0; 0.5 to 1 is useful.
+        /// Factor on the deviation of the particles, > 0; 0.5 to 1 is useful.
         factor: f64,
     },
-    /// The shrinkage of `[Liu 2001]`: particles are drawn towards their mean by `sqrt(1 - h^2)` and spread by `h`
-    /// times their own deviation, which keeps the deviation that selection left.
+    /// The shrinkage kernel of `[Liu 2001]`: particles are moved towards their mean by `sqrt(1 - h^2)` and spread by
+    /// `h` times their deviation, which preserves the deviation after selection.
     Shrink {
-        /// Share of the spread that is drawn anew, in (0, 1].
+        /// Share of the spread that is resampled, in (0, 1].
         h: f64,
     },
 }
 
-/// How a pose is made of weighted particles.
+/// How the pose estimate is computed from weighted particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
     /// The weighted mean of `[Skinned APF]` section 6.1; rotations are averaged on their manifold.
     #[default]
     WeightedMean,
-    /// The particle of least energy.
+    /// The particle of lowest energy.
     Best,
 }
 
@@ -43,12 +44,12 @@ pub struct FilterSettings {
     pub particles: usize,
     /// `[Skinned APF]`'s M, annealing layers per frame, >= 1; one layer is a plain particle filter.
     pub layers: usize,
-    /// `[Skinned APF]`'s alpha_m, the same in every layer, in (0, 1]: which share of the particles a selection keeps,
-    /// and by which factor the covariance shrinks from layer to layer.
+    /// `[Skinned APF]`'s alpha_m, the same in every layer, in (0, 1]: the share of particles that survives a selection,
+    /// and the factor by which the covariance shrinks from layer to layer.
     pub survival_rate: f64,
-    /// How particles are spread after a selection.
+    /// How particles are spread after selection.
     pub kernel: Kernel,
-    /// How the estimate is made.
+    /// How the estimate is computed.
     pub estimator: Estimator,
 }
 
@@ -65,16 +66,16 @@ impl Default for FilterSettings {
 }
 
 impl FilterSettings {
-    /// A plain particle filter (sampling, importance resampling): one layer, whose lambda leaves a tenth of the
-    /// particles effective.
+    /// A plain particle filter (sampling importance resampling): one layer, with lambda such that the effective sample
+    /// size is a tenth of the particles.
     pub fn particle_filter(particles: usize) -> Self {
         Self { particles, layers: 1, survival_rate: 0.1, ..Self::default() }
     }
 
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// [`SettingError`] that names the first key which is not.
+    /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         at_least_one("particles", self.particles)?;
         at_least_one("layers", self.layers)?;
@@ -87,31 +88,31 @@ impl FilterSettings {
     }
 }
 
-/// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
-/// R of the observation alone and Y of both:
+/// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels in the model only,
+/// R in the observation only and Y in both:
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SilhouetteTerm {
-    /// `(B / (B + Y) + R / (R + Y)) / 2` (`[Sigal 2010]`, both directions alike); a share of nothing counts as 1.
+    /// `(B / (B + Y) + R / (R + Y)) / 2` (`[Sigal 2010]`, symmetric); a fraction with denominator 0 counts as 1.
     Bidirectional,
     /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
     #[default]
     Overlap,
-    /// The share of points inside the model's limbs, eight pixels apart, where nothing was observed: the term of
-    /// `[Deutscher 2005]`, one-sided and sampled. A limb that hides in the trunk costs nothing. Only tapered capsules
-    /// are looked at.
+    /// The share of sample points inside the model's limbs, eight pixels apart, that are outside the observed
+    /// silhouette: the one-sided, sampled term of `[Deutscher 2005]`. A limb hidden by the trunk costs nothing. Only
+    /// tapered capsules are sampled.
     Sampled,
 }
 
-/// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` leaves it
-/// open; here it is the mean over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
+/// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` does not
+/// define it; here it is the mean over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContourTerm {
-    /// Over the model's contour: its distance to the observed one. One distance transform a view and frame.
+    /// Over the model's contour: its distance to the observed one. One distance transform per view and frame.
     #[default]
     OneSided,
-    /// The mean of both directions. One distance transform a view and *particle*: much slower.
+    /// The mean of both directions. One distance transform per view and *particle*: much slower.
     TwoSided,
 }
 
@@ -122,15 +123,13 @@ pub struct SilhouetteSettings {
     pub silhouette: SilhouetteTerm,
     /// `[Skinned APF]`'s `D_c`.
     pub contour: ContourTerm,
-    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
+    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour term relative to the area term; 0 disables it.
     pub contour_weight: f64,
-    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's
-    /// height, > 0.
+    /// The distance tau at which the contour term and the limb side term saturate, as a share of the image height, > 0.
     pub contour_reach: f64,
-    /// Weight, >= 0, of the sides of limbs: `[GPDM graph]`'s edges of the model against those observed. Mean over
-    /// samples along the two sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed
-    /// contour. Sides that lie inside the observed silhouette have no contour to lie on and count as missed; 0 leaves
-    /// the term out.
+    /// Weight, >= 0, of the limb sides: `[GPDM graph]`'s model edges against observed edges. The term is the mean of
+    /// `min(d, tau) / tau` over samples along both sides of every capsule, with d the distance to the observed contour.
+    /// Sides inside the observed silhouette have no contour near them and count as missed; 0 disables the term.
     pub limb_side_weight: f64,
 }
 
@@ -147,10 +146,10 @@ impl Default for SilhouetteSettings {
 }
 
 impl SilhouetteSettings {
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// [`SettingError`] that names the first key which is not.
+    /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
             if !(weight >= 0.0 && weight.is_finite()) {
@@ -168,7 +167,7 @@ fn at_least_one(key: &'static str, value: usize) -> Result<(), SettingError> {
     Err(SettingError::new(key, "at least 1", value))
 }
 
-/// `0 < value <= highest`; a NaN is neither.
+/// Requires `0 < value <= highest`; rejects NaN.
 fn within(key: &'static str, value: f64, highest: f64) -> Result<(), SettingError> {
     if value > 0.0 && value <= highest {
         return Ok(());

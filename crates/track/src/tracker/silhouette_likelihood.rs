@@ -21,106 +21,106 @@ use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Mask, Overlap, TaperedCapsule};
 
-/// Factors on the weight of the prior where one camera sees an outline, and where two do: one cannot tell depth, and
-/// two leave limbs hidden, which a free descent then fits to whatever is there. Found on one walk: with one camera 30
-/// is as good and 100 worse, with two 10 to 60 are as good.
+/// Factors on the prior's weight if one camera sees an outline, and if two do: one view does not determine depth, and
+/// with two some limbs stay hidden, which a free descent then fits to any nearby outline. Tuned on one walk: with one
+/// camera 30 is as good and 100 worse, with two 10 to 60 are as good.
 const PRIOR_OF_ONE_VIEW: f64 = 40.0;
 const PRIOR_OF_TWO_VIEWS: f64 = 20.0;
 
-/// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, alpha inside the sum; to each view's part a third term
-/// may be added, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
+/// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, with alpha inside the sum. Each view may have a third
+/// term, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
 ///
-/// Cameras are where the observation says that they were, and a camera without a new image has no say. Views in which
-/// neither the model nor the observation has a pixel are left out of N_v; without any view left the
-/// energy is 0, for nothing seen is then nothing missed. A view in which only one of them has pixels counts in full, so
-/// that a particle cannot win by leaving the picture.
+/// Cameras are placed where the observation reports them, and a camera without a new image is ignored. Views in which
+/// neither the model nor the observation has a pixel are not counted in N_v; without any view left the energy is 0,
+/// because nothing was seen and nothing is missed. A view in which only one of them has pixels counts in full, so that
+/// a particle cannot win by leaving the image.
 ///
-/// Lenses are taken out of the observed masks once a frame (nearest neighbour), and all comparing is done in the ideal
-/// pinhole's image. Bodies of nothing but tapered capsules, and bodies with a skin, are compared
-/// by [`crate::raster::SilhouetteComparer`]; other solids, and two-sided contours, are drawn into masks.
+/// Observed masks are rectified once per frame (nearest neighbour), and everything is compared in ideal pinhole images.
+/// Bodies of tapered capsules only, and bodies with a skin, are compared by [`crate::raster::SilhouetteComparer`];
+/// other solids, and two-sided contours, are rendered into masks.
 #[derive(Debug)]
 pub struct SilhouetteLikelihood {
     body: Humanoid,
     settings: SilhouetteSettings,
     views: Vec<ObservedCamera>,
-    /// How the body is compared with what was seen.
-    road: ComparisonStrategy,
-    /// What a descent needs; `None` unless descent is used.
+    /// How the body is compared with the observation.
+    strategy: ComparisonStrategy,
+    /// Surfaces for descent; `None` if descent is disabled.
     outline: Option<BodyOutline>,
-    /// What each place of the body counts in a descent.
+    /// Weights of the body's parts in a descent.
     importance: OutlineImportance,
-    /// What poses that could not be cost; `None` where that is not asked.
+    /// The plausibility term; `None` if disabled.
     plausibility: Option<Plausibility>,
 }
 
-/// One camera and what it saw.
+/// One camera and its observation.
 #[derive(Debug)]
 struct ObservedCamera {
-    /// Its ideal pinhole, where it was when it took the image.
+    /// Its ideal pinhole, placed where the camera was when the image was taken.
     camera: Camera,
-    /// Whether it took an image; without one it has no say.
+    /// Whether it took an image; without one the view is ignored.
     has_image: bool,
     rectification: Option<Rectification>,
-    /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
+    /// The pixels of the pinhole's image that the camera shows; `None` if it shows all.
     shown: Option<Mask>,
     observed: ObservedView,
-    /// The insides of limbs; `None` where they are not sampled.
+    /// Data for sampling points inside limbs; `None` if they are not sampled.
     insides: Option<LimbInsides>,
-    /// The sides of limbs; `None` where they weigh nothing.
+    /// Data of the limb side term; `None` if its weight is 0.
     sides: Option<LimbSides>,
-    /// The outline that a descent brings the model's to; `None` where none was seen, and without descent.
+    /// The observed outline for descent; `None` if there is none or descent is disabled.
     outline: Option<ObservedOutline>,
 }
 
-/// Buffers of one thread.
+/// Scratch buffers of one thread.
 pub struct LikelihoodScratch {
-    /// One for every pose of those that are judged at once.
+    /// One for each of the poses evaluated together.
     bodies: Vec<PlacedBody>,
     compare: CompareBuffers,
     solids: InterpenetrationScratch,
     descent: Option<DescentScratch>,
 }
 
-/// What comparing a body with all views takes.
+/// Buffers for comparing a body with all views.
 struct CompareBuffers {
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
 }
 
 impl SilhouetteLikelihood {
-    /// A likelihood of poses of `body` in what the cameras of `rig` see.
+    /// The likelihood of poses of `body` for observations by the cameras of `rig`.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range or the rig has no camera.
+    /// [`SettingError`] if a setting is out of its range or the rig has no camera.
     pub fn new(body: Humanoid, rig: &CameraRig, settings: SilhouetteSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         if rig.cameras.is_empty() {
             return Err(SettingError::new("cameras", "at least 1", 0));
         }
-        let road = ComparisonStrategy::of(&body, &settings);
+        let strategy = ComparisonStrategy::of(&body, &settings);
         let views =
-            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], road, &settings));
+            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], strategy, &settings));
         let (outline, importance, plausibility) = (None, OutlineImportance::default(), None);
-        Ok(Self { body, settings, views, road, outline, importance, plausibility })
+        Ok(Self { body, settings, views, strategy, outline, importance, plausibility })
     }
 
-    /// The same likelihood, to which the plausibility of poses is added: what lies in the ground, in itself or beyond
-    /// its limits costs, or is rejected.
+    /// Adds the plausibility term, which penalises or rejects poses that penetrate the ground or themselves or exceed
+    /// joint limits.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range.
+    /// [`SettingError`] if a setting is out of its range.
     pub fn with_plausibility(self, settings: PlausibilitySettings) -> Result<Self, SettingError> {
         Ok(Self { plausibility: Some(Plausibility::new(&self.body, settings)?), ..self })
     }
 
-    /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
+    /// Enables descent ([`Likelihood::linearise`]).
     pub fn with_descent(self) -> Self {
         Self { outline: Some(BodyOutline::new(&self.body)), ..self }
     }
 }
 
 impl SilhouetteLikelihood {
-    /// What one view adds to the sum of Eq. 3, without the sides of limbs; `None` where neither side has a pixel.
+    /// One view's term of Eq. 3 without the limb sides; `None` if neither mask has a pixel.
     fn view_energy(
         &self,
         index: usize,
@@ -141,7 +141,7 @@ impl SilhouetteLikelihood {
         Some(silhouette? + self.settings.contour_weight * contour)
     }
 
-    /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
+    /// The limb side term of one view for a body with links at `frames`.
     fn sides_energy(&self, view: &ObservedCamera, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
         capsules_in_camera(&self.body, frames, &view.camera, limbs);
@@ -153,7 +153,7 @@ impl Likelihood for SilhouetteLikelihood {
     type Scratch = LikelihoodScratch;
 
     fn scratch(&self) -> LikelihoodScratch {
-        let painted = if self.road == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
+        let painted = if self.strategy == ComparisonStrategy::Masks { self.views.iter() } else { [].iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
         let compare = CompareBuffers { views, limbs: Vec::new() };
         let (bodies, solids) = (vec![PlacedBody::default()], InterpenetrationScratch::default());
@@ -162,7 +162,7 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
-        let (road, descends, settings) = (self.road, self.outline.is_some(), self.settings);
+        let (strategy, descends, settings) = (self.strategy, self.outline.is_some(), self.settings);
         for (index, view) in self.views.iter_mut().enumerate() {
             view.has_image = observation.has_image(index);
             if let Some(moment) = &observation.moment {
@@ -170,23 +170,25 @@ impl Likelihood for SilhouetteLikelihood {
             }
         }
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.filter(|(view, _)| view.has_image).for_each(|(view, mask)| view.observe(mask, road, descends, &settings));
+        views
+            .filter(|(view, _)| view.has_image)
+            .for_each(|(view, mask)| view.observe(mask, strategy, descends, &settings));
         Ok(())
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, true);
+        self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, true);
         energy
     }
 
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch) {
-        self.judge(poses, energies, scratch, true);
+        self.evaluate(poses, energies, scratch, true);
     }
 
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
-        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
+        self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, false);
         energy
     }
 
@@ -218,9 +220,9 @@ impl Likelihood for SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// Calls `add` with every residual at a pose: view, its camera and length, sample, residual, and what it counts.
-    /// Where the links are, and how far the outlines agree; `None` of a likelihood that cannot be descended, and for a
-    /// pose that is not finite.
+    /// Calls `add` with every residual at a pose: the view, its camera and length, the sample, the residual and its
+    /// importance. Returns the link frames and how far the outlines agree; `None` if descent is disabled or the pose is
+    /// not finite.
     fn residuals<'s>(
         &self,
         pose: &Pose,
@@ -247,13 +249,13 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// The same likelihood, in whose descent hands and feet without joints of their own count a tenth: for bodies that
-    /// were calibrated, whose hands and feet still differ from the actor's in kind.
+    /// Gives hands and feet without their own joints a tenth of the weight in descent: for calibrated bodies, whose
+    /// hands and feet still differ in kind from the actor's.
     pub fn with_light_extremities(self) -> Self {
         Self { importance: OutlineImportance::new(&self.body), ..self }
     }
 
-    /// Factor on the weight of the prior for the number of cameras that took an image with an outline.
+    /// Factor on the prior's weight for the number of cameras whose image has an outline.
     fn prior_weight(&self) -> f64 {
         match self.views.iter().filter(|view| view.has_image && view.outline.is_some()).count() {
             0 | 1 => PRIOR_OF_ONE_VIEW,
@@ -272,8 +274,7 @@ impl SilhouetteLikelihood {
         self.views.iter().map(|view| &view.camera)
     }
 
-    /// The outlines in what the cameras saw, one a view; `None` in views without any. Of a likelihood that can be
-    /// descended.
+    /// The observed outlines, one per view; `None` for views without one. Requires descent.
     pub(super) fn into_outlines(
         mut self,
         observation: &Observation,
@@ -284,9 +285,9 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// Energies of several poses. With plausibility, silhouettes of all poses come first: what looks for depths is
-    /// small, and stays in the processor's nearest memory for as long as nothing else is done.
-    fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch, may_reject: bool) {
+    /// Energies of several poses. With plausibility, the silhouettes of all poses come first: the data of the
+    /// penetration tests are small and stay in the processor's first-level cache as long as nothing else runs.
+    fn evaluate(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut LikelihoodScratch, may_reject: bool) {
         let LikelihoodScratch { bodies, compare, solids, .. } = scratch;
         let Some(plausibility) = &self.plausibility else {
             for (pose, energy) in poses.iter().zip(energies) {
@@ -307,7 +308,7 @@ impl SilhouetteLikelihood {
         }
     }
 
-    /// The energy by silhouettes; NaN for a pose that is not finite, infinite for one that is rejected.
+    /// The silhouette energy; NaN for a pose that is not finite, infinite for one that is rejected.
     fn silhouette_energy(
         &self,
         pose: &Pose,
@@ -322,10 +323,10 @@ impl SilhouetteLikelihood {
         }
     }
 
-    /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules
-    /// are afterwards those in its frame.
+    /// The energy of a placed body. If [`Self::capsules_camera`] is a camera, the body's capsules are left in its
+    /// frame.
     fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
-        if self.road == ComparisonStrategy::Skin {
+        if self.strategy == ComparisonStrategy::Skin {
             placed.deform(&self.body);
         }
         let (mut sum, mut count) = (0.0, 0.0);
@@ -338,25 +339,25 @@ impl SilhouetteLikelihood {
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
-    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules
-    /// or silhouettes are drawn in another way.
+    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` if not all solids are tapered capsules or
+    /// silhouettes are rendered in another way.
     fn capsules_camera(&self) -> Option<&Camera> {
         let last = self.views.iter().rfind(|view| view.has_image);
-        last.filter(|_| self.road == ComparisonStrategy::Capsules).map(|view| &view.camera)
+        last.filter(|_| self.strategy == ComparisonStrategy::Capsules).map(|view| &view.camera)
     }
 }
 
 impl ObservedCamera {
-    fn new(camera: &Camera, road: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
+    fn new(camera: &Camera, strategy: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        let observed = ObservedView::new(&camera, nothing, road, settings);
+        let observed = ObservedView::new(&camera, nothing, strategy, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
         Self { camera, has_image: true, rectification, shown, observed, insides: None, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, road: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, strategy: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.insides = (settings.silhouette == SilhouetteTerm::Sampled).then(|| LimbInsides::new(pinhole, &ideal));
@@ -364,12 +365,12 @@ impl ObservedCamera {
         self.outline = descends
             .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
             .flatten();
-        self.observed = ObservedView::new(&self.camera, ideal, road, settings);
+        self.observed = ObservedView::new(&self.camera, ideal, strategy, settings);
     }
 }
 
 impl SilhouetteTerm {
-    /// The term's value by areas; `None` where neither mask has a pixel, and of samples, which know no areas.
+    /// The term's value from areas; `None` if neither mask has a pixel, and for the sampled term, which uses no areas.
     fn value(self, overlap: &Overlap) -> Option<f64> {
         if overlap.union() == 0 {
             return None;
@@ -386,10 +387,11 @@ impl SilhouetteTerm {
     }
 }
 
-/// Into how many groups the outline of a link in a view falls by the way it faces.
+/// Number of groups into which a link's outline in a view is divided by direction.
 const SIDES: usize = 4;
 
-/// Which way a sample faces. Residuals of one side of a limb go wrong together: of the wrong girth, the sides part.
+/// Group of a sample by the direction of its normal. Residuals on one side of a limb are correlated: a wrong girth
+/// displaces opposite sides in opposite directions.
 fn side(sample: &OutlineSample) -> usize {
     usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
@@ -403,7 +405,7 @@ fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), 
     if let Some(moment) = &observation.moment {
         let found = [moment.camera_from_world.len(), moment.exposed_s.len()];
         if found != [views.len(); 2] {
-            return mismatch(format!("expected the places and times of {} cameras, found {found:?}", views.len()));
+            return mismatch(format!("expected poses and times of {} cameras, found {found:?}", views.len()));
         }
     }
     for (view, mask) in views.iter().zip(&observation.silhouettes) {

@@ -1,4 +1,4 @@
-//! What the annealed particle filter does on energies whose minimum is known.
+//! The annealed particle filter on energies with a known minimum.
 
 use nalgebra::DVector;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::body::{Humanoid, Prediction, ProposalScales, ROOT_STEP};
 use crate::motion_model::{Diffusion, DiffusionSettings};
 
-/// Energy of a parabola whose bottom moves steadily with the frame: half the squared step in units of `width`.
+/// A quadratic energy whose minimum moves linearly with the frame: half the squared step in units of `width`.
 struct Parabola {
     body: Humanoid,
     velocity: Vec<f64>,
@@ -51,7 +51,7 @@ fn filter(settings: FilterSettings, prediction: Prediction) -> AnnealedParticleF
     moving_at(0.01, settings, prediction)
 }
 
-/// A filter of a minimum whose every number moves by `speed` a frame.
+/// A filter on a minimum that moves by `speed` per frame in every component.
 fn moving_at(
     speed: f64,
     settings: FilterSettings,
@@ -73,7 +73,7 @@ fn observation(frame: usize) -> Observation {
     Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None }
 }
 
-/// Root mean square of all numbers of the step from the truth, over the last of 20 frames.
+/// Root mean square over all components of the step from the truth, over the last 10 of 20 frames.
 fn error(mut filter: AnnealedParticleFilter<Diffusion, Parabola>) -> f64 {
     let mut squares = Vec::new();
     for frame in 0..20 {
@@ -89,7 +89,7 @@ fn error(mut filter: AnnealedParticleFilter<Diffusion, Parabola>) -> f64 {
 #[test]
 fn it_follows_a_moving_minimum_with_every_kernel() {
     let with = |kernel| filter(FilterSettings { kernel, ..FilterSettings::default() }, Prediction::None);
-    // Frozen would be off by 0.1 to 0.2 in every number.
+    // The static baseline would be off by 0.1 to 0.2 in every component.
     for kernel in [Kernel::Geometric, Kernel::Min { factor: 1.0 }, Kernel::Shrink { h: 0.5 }] {
         let error = error(with(kernel));
         assert!(error < 0.02, "{kernel:?}: {error}");
@@ -97,14 +97,14 @@ fn it_follows_a_moving_minimum_with_every_kernel() {
 }
 
 #[test]
-fn searching_part_after_part_follows_a_moving_minimum_and_needs_a_layer_a_part() {
+fn partitioned_search_follows_a_moving_minimum_and_needs_one_layer_per_part() {
     let partitioned = |layers| {
         let filter = filter(FilterSettings { layers, ..FilterSettings::default() }, Prediction::None);
         let partition = Partition::of_body(filter.model.body());
         filter.with_partition(partition)
     };
     let found = error(partitioned(10).unwrap());
-    // frozen would be off by 0.1 to 0.2 in every number
+    // the static baseline would be off by 0.1 to 0.2 in every component
     assert!(found < 0.05, "{found}");
     assert_eq!(partitioned(4).err().map(|e| e.key), Some("layers"));
     let shrinking =
@@ -114,21 +114,21 @@ fn searching_part_after_part_follows_a_moving_minimum_and_needs_a_layer_a_part()
 }
 
 #[test]
-fn predicting_the_velocity_takes_off_the_lag() {
+fn predicting_the_velocity_removes_the_lag() {
     let fast = |prediction| error(moving_at(0.06, FilterSettings::default(), prediction));
     let (without, with) = (fast(Prediction::None), fast(Prediction::ConstantVelocity));
     assert!(with < 0.5 * without, "{with} against {without}");
 }
 
 #[test]
-fn annealing_beats_a_plain_particle_filter_of_as_many_evaluations() {
+fn annealing_beats_a_plain_particle_filter_with_equal_evaluations() {
     let plain = error(filter(FilterSettings::particle_filter(1000), Prediction::None));
     let annealed = error(filter(FilterSettings::default(), Prediction::None));
     assert!(annealed < plain, "{annealed} against {plain}");
 }
 
 #[test]
-fn every_layer_keeps_its_survival_rate_and_says_so() {
+fn every_layer_keeps_its_survival_rate_and_reports_it() {
     let mut filter = filter(FilterSettings { survival_rate: 0.4, ..FilterSettings::default() }, Prediction::None);
     let estimate = filter.track(&observation(0)).unwrap();
     assert_eq!(estimate.layers.len(), 5);
@@ -142,7 +142,7 @@ fn every_layer_keeps_its_survival_rate_and_says_so() {
 }
 
 #[test]
-fn the_bits_do_not_depend_on_the_number_of_threads() {
+fn results_are_bit_identical_for_any_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -194,7 +194,7 @@ fn no_particle_and_no_estimate_leaves_the_joint_limits() {
 }
 
 #[test]
-fn the_best_particle_is_the_one_of_least_energy_also_where_all_weigh_the_same() {
+fn the_best_particle_has_the_lowest_energy_even_with_equal_weights() {
     for survival_rate in [0.5, 1.0] {
         let best = Estimator::Best;
         let settings = FilterSettings { particles: 30, estimator: best, survival_rate, ..Default::default() };
@@ -206,7 +206,7 @@ fn the_best_particle_is_the_one_of_least_energy_also_where_all_weigh_the_same() 
 }
 
 #[test]
-fn a_missing_start_or_one_of_another_body_is_refused() {
+fn a_missing_start_and_one_of_a_different_body_are_rejected() {
     let mut filter = filter(FilterSettings::default(), Prediction::None);
     let mut start = standing(filter.model.body());
     start.joint_angles = DVector::zeros(3);
@@ -218,14 +218,14 @@ fn a_missing_start_or_one_of_another_body_is_refused() {
 }
 
 #[test]
-fn poses_that_cannot_be_are_an_error_only_when_there_is_no_other() {
+fn tracking_fails_if_every_pose_is_invalid() {
     let mut filter = filter(FilterSettings { particles: 10, ..Default::default() }, Prediction::None);
     filter.likelihood.width = f64::NAN;
     assert!(matches!(filter.track(&observation(2)), Err(TrackError::NoValidParticle { frame: 2 })));
 }
 
 #[test]
-fn with_no_width_of_proposal_every_particle_is_the_start_and_the_layers_are_flagged() {
+fn with_zero_proposal_width_all_particles_stay_at_the_start_and_layers_are_degenerate() {
     let mut filter = filter(FilterSettings { particles: 10, ..Default::default() }, Prediction::None);
     let body = filter.model.body().clone();
     let scales = ProposalScales {
@@ -238,7 +238,7 @@ fn with_no_width_of_proposal_every_particle_is_the_start_and_the_layers_are_flag
     assert!(estimate.layers.iter().all(|layer| layer.degenerate && layer.lambda == 0.0));
 }
 
-/// Rejects every pose, whatever it would be worth.
+/// Rejects every pose.
 struct Strict(Parabola);
 
 impl Likelihood for Strict {
@@ -262,7 +262,7 @@ impl Likelihood for Strict {
 }
 
 #[test]
-fn a_rule_that_rejects_every_particle_is_lifted() {
+fn unrejected_energies_are_used_if_every_particle_is_rejected() {
     let settings = FilterSettings { particles: 40, layers: 3, ..FilterSettings::default() };
     let mut plain = filter(settings, Prediction::None);
     let AnnealedParticleFilter { model, likelihood, .. } = filter(settings, Prediction::None);

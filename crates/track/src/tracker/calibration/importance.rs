@@ -1,4 +1,4 @@
-//! What places of a body count when it is compared with another one.
+//! Weights of a body's parts in comparisons with a different body.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,17 +6,16 @@ use super::shape::REACHES_M;
 use crate::body::{Humanoid, Landmark, LinkPoint, Skin, Solid};
 use crate::tracker::descent::OutlineSample;
 
-/// What hands and feet without joints of their own count beside the rest: bodies with and without differ in kind, not
-/// in size.
+/// Weight of hands and feet without their own joints: bodies with and without such joints differ in kind, not in size.
 const EXTREMITY_IMPORTANCE: f64 = 0.1;
 
-/// What every place of a body's surface counts when a body is compared that may differ: hands and feet that cannot move
-/// against forearm and shank count little, for they would pull these along. By default all count 1.
+/// Weight of each part of a body's surface when the compared body may differ. Hands and feet that cannot move relative
+/// to the forearm and shank get a low weight, because they would displace these. By default all weights are 1.
 #[derive(Debug, Default)]
 pub(in crate::tracker) struct OutlineImportance {
-    /// By link and number of the solid on it.
+    /// By link and index of the solid on it.
     solids: Vec<Vec<f64>>,
-    /// Of a body with a skin by vertex.
+    /// By vertex, for a body with a skin.
     vertices: Option<Vec<f64>>,
 }
 
@@ -25,7 +24,7 @@ impl OutlineImportance {
         Self { solids: of_solids(body), vertices: body.skin.as_ref().map(|skin| of_vertices(body, skin)) }
     }
 
-    /// What a sample of the body's outline counts.
+    /// Weight of a sample of the body's outline.
     pub(in crate::tracker) fn of(&self, sample: &OutlineSample) -> f64 {
         let found = match &self.vertices {
             Some(vertices) => vertices.get(sample.spot.ends[0] as usize),
@@ -44,7 +43,7 @@ fn ends(body: &Humanoid) -> impl Iterator<Item = LinkPoint> {
 fn of_vertices(body: &Humanoid, skin: &Skin) -> Vec<f64> {
     let mut importance = vec![1.0; skin.vertices().len()];
     for marker in ends(body) {
-        // a marker where its link begins has a joint there
+        // a marker at the origin of its link has a joint there
         let Some(along) = marker.point_in_link.coords.try_normalize(REACHES_M) else { continue };
         let link_from_bind = skin.bind()[marker.link].inverse();
         for ((value, vertex), part) in importance.iter_mut().zip(skin.vertices()).zip(skin.parts()) {
@@ -69,7 +68,7 @@ fn of_solids(body: &Humanoid) -> Vec<Vec<f64>> {
     importance
 }
 
-/// Whether the middle of a solid lies farther from the link's origin than a marker does, in the marker's direction.
+/// Whether the middle of a solid is farther from the link's origin than the marker is, in the marker's direction.
 fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
     let middle = match solid {
         Solid::TaperedCapsule(c) => nalgebra::center(&c.a, &c.b),
@@ -83,7 +82,7 @@ fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
     };
     match marker.coords.try_normalize(REACHES_M) {
         Some(along) => (middle - marker).dot(&along) > 0.0,
-        // The marker is where the link begins, which has a joint there.
+        // A marker at the origin of its link has a joint there.
         None => false,
     }
 }
@@ -95,7 +94,7 @@ mod tests {
     use crate::tracker::fixture::March;
 
     #[test]
-    fn hands_and_feet_without_joints_count_little() {
+    fn hands_and_feet_without_joints_have_low_weight() {
         for (name, few) in [("tracker25", 4), ("tracker40", 0), ("actor", 0)] {
             let body = shipped(name).unwrap();
             let importance = of_solids(&body);
@@ -113,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_skin_the_vertices_beyond_wrists_and_ankles_without_joints_count_little() {
+    fn skin_vertices_beyond_wrists_and_ankles_without_joints_have_low_weight() {
         for (name, some) in [("tracker25", true), ("actor", false)] {
             let body = shipped(name).unwrap();
             let bind = body.link_frames(&March::standing(&body));

@@ -1,10 +1,10 @@
-//! Calibration of the tracker's body: lengths, girths, places of joints and one inflation of all radii, solved together
-//! with the poses of the first frames on the outlines that were observed. The outline of a body with a skin is the
-//! skin's, which follows the shape as that of a population's people does.
+//! Calibration of the tracker's body: lengths, girths, joint positions and one inflation of all radii, solved jointly
+//! with the poses of the first frames on the observed outlines. The outline of a skinned body is that of its skin,
+//! which follows the shape like the skins of a population model.
 //!
-//! Only what a tracker has is used: its body, the cameras, observations, and its own first answers. The shape is solved
-//! on the first frames, and judged on later ones that were held back ([`CalibrationVerdict`]): a shape that only
-//! explains the frames it was solved on is not used, and a correct body stays as it is.
+//! Only the tracker's own data are used: its body, the cameras, the observations, and its first estimates. The shape is
+//! solved on the first frames and judged on later, held-out ones ([`CalibrationVerdict`]): a shape that fits only the
+//! frames it was solved on is not used, and a correct body stays unchanged.
 
 mod importance;
 mod shape;
@@ -23,64 +23,65 @@ use crate::camera::CameraRig;
 use crate::motion_model::SettingError;
 use crate::observation::Observation;
 
-/// How many frames are looked at; the last third of them is held back.
+/// Number of frames used; the last third is held out.
 pub const CALIBRATION_FRAMES: usize = 30;
-/// How far apart they are, seconds: every fourth frame of a video of 60 Hz.
+/// Interval between these frames, seconds: every fourth frame of a 60 Hz video.
 pub const CALIBRATION_SPACING_S: f64 = 1.0 / 15.0;
-/// With fewer frames the body is not calibrated: neighbouring poses cannot tell a limb's length from its angles.
-pub const FEWEST_CALIBRATION_FRAMES: usize = 6;
-/// By which factor the energy in the frames that were held back must fall for a calibrated body to be used.
-const GAIN: f64 = 0.9;
-/// How far a pose is held to the one that was tracked: squared lengths of the residuals times the spread of a human's
-/// motion between frames of 60 Hz.
-const PULL: f64 = 0.005;
-const PULL_RATE_HZ: f64 = 60.0;
-/// A length of the residuals, per cent of an image's height.
+/// Minimum number of frames: poses close in time do not separate a limb's length from its angles.
+pub const MIN_CALIBRATION_FRAMES: usize = 6;
+/// Maximum ratio of the calibrated body's energy to the given body's on the held-out frames, for the calibrated one to
+/// be used.
+const MAX_ENERGY_RATIO: f64 = 0.9;
+/// Weight of the prior that holds a pose to the tracked one: squared lengths of the residuals times the variance of
+/// human motion between frames at 60 Hz.
+const POSE_PRIOR_WEIGHT: f64 = 0.005;
+const POSE_PRIOR_RATE_HZ: f64 = 60.0;
+/// A length of the residuals, per cent of the image height.
 const PERCENT_OF_HEIGHT: f64 = 100.0 / 240.0;
 
-/// Why a calibrated body is used or not.
+/// Whether the calibrated body is used, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CalibrationVerdict {
-    /// Its silhouettes and outlines fit better in the frames that were held back.
+    /// Its silhouettes and outlines fit better on the held-out frames.
     Kept,
-    /// They do not: as for a body that is right.
+    /// They do not, as expected for a correct body.
     NoBetter,
-    /// Fewer than two cameras see an outline: one cannot tell size from distance.
+    /// Fewer than two cameras see an outline; one camera does not separate size from distance.
     TooFewViews,
     /// There are too few frames to solve a shape and to check it on others.
     TooFewFrames,
 }
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationReport {
     /// Whether the calibrated body is used, and why.
     pub verdict: CalibrationVerdict,
     /// Frames on which the shape was solved.
     pub frames: usize,
-    /// Later frames, on which it was judged; 0 in runs of older versions, which judged it on the same frames.
+    /// Later frames on which it was judged; 0 in runs of older versions, which judged it on the same frames.
     #[serde(default)]
     pub held_back: usize,
-    /// Mean weighted square of the residuals in the frames that were held back, with the body as given and with the
-    /// calibrated one, squared lengths (1/240 of an image's height); `None` if the body was not calibrated.
+    /// Mean weighted squared residual on the held-out frames, with the body as given and with the calibrated one,
+    /// squared lengths (a length is 1/240 of the image height); `None` if the body was not calibrated.
     pub cost: Option<[f64; 2]>,
-    /// Mean energy in these frames with the body as given and with the calibrated one, each in its best poses.
+    /// Mean energy on these frames with the body as given and with the calibrated one, each in its best poses.
     pub energy: Option<[f64; 2]>,
-    /// What was found, as shares of lengths and girths.
+    /// Relative changes of lengths and girths.
     pub shares: Vec<(String, f64)>,
-    /// What was found, metres: places of joints and the inflation of all radii.
+    /// Changes in metres: joint positions and the inflation of all radii.
     pub metres: Vec<(String, f64)>,
 }
 
 /// A calibration of a tracker's body.
 #[derive(Clone, Debug)]
 pub struct BodyCalibration {
-    /// The body to go on with: the calibrated one where it is kept, else the one that was given.
+    /// The body to use: the calibrated one if it was kept, otherwise the given one.
     pub body: Humanoid,
-    /// Its pose in the first frame that was looked at.
+    /// Its pose in the first frame used.
     pub start: Pose,
-    /// What was decided and found.
+    /// Verdict and solved values.
     pub report: CalibrationReport,
 }
 
@@ -90,19 +91,19 @@ pub enum CalibrationError {
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// An observation does not fit the cameras.
+    /// An observation does not match the cameras.
     #[error(transparent)]
     Observation(#[from] TrackError),
-    /// There is no frame to look at.
+    /// There are no frames.
     #[error("calibration of the tracker's body: expected at least one frame, found none")]
     NoFrame,
 }
 
-/// Calibrates `body` on frames that were `seen` by the cameras of `rig` and in which it was tracked, in the order of
-/// time. The last third of them only judges the result.
+/// Calibrates `body` on frames `seen` by the cameras of `rig`, each with the tracked pose, in temporal order. The last
+/// third is held out and only used to judge the result.
 ///
 /// # Errors
-/// [`CalibrationError`] without a frame, and where settings or observations make no sense.
+/// [`CalibrationError`] without frames, or if settings or observations are invalid.
 pub fn calibrate(
     body: &Humanoid,
     rig: &CameraRig,
@@ -118,14 +119,17 @@ pub fn calibrate(
     if seeing < 2 {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews)));
     }
-    if seen.len() < FEWEST_CALIBRATION_FRAMES {
+    if seen.len() < MIN_CALIBRATION_FRAMES {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
     }
     let model = ShapeModel::new(body);
     let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let importance = OutlineImportance::new(body);
-    let precision: Vec<f64> =
-        ProposalScales::for_human(body, PULL_RATE_HZ).in_step_order().iter().map(|d| PULL / (d * d)).collect();
+    let precision: Vec<f64> = ProposalScales::for_human(body, POSE_PRIOR_RATE_HZ)
+        .in_step_order()
+        .iter()
+        .map(|d| POSE_PRIOR_WEIGHT / (d * d))
+        .collect();
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
     let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
@@ -164,9 +168,9 @@ pub fn calibrate(
     })
 }
 
-/// The decision; costs and energies with the body as given and with the calibrated one.
+/// The verdict; costs and energies are those of the body as given and of the calibrated one.
 fn verdict(cost: [f64; 2], energy: [f64; 2]) -> CalibrationVerdict {
-    if cost[1] < cost[0] && energy[1] < GAIN * energy[0] {
+    if cost[1] < cost[0] && energy[1] < MAX_ENERGY_RATIO * energy[0] {
         CalibrationVerdict::Kept
     } else {
         CalibrationVerdict::NoBetter
@@ -195,7 +199,7 @@ impl CalibrationReport {
         Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres }
     }
 
-    /// What was decided and why, in a sentence.
+    /// The verdict and its reason, in one sentence.
     pub fn describe(&self) -> String {
         let decision = match self.verdict {
             CalibrationVerdict::Kept => "the calibrated body is used, because it fits better",
@@ -226,7 +230,7 @@ impl CalibrationReport {
         format!("{decision}{where_judged}{measured}")
     }
 
-    /// Every number that was found with its unit: lengths and girths in per cent, places in millimetres.
+    /// Every solved number with its unit: lengths and girths in per cent, positions in millimetres.
     pub fn describe_numbers(&self) -> Vec<(String, String)> {
         let shares = self.shares.iter().map(|(name, share)| (name.clone(), format!("{:+.1} %", 100.0 * share)));
         let metres = self.metres.iter().map(|(name, metres)| (name.clone(), format!("{:+.1} mm", 1000.0 * metres)));

@@ -1,4 +1,4 @@
-//! The numbers of a body's shape that silhouettes determine: lengths, girths, places of joints, and one inflation.
+//! The shape parameters that silhouettes determine: lengths, girths, joint positions, and one inflation.
 
 use std::sync::Arc;
 
@@ -7,26 +7,26 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use crate::body::{BodyShape, Humanoid, JointKind, LinkShape, Solid, without_side};
 use crate::raster::TaperedCapsule;
 
-/// Standard deviations of the prior: of lengths and girths as shares, of places and the inflation in metres.
+/// Standard deviations of the prior: of lengths and girths as shares, of positions and the inflation in metres.
 const LENGTH_DEVIATION: f64 = 0.03;
 const GIRTH_DEVIATION: f64 = 0.10;
 const PLACE_DEVIATION_M: f64 = 0.01;
 const INFLATION_DEVIATION_M: f64 = 0.01;
-/// A link reaches along an axis where it has a point farther than this from its origin, metres.
+/// A link extends along an axis if it has a point farther than this from its origin, metres.
 pub(super) const REACHES_M: f64 = 0.05;
-/// How far two solids of a link may be from mirroring each other to have one girth, metres.
+/// Tolerance for two solids of a link to be mirror images and share one girth, metres.
 const MIRRORED_M: f64 = 0.001;
-/// Least factor on a length or girth.
-const LEAST_FACTOR: f64 = 0.3;
+/// Minimum factor on a length or girth.
+const MIN_FACTOR: f64 = 0.3;
 
-/// A body and the numbers by which its shape may differ. Left and right differ alike.
+/// A body and its shape parameters. Left and right share them.
 #[derive(Debug)]
 pub(super) struct ShapeModel {
     body: Humanoid,
     pub(super) numbers: Vec<ShapeNumber>,
 }
 
-/// One number of a shape; 0 is the body as it is.
+/// One shape parameter; 0 leaves the body unchanged.
 #[derive(Debug)]
 pub(super) struct ShapeNumber {
     pub(super) name: String,
@@ -35,18 +35,18 @@ pub(super) struct ShapeNumber {
 
 #[derive(Debug)]
 enum ShapeNumberKind {
-    /// Share that positions on these links are farther away along one of their axes.
+    /// Relative change of positions on these links along one of their axes.
     Length { links: Vec<usize>, axis: usize },
-    /// Share that these solids, given by link and number on it, are thicker.
+    /// Relative change of the girth of these solids, given by link and index on it.
     Girth { solids: Vec<[usize; 2]> },
-    /// Metres by which these joints lie farther along a direction of their parent's frame.
+    /// Displacement of these joints along a direction in their parent's frame, metres.
     Place { joints: Vec<(usize, Vector3<f64>)> },
-    /// Metres by which the skin, or the surfaces of all solids, lie farther outside: masks are biased outlines.
+    /// Offset of the skin, or of the surfaces of all solids, metres: masks have biased outlines.
     Inflation,
 }
 
 impl ShapeNumber {
-    /// Standard deviation before anything is seen.
+    /// Standard deviation of the prior.
     pub(super) fn deviation(&self) -> f64 {
         match self.kind {
             ShapeNumberKind::Length { .. } => LENGTH_DEVIATION,
@@ -56,7 +56,7 @@ impl ShapeNumber {
         }
     }
 
-    /// Whether it is a share, not metres.
+    /// Whether it is a relative change instead of metres.
     pub(super) fn is_share(&self) -> bool {
         matches!(self.kind, ShapeNumberKind::Length { .. } | ShapeNumberKind::Girth { .. })
     }
@@ -73,15 +73,15 @@ impl ShapeModel {
         Self { body: body.clone(), numbers }
     }
 
-    /// The body with another shape, one value per number. A skin follows lengths and girths as that of a population's
-    /// people does, and its limbs go with their joints. Masses follow lengths and girths at constant density, but not
-    /// the inflation, which is the masks' and not the body's.
+    /// The body with shape `values`, one per parameter. A skin follows lengths and girths like the skins of a
+    /// population model, and its limbs move with their joints. Masses follow lengths and girths at constant density,
+    /// but not the inflation, which corrects the masks, not the body.
     pub(super) fn shaped(&self, values: &[f64]) -> Humanoid {
         let mut shape = BodyShape::identity(&self.body);
         let mut girths: Vec<Vec<f64>> = self.body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
         let mut inflation = 0.0;
         for (number, value) in self.numbers.iter().zip(values) {
-            let factor = (1.0 + value).max(LEAST_FACTOR);
+            let factor = (1.0 + value).max(MIN_FACTOR);
             match &number.kind {
                 ShapeNumberKind::Length { links, axis } => {
                     links.iter().for_each(|link| shape.links[*link].length[*axis] *= factor)
@@ -114,7 +114,7 @@ impl ShapeModel {
     }
 }
 
-/// Numbers of links or joints, each with its mirror image, by the name that both have.
+/// Indices of links or joints, grouped with their mirror images by their common name.
 fn with_mirror_images<'a>(named: impl Iterator<Item = (usize, &'a str)>) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (index, name) in named {
@@ -138,20 +138,20 @@ fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shap
         let longest = reach.imax();
         for axis in (0..3).filter(|axis| reach[*axis] > REACHES_M) {
             let kind = ShapeNumberKind::Length { links: links.clone(), axis };
-            let way = if axis == longest { "length" } else { body_way(&body_from_links[links[0]], axis) };
-            numbers.push(ShapeNumber { name: format!("{} {way}", words(&name)), kind });
+            let way = if axis == longest { "length" } else { body_axis_name(&body_from_links[links[0]], axis) };
+            numbers.push(ShapeNumber { name: format!("{} {way}", without_underscores(&name)), kind });
         }
     }
     numbers
 }
 
-/// Along which of the body's axes an axis of a link lies, in words.
-fn body_way(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
+/// Name of the body axis closest to an axis of a link.
+fn body_axis_name(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
     let direction = body_from_link * Vector3::ith_axis(axis).into_inner();
     ["depth", "width", "height"][direction.iamax()]
 }
 
-/// How far the points of a link lie from its origin along each axis.
+/// Maximum distance of the link's points from its origin along each axis.
 fn reach(body: &Humanoid, link: usize) -> Vector3<f64> {
     let of_solid = |solid: &Solid| -> Vec<Point3<f64>> {
         match solid {
@@ -181,7 +181,7 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
                 .map(|link| [*link, solid])
                 .collect();
             let mirrored = |class: &&mut Vec<[usize; 2]>| {
-                // a skin has one girth a segment
+                // a skin has one girth per segment
                 if body.skin.is_some() {
                     return true;
                 }
@@ -198,7 +198,7 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
         for (number, solids) in classes.into_iter().enumerate() {
             let which = if count > 1 { format!(" {}", number + 1) } else { String::new() };
             numbers.push(ShapeNumber {
-                name: format!("{} girth{which}", words(&name)),
+                name: format!("{} girth{which}", without_underscores(&name)),
                 kind: ShapeNumberKind::Girth { solids },
             });
         }
@@ -206,7 +206,7 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
     numbers
 }
 
-/// Whether two capsules of a link are each other's mirror images from the body's left to its right.
+/// Whether two capsules of a link are left-right mirror images of each other.
 fn is_mirrored(one: &Solid, other: &Solid, body_from_link: &UnitQuaternion<f64>) -> bool {
     let (Solid::TaperedCapsule(one), Solid::TaperedCapsule(other)) = (one, other) else { return false };
     let mirror = |p: &Point3<f64>| {
@@ -220,7 +220,7 @@ fn is_mirrored(one: &Solid, other: &Solid, body_from_link: &UnitQuaternion<f64>)
         && (radius_b - other.radius_b).abs() < MIRRORED_M
 }
 
-/// Places of the joints at which chains part: hips, shoulders, neck.
+/// Positions of the joints where kinematic chains branch: hips, shoulders, neck.
 fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
     let moves = |joint: usize| body.joints[joint].kind != JointKind::Fixed;
     let parts = |joint: &usize| {
@@ -241,10 +241,10 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
                 (*joint, body_from_parent.inverse() * direction)
             };
             let joints: Vec<(usize, Vector3<f64>)> = joints.iter().map(direction).collect();
-            // A single joint in the middle stays there.
+            // A single joint on the midline stays there.
             if joints.iter().any(|(_, direction)| direction.norm() > 0.5) && (joints.len() > 1 || way != 1) {
                 numbers.push(ShapeNumber {
-                    name: format!("{} joint {word}", words(&name)),
+                    name: format!("{} joint {word}", without_underscores(&name)),
                     kind: ShapeNumberKind::Place { joints },
                 });
             }
@@ -253,7 +253,7 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
     numbers
 }
 
-fn words(name: &str) -> String {
+fn without_underscores(name: &str) -> String {
     name.trim_matches('_').replace('_', " ")
 }
 
@@ -263,7 +263,7 @@ mod tests {
     use crate::body::{Landmark, shipped};
 
     #[test]
-    fn nothing_changed_is_the_same_body_and_names_are_unique() {
+    fn zero_values_give_the_same_body_and_names_are_unique() {
         for name in ["tracker25", "actor"] {
             let body = shipped(name).unwrap();
             let model = ShapeModel::new(&body);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_of_tracker25_are_those_of_a_human() {
+    fn tracker25_has_the_expected_shape_parameters() {
         let model = ShapeModel::new(&shipped("tracker25").unwrap());
         let names: Vec<&str> = model.numbers.iter().map(|number| number.name.as_str()).collect();
         let expected = [
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_longer_shank_lowers_both_ankles_and_a_wider_hip_parts_the_legs() {
+    fn a_longer_shank_lowers_both_ankles_and_wider_hips_separate_the_legs() {
         let body = shipped("tracker25").unwrap();
         let model = ShapeModel::new(&body);
         let with = |name: &str, value: f64| {

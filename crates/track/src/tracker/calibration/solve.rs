@@ -1,8 +1,9 @@
-//! Poses of several frames and one shape of the body, solved together on the residuals of outlines.
+//! Joint solution for the poses of several frames and one body shape, on outline residuals.
 //!
-//! With pose steps `p_k` of the frames and a step `s` of the shape, one Gauss-Newton step solves
-//! `[H_k C_k; C_k' S] [p_k; s] = -[g_k; t]`. Poses do not meet each other, so that they are eliminated first (Schur's
-//! complement, as in `[Triggs 2000]`): `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
+//! With pose steps `p_k` of the frames and a shape step `s`, one Gauss-Newton step solves
+//! `[H_k C_k; C_k' S] [p_k; s] = -[g_k; t]`. Poses of different frames are coupled only through the shape, so they are
+//! eliminated first by the Schur complement, as in `[Triggs 2000]`:
+//! `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rayon::prelude::*;
@@ -21,55 +22,55 @@ use crate::tracker::descent::{
 const STEPS: usize = 16;
 /// Width of the residuals' robust weight in the first and last step, lengths.
 const WIDTHS: [f64; 2] = [5.0, 2.0];
-/// Share of the diagonal that is added to it.
+/// Levenberg-Marquardt damping: the share of the diagonal that is added to it.
 const DAMPING: f64 = 0.01;
-/// Farthest that one step moves the root, metres, and turns it or a joint, radians.
-const SLIDE_M: f64 = 0.1;
-const TURN_RAD: f64 = 0.3;
-/// Step of the differences by which a body's shape is differentiated, standard deviations of its numbers.
+/// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
+const MAX_TRANSLATION_M: f64 = 0.1;
+const MAX_ROTATION_RAD: f64 = 0.3;
+/// Step of the finite differences with respect to the shape, in standard deviations of its parameters.
 const DIFFERENCE: f64 = 0.01;
 
-/// What is to be solved.
+/// The data of the joint problem.
 pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
-    /// `[frame][view]`: the cameras as they were.
+    /// `[frame][view]`: the cameras at the time of the image.
     pub(super) cameras: Vec<Vec<Camera>>,
-    /// What each place of the body counts.
+    /// Weights of the body's parts.
     pub(super) importance: &'a OutlineImportance,
-    /// `[frame][view]`: what was observed.
+    /// `[frame][view]`: the observed outlines.
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
-    /// The poses in which the search begins, one a frame.
+    /// The initial poses, one per frame.
     pub(super) tracked: Vec<Pose>,
-    /// Precision by which every number of a pose's step is held to the tracked pose.
+    /// Precision of the prior that holds every component of a pose step to the tracked pose.
     pub(super) precision: &'a [f64],
 }
 
 /// Poses and a shape.
 #[derive(Clone, Debug)]
 pub(super) struct CalibrationSolution {
-    /// One value per number of the shape.
+    /// One value per shape parameter.
     pub(super) values: Vec<f64>,
     pub(super) poses: Vec<Pose>,
-    /// Mean of the weighted squares of the residuals, lengths squared; NaN without residuals.
+    /// Mean weighted squared residual, squared lengths; NaN without residuals.
     pub(super) cost: f64,
 }
 
-/// A body, and where it lies.
+/// A body and its outline surfaces.
 struct Variant {
     body: Humanoid,
     outline: BodyOutline,
 }
 
-/// The equations of one frame.
+/// The normal equations of one frame.
 struct FrameEquations {
     pose: NormalEquations,
-    /// One row per number of the pose, one column per number of the shape.
+    /// One row per pose component, one column per shape parameter.
     cross: DMatrix<f64>,
     shape: DMatrix<f64>,
     shape_gradient: DVector<f64>,
 }
 
-/// A frame's pose, eliminated.
+/// A frame's eliminated pose.
 struct Eliminated {
     /// `H^-1 C` and `H^-1 g`.
     by_shape: DMatrix<f64>,
@@ -77,17 +78,17 @@ struct Eliminated {
 }
 
 impl CalibrationProblem<'_> {
-    /// The shape and the poses that fit best.
+    /// The best shape and poses.
     pub(super) fn solve(&self) -> CalibrationSolution {
         self.solve_from(vec![0.0; self.model.numbers.len()], self.model.numbers.len())
     }
 
-    /// The poses that fit best with the shape `values`.
+    /// The best poses for the shape `values`.
     pub(super) fn solve_poses(&self, values: &[f64]) -> CalibrationSolution {
         self.solve_from(values.to_vec(), 0)
     }
 
-    /// The solution from a shape, of which the first `count` numbers are free.
+    /// Solves from a shape whose first `count` parameters are free.
     fn solve_from(&self, mut values: Vec<f64>, count: usize) -> CalibrationSolution {
         let mut poses = self.tracked.clone();
         for step in 0..STEPS {
@@ -195,7 +196,7 @@ impl CalibrationProblem<'_> {
         FrameEquations { pose: links.finish(body, &frames), cross: spread, shape: square, shape_gradient: gradient }
     }
 
-    /// The steps of the shape and of every pose; `None` where the equations are singular.
+    /// The steps of the shape and of all poses; `None` if the equations are singular.
     fn step(
         &self,
         body: &Humanoid,
@@ -215,7 +216,7 @@ impl CalibrationProblem<'_> {
             gradient += &frame.shape_gradient - frame.cross.transpose() * &gone.alone;
         }
         for number in 0..count {
-            // The prior grows with the frames as the evidence does: neighbouring frames tell the same.
+            // The prior scales with the number of frames, like the evidence: neighbouring frames are correlated.
             let precision = frames / self.model.numbers[number].deviation().powi(2);
             square[(number, number)] += precision;
             gradient[number] += precision * values[number];
@@ -229,7 +230,7 @@ impl CalibrationProblem<'_> {
         let pose_step = |gone: &Eliminated| {
             let mut step = -(&gone.alone + &gone.by_shape * &shape_step);
             for (number, step) in step.iter_mut().enumerate() {
-                let most = if number < 3 { SLIDE_M } else { TURN_RAD };
+                let most = if number < 3 { MAX_TRANSLATION_M } else { MAX_ROTATION_RAD };
                 *step = step.clamp(-most, most);
             }
             step
@@ -239,8 +240,8 @@ impl CalibrationProblem<'_> {
         finite.then_some((shape_step, pose_steps))
     }
 
-    /// A frame's pose, held to the tracked one and solved for any step of the shape. Angles that are pushed against
-    /// their limits are held.
+    /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step.
+    /// Angles pushed against their limits are fixed.
     fn eliminate(&self, body: &Humanoid, frame: &FrameEquations, pose: &Pose, anchor: &Pose) -> Option<Eliminated> {
         let mut towards = vec![0.0; body.step_len()];
         body.difference(pose, anchor, &mut towards);
@@ -252,8 +253,9 @@ impl CalibrationProblem<'_> {
         }
         for (index, limits) in body.degrees_of_freedom.iter().enumerate() {
             let (angle, number) = (pose.joint_angles[index], ROOT_STEP + index);
-            // An angle at its limit that the step would push beyond leaves the equations: its row says that it stays,
-            // and the shape no longer depends on it. Clamping the solved step instead would leave the others wrong.
+            // An angle at its limit that the step would push further is removed from the equations: its row keeps it
+            // fixed, and it no longer depends on the shape. Clamping the solved step instead would leave the others
+            // wrong.
             let pushed_down = angle <= limits.lower && gradient[number] >= 0.0;
             let pushed_up = angle >= limits.upper && gradient[number] <= 0.0;
             if pushed_down || pushed_up {
@@ -268,19 +270,19 @@ impl CalibrationProblem<'_> {
     }
 }
 
-/// A skin's vertices, world, and those of every variant.
+/// World positions of a skin's vertices, for the body and for each variant.
 type VariedSkin = (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>);
 
-/// How every number of the shape moves what is seen of the body in one pose.
+/// Derivatives of the visible body with respect to the shape parameters, in one pose.
 struct ShapeDerivatives<'a> {
     base: &'a Variant,
     frames: &'a LinkFrames,
     variants: &'a [Variant],
     varied_frames: Vec<LinkFrames>,
     differences: Vec<f64>,
-    /// `[link][solid]`: the numbers that move it.
+    /// `[link][solid]`: the parameters that move it.
     moving: Vec<Vec<Vec<usize>>>,
-    /// Of a body with a skin.
+    /// For a body with a skin.
     skins: Option<VariedSkin>,
 }
 
@@ -310,8 +312,8 @@ impl<'a> ShapeDerivatives<'a> {
         Self { base, frames, variants, differences, moving, varied_frames, skins }
     }
 
-    /// The derivatives of a residual at `sample` whose derivative by its place in the world is `slide`: number of the
-    /// shape and value.
+    /// The derivatives of the residual at `sample` with respect to the shape parameters: parameter index and value.
+    /// `slide` is the residual's derivative with respect to the sample's world position.
     fn derivatives(
         &self,
         sample: &OutlineSample,
@@ -339,20 +341,20 @@ impl<'a> ShapeDerivatives<'a> {
     }
 }
 
-/// The vertices of a body's skin, world; `None` without one.
+/// World positions of a skin's vertices; `None` for a body without a skin.
 fn deformed(body: &Humanoid, frames: &LinkFrames) -> Option<Vec<Point3<f64>>> {
     let mut vertices = Vec::new();
     body.skin.as_ref()?.deform_into(frames, &mut vertices);
     Some(vertices)
 }
 
-/// Where a spot of a skin is whose vertices are these.
+/// Position of a spot on a skin with these vertices.
 fn on_skin(vertices: &[Point3<f64>], spot: &SolidPlace) -> Option<Point3<f64>> {
     let [from, to] = spot.ends.map(|end| vertices.get(end as usize));
     from.zip(to).map(|(from, to)| from + spot.share * (to - from))
 }
 
-/// Where in the world the middle of a solid's surface is at a spot, and how far the surface lies from it.
+/// World position of a spot on a capsule's axis or on another solid's surface, and the distance of the surface from it.
 fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &SolidPlace) -> Option<(Point3<f64>, f64)> {
     let ends = match variant.body.links[link].solids.get(spot.solid as usize)? {
         Solid::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
@@ -373,19 +375,19 @@ mod tests {
     use crate::tracker::fixture;
 
     #[test]
-    fn derivatives_by_the_shape_agree_with_finite_differences_of_the_outline() {
+    fn shape_derivatives_agree_with_finite_differences_of_the_outline() {
         check_derivatives(&shipped("tracker25").unwrap(), 1.5);
     }
 
     #[test]
-    fn derivatives_by_the_shape_agree_with_finite_differences_of_a_skins_outline() {
+    fn shape_derivatives_agree_with_finite_differences_of_a_skins_outline() {
         let body = shipped("tracker25").unwrap();
         let bind = body.link_frames(&body.zero_pose());
         let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
         check_derivatives(&Humanoid { skin: Some(skin.into()), ..body }, 1.5);
     }
 
-    /// Within 2 % and `most` pixels a unit of the number.
+    /// Tolerance: 2 %, plus `most` pixels per unit of the parameter.
     fn check_derivatives(body: &Humanoid, most: f64) {
         let model = ShapeModel::new(body);
         let camera = fixture::ring(1, 3.5, [640, 480]).cameras.remove(0);
@@ -425,7 +427,7 @@ mod tests {
             let h = 2e-5;
             let (more, less) = (outline(&varied(number, h)), outline(&varied(number, -h)));
             for sample in samples.iter().step_by(7) {
-                // The sample of the changed body at the same spot, where it still has one with the same normal.
+                // The sample of the changed body at the same spot, if one with the same normal remains.
                 let same = |all: &[OutlineSample]| {
                     let near = |s: &&OutlineSample| {
                         s.link == sample.link
@@ -436,7 +438,7 @@ mod tests {
                     all.iter().find(near).map(|s| s.pixel)
                 };
                 let (Some(more), Some(less)) = (same(&more), same(&less)) else { continue };
-                // Across the outline, for along it a sample is any point of it.
+                // Compares across the outline, because position along it is arbitrary.
                 let across = [0, 1]
                     .map(|i| (more[i] - less[i]) / (2.0 * h))
                     .iter()

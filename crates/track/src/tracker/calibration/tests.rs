@@ -1,4 +1,4 @@
-//! Planted bodies found again, right ones left alone.
+//! Recovers planted bodies, and leaves correct ones unchanged.
 
 use super::*;
 use crate::body::BodyShape;
@@ -14,7 +14,7 @@ fn marching(body: &Humanoid, frame: usize) -> Pose {
     March { cycle: 12, advance: 0.03, hip: 0.3, knee: 0.7, abduction: 0.5, elbow: 0.8 }.pose(body, frame)
 }
 
-/// What the cameras see of an actor in `frames` poses, and those poses.
+/// Observations of an actor in `frames` poses, and those poses.
 fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, Pose)> {
     let observe = |frame: usize| {
         let pose = marching(actor, frame);
@@ -28,7 +28,7 @@ fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) ->
 }
 
 #[test]
-fn a_planted_body_is_found_from_its_silhouettes() {
+fn a_planted_body_is_recovered_from_its_silhouettes() {
     let body = Humanoid::tracker25().unwrap();
     let model = ShapeModel::new(&body);
     let planted = |name: &str| match name {
@@ -47,9 +47,9 @@ fn a_planted_body_is_found_from_its_silhouettes() {
     for (name, value) in &found.report.shares {
         // A pixel is 10 mm: a fifth of a limb's radius, 3 % of its length.
         let within = if name.contains("girth") { 0.1 } else { 0.03 };
-        let told =
+        let determined =
             name.contains("length") || ["upper arm girth", "thigh girth", "shank girth 1"].contains(&name.as_str());
-        assert!(!told || (value - planted(name)).abs() < within, "{name}: {value} is not {}", planted(name));
+        assert!(!determined || (value - planted(name)).abs() < within, "{name}: {value} is not {}", planted(name));
     }
     let truth = (&actor, &seen[0].1);
     let (before, after) = (apart_mm(truth, (&body, &seen[0].1)), apart_mm(truth, (&found.body, &found.start)));
@@ -59,7 +59,7 @@ fn a_planted_body_is_found_from_its_silhouettes() {
 }
 
 #[test]
-fn a_right_body_stays_as_it_is() {
+fn a_correct_body_stays_unchanged() {
     let body = Humanoid::tracker25().unwrap();
     let rig = rig(4);
     let found = calibrated(&body, &rig, &seen(&body, &rig, 6));
@@ -80,7 +80,7 @@ fn a_body_that_fits_only_the_frames_it_was_solved_on_is_not_used() {
 }
 
 #[test]
-fn too_few_frames_leave_the_body_alone() {
+fn too_few_frames_leave_the_body_unchanged() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
     let rig = rig(3);
@@ -90,7 +90,7 @@ fn too_few_frames_leave_the_body_alone() {
 }
 
 #[test]
-fn one_camera_leaves_the_body_alone_and_empty_masks_do() {
+fn one_camera_or_empty_masks_leave_the_body_unchanged() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
     let one = rig(1);
@@ -108,7 +108,7 @@ fn one_camera_leaves_the_body_alone_and_empty_masks_do() {
 }
 
 #[test]
-fn a_frame_without_silhouettes_between_others_does_no_harm() {
+fn a_frame_without_silhouettes_is_tolerated() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
     let rig = rig(3);
@@ -120,7 +120,7 @@ fn a_frame_without_silhouettes_between_others_does_no_harm() {
 }
 
 #[test]
-fn any_number_of_threads_finds_the_same_bits() {
+fn results_are_bit_identical_for_any_number_of_threads() {
     let body = Humanoid::tracker25().unwrap();
     let actor = body.reshaped(&BodyShape::random_mismatch(&body, 2, 0.03, 0.1));
     let rig = rig(2);
@@ -135,7 +135,7 @@ fn any_number_of_threads_finds_the_same_bits() {
 }
 
 #[test]
-fn no_frame_is_an_error_and_so_is_another_rig() {
+fn no_frames_and_a_different_rig_are_errors() {
     let body = Humanoid::tracker25().unwrap();
     let settings = SilhouetteSettings::default();
     let error = calibrate(&body, &rig(2), settings, &[]).unwrap_err().to_string();

@@ -1,5 +1,4 @@
-//! Where a camera's rays graze a surface of triangles: along the edges between a triangle that faces the camera and one
-//! that does not.
+//! Outlines of triangle meshes: the edges between a triangle that faces the camera and one that does not.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +7,10 @@ use nalgebra::{Isometry3, Point3};
 use super::samples::SampleSink;
 use crate::body::Solid;
 
-/// Sides of the prism that stands for a cylinder; its faces lie within half a percent of the radius of the round.
+/// Sides of the prism that approximates a cylinder; its faces lie within half a percent of the radius.
 const CYLINDER_SIDES: u32 = 32;
 
-/// A surface of triangles with its edges.
+/// A triangle mesh with its edges.
 #[derive(Debug)]
 pub(super) struct MeshOutline {
     /// In the link's frame.
@@ -20,7 +19,7 @@ pub(super) struct MeshOutline {
     edges: Vec<OutlineEdge>,
 }
 
-/// An edge and the triangles that meet there; the second is missing at the rim of an open surface.
+/// An edge and its adjacent triangles; the second is missing at the boundary of an open surface.
 #[derive(Debug)]
 struct OutlineEdge {
     ends: [u32; 2],
@@ -45,7 +44,7 @@ impl MeshOutline {
     }
 
     fn new(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
-        // Files often give every triangle corners of its own: edges are known by where their ends are.
+        // Files often repeat the corners of each triangle: edges are identified by the positions of their ends.
         let mut places = BTreeMap::new();
         let place: Vec<u32> = (0..)
             .zip(&vertices)
@@ -73,7 +72,7 @@ impl MeshOutline {
         self.vertices.get(vertex as usize).copied()
     }
 
-    /// Samples about `spacing` pixels apart on all edges where the surface turns away from the camera.
+    /// Samples about `spacing` pixels apart on all edges of the outline.
     pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut SampleSink<'_>) {
         let vertices: Vec<Point3<f64>> = self.vertices.iter().map(|v| camera_from_link * v).collect();
         let none = self.triangles.len() as u32;
@@ -82,9 +81,9 @@ impl MeshOutline {
     }
 }
 
-/// Samples about `spacing` pixels apart on all edges where a surface turns away from the camera; `vertices` are in its
-/// frame. Edges come with their ends and the triangles that meet there, beyond the last where there is none; `at_edge`
-/// is told of every edge that is sampled.
+/// Samples about `spacing` pixels apart on all edges of the outline; `vertices` are in the camera's frame. An edge has
+/// its ends and its adjacent triangles; a missing triangle has an index past the last. `at_edge` is called for every
+/// edge that is sampled.
 pub(super) fn sample_edges(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -98,7 +97,7 @@ pub(super) fn sample_edges(
         let [a, b, c] = corners(triangle);
         (b - a).cross(&(c - a)).dot(&a.coords) < 0.0
     };
-    // Edges of fine meshes are shorter than the spacing: what is left of one goes on to the next.
+    // Edges of fine meshes are shorter than the spacing: the remainder of one carries over to the next.
     let mut rest = 0.5 * spacing;
     for (ends, meeting) in edges {
         let [Some(one), two] = meeting.map(|triangle| triangles.get(triangle as usize)) else { continue };
@@ -116,7 +115,7 @@ pub(super) fn sample_edges(
         let normal = if side > 0.0 { across.map(|n| -n) } else { across };
         let length = along[0].hypot(along[1]);
         let mut at = rest;
-        // An edge that is partly behind the camera may be seen as endlessly long.
+        // An edge that is partly behind the camera may project to an unbounded length.
         while at < length.min(512.0 * spacing) {
             let share = perspective_share(&from, &to, at / length);
             sink.push(from + share * (to - from), normal, ends, share);
@@ -126,7 +125,7 @@ pub(super) fn sample_edges(
     }
 }
 
-/// The share of the segment at which it is seen at `share` of the way between the images of its ends.
+/// The share along a segment that projects to `share` of the way between the images of its ends.
 fn perspective_share(from: &Point3<f64>, to: &Point3<f64>, share: f64) -> f64 {
     share * from.z / (to.z + share * (from.z - to.z))
 }

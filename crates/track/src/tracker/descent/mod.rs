@@ -1,10 +1,9 @@
-//! Descent of a pose on silhouettes' outlines: where the model's outline runs beside the observed one, the pose is
-//! moved so that the two fall together.
+//! Descent of a pose on silhouette outlines: moves the pose until the model's outline coincides with the observed one.
 //!
-//! Points on the model's surface at which a camera's rays graze it ([`outline`]) are held against the outline that was
-//! observed ([`observed`]), in both directions, and the squared distances are brought down by Gauss-Newton steps
-//! ([`normal_equations`]). Point-to-plane distances go back to `[Chen 1992]`; optimising a pose on silhouettes
-//! between filter steps to `[Gall 2010]`.
+//! Points on the model's surface that a camera's rays graze ([`outline`]) are compared with the observed outline
+//! ([`observed`]) in both directions, and the squared distances are minimised by Gauss-Newton steps
+//! ([`normal_equations`]). Point-to-plane distances are those of `[Chen 1992]`; optimising a pose on silhouettes
+//! between filter steps follows `[Gall 2010]`.
 
 mod mesh_outline;
 mod normal_equations;
@@ -21,35 +20,35 @@ use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;
 use crate::raster::Mask;
 
-/// A *length* is this share of the image's height; distances of the descent are counted in it, so that settings do not
-/// depend on the number of pixels.
+/// A *length* is this share of the image height. Descent measures distances in lengths, so that settings do not depend
+/// on the image resolution.
 const LENGTH: f64 = 1.0 / 240.0;
 /// Distance between samples along the model's outline, lengths.
 const SAMPLE_SPACING: f64 = 2.0;
 /// Distance between points along the observed outline, lengths.
 const OBSERVED_SPACING: f64 = 3.0;
-/// Parts of a silhouette, and holes in it, of fewer square lengths are taken for noise.
+/// Parts of a silhouette, and holes in it, smaller than this are treated as noise, square lengths.
 const SPECK: f64 = 25.0;
-/// How far from a silhouette its distance field reaches, lengths.
+/// Range of a silhouette's distance field, lengths.
 const REACH: f64 = 20.0;
-/// How far an observed point may lie from the model's outline, lengths.
+/// Maximum distance of an observed point from the model's outline, lengths.
 const NEAREST: f64 = 30.0;
-/// Least cosine between the directions in which a sample and the distance field inside the silhouette point.
+/// Minimum cosine between the normal of a sample and the gradient of the distance field inside the silhouette.
 const SAME_SIDE: f64 = 0.2;
-/// Width of the robust weight by which outlines agree, lengths: wider than what separates bodies of other lengths and
-/// girths, narrower than what separates limbs.
+/// Width of the robust weight in the agreement of outlines, lengths: wider than the differences between bodies of
+/// different lengths and girths, narrower than the distance between limbs.
 const AGREEMENT_WIDTH: f64 = 4.0;
-/// The least such width, pixels: outlines of small images are known to half a pixel.
+/// Minimum of that width, pixels: outlines of small images are accurate to half a pixel.
 const LEAST_AGREEMENT_WIDTH_PX: f64 = 4.0;
-/// Least cosine between the normals of an observed point and of its sample.
+/// Minimum cosine between the normals of an observed point and of its sample.
 const SAME_NORMAL: f64 = 0.5;
 
-/// Pixels of a length in the images of a camera.
+/// Pixels per length in a camera's images.
 pub(super) fn length_px(camera: &Camera) -> f64 {
     LENGTH * f64::from(camera.pinhole.height)
 }
 
-/// The robust weight of `[Geman 1987]`, `1 / (1 + (r / width)^2)^2`.
+/// The Geman-McClure weight (`[Geman 1987]`), `1 / (1 + (r / width)^2)^2`.
 pub(super) fn robust_weight(residual: f64, width: f64) -> f64 {
     let ratio = residual / width;
     let falloff = 1.0 / (1.0 + ratio * ratio);
@@ -72,8 +71,8 @@ impl DescentScratch {
     }
 }
 
-/// Calls `add` with the residuals of one view at a pose whose links are at `frames`; how far the outlines agree.
-#[expect(clippy::too_many_arguments, reason = "one view's data, the pose and the memory to work in")]
+/// Calls `add` with the residuals of one view for links at `frames`; returns how far the outlines agree.
+#[expect(clippy::too_many_arguments, reason = "one view's data, the pose and scratch buffers")]
 pub(super) fn each_residual(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -98,8 +97,8 @@ pub(super) fn each_residual(
     observed.each_residual(samples, length, add)
 }
 
-/// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the
-/// body's silhouette, or the picture ends there.
+/// Whether the pixel just outside a sample is in the image and outside the drawn body. If not, the sample lies inside
+/// the body's silhouette or at the edge of the image.
 fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
     let [u, v] = [0, 1].map(|i| sample.pixel[i] + sample.normal[i]);
     let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());

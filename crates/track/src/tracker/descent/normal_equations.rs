@@ -1,4 +1,4 @@
-//! Weighted squares of residuals, gathered link by link and then spread over the numbers of a step.
+//! Weighted normal equations of outline residuals, summed by link and then projected onto the components of a step.
 
 use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3, Vector6};
 
@@ -8,8 +8,8 @@ use crate::body::{Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 
-/// Derivative of a residual, in lengths of `length` pixels, by the place in the world of `point`, which is given in the
-/// camera's frame.
+/// Derivative of a residual, in lengths of `length` pixels, with respect to the world position of `point`, which is
+/// given in the camera's frame.
 pub(in crate::tracker) fn slide(
     camera: &Camera,
     point: &Point3<f64>,
@@ -23,13 +23,13 @@ pub(in crate::tracker) fn slide(
     camera.camera_from_world.inverse_transform_vector(&in_camera)
 }
 
-/// What a derivative by a place is by the twist of what the place, `arm` away from the twist's point, is fixed to.
+/// Converts a derivative with respect to position into one with respect to a twist about a point at distance `arm`.
 pub(in crate::tracker) fn wrench(slide: &Vector3<f64>, arm: &Vector3<f64>) -> Vector6<f64> {
     let turn = arm.cross(slide);
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 
-/// Sums per link, in twists about a common point.
+/// Sums per link, for twists about a common point.
 pub(in crate::tracker) struct Accumulator {
     about: Point3<f64>,
     links: Vec<(Matrix6<f64>, Vector6<f64>)>,
@@ -39,13 +39,13 @@ pub(in crate::tracker) struct Accumulator {
 }
 
 impl Accumulator {
-    /// Nothing yet; `about` is any point near the body.
+    /// Empty sums; `about` is any point near the body.
     pub(in crate::tracker) fn new(links: usize, about: Point3<f64>) -> Self {
         Self { about, links: vec![(Matrix6::zeros(), Vector6::zeros()); links], cost: 0.0, weight: 0.0, residuals: 0 }
     }
 
-    /// Adds a residual with the robust weight of `width`, times `importance`; `width` and residual in lengths of
-    /// `length` pixels. The sample is taken as fixed to its link.
+    /// Adds a residual with the robust weight of `width`, times `importance`; `width` and the residual are in lengths
+    /// of `length` pixels. The sample is treated as fixed to its link.
     pub(in crate::tracker) fn add(
         &mut self,
         camera: &Camera,
@@ -72,9 +72,9 @@ impl Accumulator {
         self.residuals += 1;
     }
 
-    /// How the pulls of links scatter: the sum of the outer products of what the residuals of each link pull at the
-    /// numbers of a step. Residuals of one link that face the same way in one view go wrong together; were all
-    /// independent, this sum would be their spread times the matrix of [`Self::finish`].
+    /// The scatter of the links' gradients: the sum over links of the outer product of the gradient of the link's
+    /// residuals with respect to the components of a step. Residuals of one link with the same direction in one view
+    /// are correlated; if all were independent, this sum would be their variance times the matrix of [`Self::finish`].
     pub(in crate::tracker) fn scatter(&self, body: &Humanoid, frames: &LinkFrames) -> DMatrix<f64> {
         let mut scatter = DMatrix::zeros(body.step_len(), body.step_len());
         let mut twists = Vec::new();
@@ -92,7 +92,7 @@ impl Accumulator {
         scatter
     }
 
-    /// Spreads the sums over the numbers of a step of `body`, whose links are at `frames`.
+    /// Projects the sums onto the components of a step of `body`, whose links are at `frames`.
     pub(in crate::tracker) fn finish(self, body: &Humanoid, frames: &LinkFrames) -> NormalEquations {
         let numbers = body.step_len();
         let (mut matrix, mut gradient) = (DMatrix::zeros(numbers, numbers), DVector::zeros(numbers));

@@ -1,4 +1,4 @@
-//! The outline that was observed, and how far a model's outline lies from it.
+//! The observed outline and residuals of a model's outline.
 
 use super::{
     AGREEMENT_WIDTH, LEAST_AGREEMENT_WIDTH_PX, NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE,
@@ -13,15 +13,15 @@ pub(in crate::tracker) struct ObservedOutline {
     points: Vec<OutlinePoint>,
 }
 
-/// A point on an observed outline, pixels.
+/// A point on an observed outline.
 #[derive(Clone, Copy, Debug)]
 struct OutlinePoint {
     pixel: [f64; 2],
-    /// Unit vector away from the silhouette.
+    /// Unit vector pointing out of the silhouette.
     normal: [f64; 2],
 }
 
-/// How far a sample lies from the observed outline.
+/// Distance of a sample from the observed outline.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracker) struct OutlineResidual {
     /// Lengths.
@@ -30,7 +30,7 @@ pub(in crate::tracker) struct OutlineResidual {
     pub(in crate::tracker) gradient: [f64; 2],
 }
 
-/// How far a body's outline lies on what was observed.
+/// How far a body's outline agrees with the observed one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::tracker) struct OutlineAgreement {
     samples: usize,
@@ -38,22 +38,22 @@ pub(in crate::tracker) struct OutlineAgreement {
 }
 
 impl OutlineAgreement {
-    /// Counts the samples of another view too.
+    /// Adds the samples of another view.
     pub(in crate::tracker) fn add(&mut self, other: Self) {
         self.samples += other.samples;
         self.near += other.near;
     }
 
-    /// Mean over the samples of 1 for those on the observed outline, less for those beside it, 0 for those far from it;
-    /// `None` without samples.
+    /// Mean of a weight over the samples: 1 on the observed outline, decreasing with distance, 0 far from it; `None`
+    /// without samples.
     pub(in crate::tracker) fn share(self) -> Option<f64> {
         (self.samples > 0).then(|| self.near / self.samples as f64)
     }
 }
 
 impl ObservedOutline {
-    /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels
-    /// show anything, where not all do. `None` for a mask without an outline.
+    /// The outline of an observed mask without specks and pinholes; `length` is in pixels. `shown` marks the pixels
+    /// that the camera shows, if not all. `None` for a mask without an outline.
     pub(in crate::tracker) fn new(mask: &Mask, shown: Option<&Mask>, length: f64) -> Option<Self> {
         let mask = without_specks(mask, (SPECK * length * length) as u64);
         let field = SignedDistance::new(&mask, shown, (REACH * length).ceil() as u32)?;
@@ -63,7 +63,8 @@ impl ObservedOutline {
     }
 
     /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed
-    /// point against the nearest sample whose normal agrees. `length` in pixels. How far the samples agree.
+    /// point against the nearest sample with a similar normal. `length` is in pixels. Returns how far the samples
+    /// agree.
     pub(in crate::tracker) fn each_residual(
         &self,
         samples: &[OutlineSample],
@@ -76,7 +77,7 @@ impl ObservedOutline {
             let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
             let agreement = dot(found.gradient, sample.normal);
             let steepness = dot(found.gradient, found.gradient).sqrt();
-            // Inside, the nearest outline may be the limb's other side.
+            // Inside, the nearest outline may be the other side of the limb.
             if found.distance < 0.0 && agreement < SAME_SIDE * steepness {
                 continue;
             }
@@ -103,9 +104,9 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Pixels of a contour, in the order of rows, so far apart that none lies within `spacing` pixels of one before it.
+/// Pixels of a contour in row-major order, thinned so that none lies within `spacing` pixels of an earlier one.
 fn thinned(contour: &Mask, spacing: f64) -> Vec<(u32, u32)> {
-    // One pixel a cell at most: a cell's diagonal is the spacing.
+    // At most one pixel per cell: the diagonal of a cell is the spacing.
     let cell = (spacing / std::f64::consts::SQRT_2).max(1.0);
     let columns = (f64::from(contour.width()) / cell) as usize + 1;
     let rows = (f64::from(contour.height()) / cell) as usize + 1;
@@ -127,10 +128,10 @@ fn thinned(contour: &Mask, spacing: f64) -> Vec<(u32, u32)> {
     kept
 }
 
-/// The point of the outline beside the centre of contour pixel `(x, y)`.
+/// The point of the outline next to the centre of contour pixel `(x, y)`.
 fn on_the_outline(field: &SignedDistance, x: u32, y: u32) -> Option<OutlinePoint> {
     let centre = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-    // One-sided differences of a field with kinks: the mean over the four cells that meet at the centre.
+    // The field has kinks: average the one-sided differences over the four cells that meet at the centre.
     let shifts = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
     let mut sum = [0.0; 2];
     for (du, dv) in shifts {
@@ -146,7 +147,7 @@ fn on_the_outline(field: &SignedDistance, x: u32, y: u32) -> Option<OutlinePoint
     Some(OutlinePoint { pixel: [0, 1].map(|i| centre[i] - distance * normal[i]), normal })
 }
 
-/// Samples by square cells, for finding the nearest.
+/// Grid of samples for nearest-neighbour search.
 struct SampleGrid {
     reach: f64,
     cell: f64,
@@ -154,32 +155,33 @@ struct SampleGrid {
     rows: usize,
     left: f64,
     top: f64,
-    /// First entry of each cell in `entries`; one more at the end.
+    /// First entry of each cell in `entries`, plus the end of the last cell.
     starts: Vec<u32>,
     entries: Vec<GridEntry>,
 }
 
-/// What of a sample its search needs, beside those of the same cell.
+/// The data of a sample that the search needs, stored next to those of the same cell.
 #[derive(Clone, Copy, Default)]
 struct GridEntry {
     pixel: [f64; 2],
     normal: [f64; 2],
-    /// Which of the samples it is.
+    /// Index of the sample.
     sample: usize,
 }
 
-/// Cells along a reach: smaller cells have fewer samples and more of them to look through.
-const CELLS_A_REACH: f64 = 5.0;
-/// Square pixels by which a cell must be farther away than the nearest sample to be left out: far more than rounding.
+/// Cells per reach: smaller cells hold fewer samples, but more of them must be searched.
+const CELLS_PER_REACH: f64 = 5.0;
+/// Margin, square pixels, by which a cell must be farther away than the nearest sample to be skipped; far above
+/// rounding errors.
 const SLACK: f64 = 1e-6;
 
 impl SampleGrid {
     fn new(samples: &[OutlineSample], reach: f64) -> Self {
-        let cell = reach / CELLS_A_REACH;
+        let cell = reach / CELLS_PER_REACH;
         let fold = |i: usize, from: f64, f: fn(f64, f64) -> f64| samples.iter().map(|s| s.pixel[i]).fold(from, f);
         let (left, top) = (fold(0, f64::INFINITY, f64::min), fold(1, f64::INFINITY, f64::min));
         let (right, bottom) = (fold(0, f64::NEG_INFINITY, f64::max), fold(1, f64::NEG_INFINITY, f64::max));
-        // Samples lie in the image but for a pixel, which bounds the number of cells.
+        // Samples lie at most one pixel outside the image, which bounds the number of cells.
         let count = |from: f64, to: f64| if to >= from { ((to - from) / cell) as usize + 1 } else { 0 };
         let (columns, rows) = (count(left, right), count(top, bottom));
         let mut grid =
@@ -203,13 +205,13 @@ impl SampleGrid {
         row * self.columns + column
     }
 
-    /// Number of the sample nearest to `point` whose normal agrees; the lower of two that are equally near.
+    /// Index of the sample nearest to `point` with a similar normal; the lower index if two are equally near.
     fn nearest(&self, point: &OutlinePoint) -> Option<usize> {
         let column = ((point.pixel[0] - self.left) / self.cell).floor() as i64;
         let row = ((point.pixel[1] - self.top) / self.cell).floor() as i64;
         let mut best: Option<(f64, usize)> = None;
-        for ring in 0..=(CELLS_A_REACH as i64 + 1) {
-            // Whatever lies in this ring is at least so far away.
+        for ring in 0..=(CELLS_PER_REACH as i64 + 1) {
+            // Lower bound of the distance to this ring.
             let least = (ring - 1).max(0) as f64 * self.cell;
             if best.is_some_and(|(square, _)| square < least * least) {
                 break;
@@ -219,11 +221,11 @@ impl SampleGrid {
         best.map(|(_, sample)| sample)
     }
 
-    /// Searches the cells at Chebyshev distance `ring` from the `middle` one that are near enough.
+    /// Searches the cells at Chebyshev distance `ring` from the `middle` cell that are near enough.
     fn search_ring(&self, point: &OutlinePoint, middle: [i64; 2], ring: i64, best: &mut Option<(f64, usize)>) {
         let [column, row] = middle;
         for j in (row - ring).max(0)..=(row + ring).min(self.rows as i64 - 1) {
-            // the first and last row of a ring are whole, of the others both ends belong to it
+            // the first and last rows of a ring are complete, the others have only their two ends
             let step = if (j - row).abs() == ring { 1 } else { 2 * ring };
             let mut i = column - ring;
             while i <= column + ring {
@@ -236,7 +238,7 @@ impl SampleGrid {
         }
     }
 
-    /// Square of the distance from a point to a cell, less the slack.
+    /// Squared distance from a point to a cell, minus the margin.
     fn square_to_cell(&self, point: &OutlinePoint, column: i64, row: i64) -> f64 {
         let apart = |x: f64, corner: f64, cell: i64| {
             let from = corner + cell as f64 * self.cell;

@@ -1,4 +1,4 @@
-//! Where a camera's rays graze a body.
+//! Points at which a camera's rays graze a body.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -8,10 +8,10 @@ use crate::body::{Humanoid, LinkFrames, Skin, Solid};
 use crate::camera::Camera;
 use crate::raster::TaperedCapsule;
 
-/// A body's solids, ready for asking where cameras see them end.
+/// A body's solids, prepared for sampling their outlines.
 #[derive(Debug)]
 pub(in crate::tracker) struct BodyOutline {
-    /// What is no tapered capsule: link, number of the solid on it, and surface.
+    /// Solids other than tapered capsules: link, index of the solid on it, and surface.
     surfaces: Vec<(usize, u32, MeshOutline)>,
 }
 
@@ -24,8 +24,8 @@ impl BodyOutline {
         Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
 
-    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other
-    /// solids hide them.
+    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, including parts hidden
+    /// by other solids.
     pub(in crate::tracker) fn sample(
         &self,
         body: &Humanoid,
@@ -53,15 +53,15 @@ impl BodyOutline {
         }
     }
 
-    /// A vertex of a solid that is no tapered capsule, in its link's frame.
+    /// A vertex of a solid other than a tapered capsule, in its link's frame.
     pub(in crate::tracker) fn vertex(&self, link: usize, solid: u32, vertex: u32) -> Option<Point3<f64>> {
         let found = self.surfaces.iter().find(|(of, number, _)| (*of, *number) == (link, solid));
         found.and_then(|(_, _, surface)| surface.vertex(vertex))
     }
 }
 
-/// Samples of a skin's outline. They belong to the link that carries most of the edge's first end: a step of the
-/// descent moves them with it alone, and the next step deforms the skin again.
+/// Samples of a skin's outline. Each belongs to the link with the largest skinning weight at the edge's first end: a
+/// descent step moves it with that link only, and the next step deforms the skin again.
 fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, samples: &mut Vec<OutlineSample>) {
     let mut vertices = Vec::new();
     skin.deform_with(&camera.camera_from_world, frames, &mut vertices);
@@ -73,12 +73,12 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
     });
 }
 
-/// The outline of a tapered capsule: two sides along which planes through the camera's centre touch both balls, and of
-/// each ball's circle of grazing rays the part that the other ball's end does not cover.
+/// The outline of a tapered capsule: two sides, along which planes through the camera's centre touch both balls, and
+/// the part of each ball's grazing circle that the other ball does not cover.
 fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
-        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
         for step in 0..steps {
             let share = (f64::from(step) + 0.5) / f64::from(steps);
             sink.push_grazed(from + share * (to - from), &normal, [0, 1], share);
@@ -91,13 +91,12 @@ fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<
     }
 }
 
-/// More samples than any outline in sight needs: what is partly behind the camera may be seen as endlessly long.
-const MOST_SAMPLES: f64 = 512.0;
+/// Maximum number of samples: a side that is partly behind the camera may project to an unbounded length.
+const MAX_SAMPLES: f64 = 512.0;
 
-/// The circle along which rays graze the ball at an `end` of a capsule, where `is_outline` holds for the surface's
-/// normal.
+/// The circle at which rays graze the ball at one `end` of a capsule, limited to normals for which `is_outline` holds.
 ///
-/// With centre c, radius r and unit normal n the grazed points are c + r n with n.(c + r n) = 0, that is n.c = -r.
+/// With centre c, radius r and unit normal n, the grazed points are c + r n with n.(c + r n) = 0, that is n.c = -r.
 fn sample_ball(
     centre: &Point3<f64>,
     radius: f64,
@@ -116,7 +115,7 @@ fn sample_ball(
     let first = axis.cross(&across).normalize();
     let second = axis.cross(&first);
     let circumference = 2.0 * std::f64::consts::PI * radius * sink.pinhole.focal[1] / centre.z;
-    let count = (circumference / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+    let count = (circumference / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
     for k in 0..count {
         let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
         let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();
@@ -126,11 +125,11 @@ fn sample_ball(
     }
 }
 
-/// A side of a capsule as the camera sees it: its outward normal and its ends.
+/// A side of a capsule as seen by the camera: its outward normal and its ends.
 pub(in crate::tracker) type CapsuleSide = (Vector3<f64>, [Point3<f64>; 2]);
 
-/// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where
-/// one ball hides the other.
+/// Outward normals of the two planes through the camera's centre that touch both balls, and the points of contact;
+/// `None` if one ball hides the other.
 ///
 /// Such a plane has n.a = -ra and n.b = -rb. With w = a x b and q = ra b - rb a that is
 /// n = -(q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2.

@@ -1,27 +1,27 @@
-//! Samples of outlines: points of a body's surface that a camera's rays graze.
+//! Samples of outlines: points on a body's surface that a camera's rays graze.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::camera::Pinhole;
 
-/// A point of a body's surface at which the ray from a camera grazes it.
+/// A point on a body's surface that a ray from a camera grazes.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracker) struct OutlineSample {
-    /// The link that it belongs to.
+    /// Index of its link.
     pub(in crate::tracker) link: usize,
-    /// Where on the link's solid it is.
+    /// Position on the link's solid.
     pub(in crate::tracker) spot: SolidPlace,
-    /// In the camera's frame, metres.
+    /// Position in the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
-    /// Where the camera sees it.
+    /// Position in the image.
     pub(in crate::tracker) pixel: [f64; 2],
-    /// Unit vector in the image, away from the solid.
+    /// Unit vector in the image, pointing away from the solid.
     pub(in crate::tracker) normal: [f64; 2],
 }
 
 impl OutlineSample {
-    /// The surface's outward unit normal at the sample, in the camera's frame: that of the plane through the camera's
-    /// centre which touches the surface there.
+    /// The surface's outward unit normal at the sample, in the camera's frame: the normal of the plane through the
+    /// camera's centre that touches the surface there.
     pub(in crate::tracker) fn surface_normal(&self, pinhole: &Pinhole) -> Vector3<f64> {
         let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
         let ([nu, nv], [u, v]) = (self.normal, self.pixel);
@@ -29,18 +29,18 @@ impl OutlineSample {
     }
 }
 
-/// Where on the solid of a link a sample is: what a change of the body's shape moves it with.
+/// Position of a sample on a link's solid, which determines how it moves when the body's shape changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::tracker) struct SolidPlace {
-    /// Number of the solid on its link.
+    /// Index of the solid on its link.
     pub(in crate::tracker) solid: u32,
-    /// Between which two of the solid's points: the ends of a capsule's axis (0 and 1), else vertices of its surface.
+    /// Two points of the solid: the ends of a capsule's axis (0 and 1), or vertices of its surface.
     pub(in crate::tracker) ends: [u32; 2],
     /// Share of the way between them.
     pub(in crate::tracker) share: f64,
 }
 
-/// Where samples of one link go.
+/// Collects the samples of one link.
 pub(super) struct SampleSink<'a> {
     pub(super) link: usize,
     pub(super) solid: u32,
@@ -49,14 +49,14 @@ pub(super) struct SampleSink<'a> {
 }
 
 impl SampleSink<'_> {
-    /// Pixel of a point of the camera's frame; `None` before the near plane.
+    /// Pixel of a point in the camera's frame; `None` if it is not beyond the near plane.
     pub(super) fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
         let Pinhole { focal, principal_point, near, .. } = self.pinhole;
         (point.z >= *near).then(|| [0, 1].map(|i| principal_point[i] + focal[i] * point[i] / point.z))
     }
 
-    /// Adds a sample at a share of the way between two of the solid's points, whose normal in the image is along
-    /// `normal`, of any length.
+    /// Adds a sample at a share of the way between two points of the solid; `normal` is the direction of its normal in
+    /// the image and may have any length.
     pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2], ends: [u32; 2], share: f64) {
         let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
         let normal = normal.map(|n| n / norm);
@@ -66,8 +66,8 @@ impl SampleSink<'_> {
         }
     }
 
-    /// Adds a sample at which the surface's own normal is `normal`, perpendicular to the ray through it: the plane
-    /// through the camera's centre with that normal is seen as a line whose normal in pixels is this.
+    /// Adds a sample with the surface normal `normal`, which is perpendicular to its ray: the plane through the
+    /// camera's centre with that normal projects to a line, and the normal of that line in pixels is the sample's.
     pub(super) fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>, ends: [u32; 2], share: f64) {
         let [fx, fy] = self.pinhole.focal;
         self.push(point, [normal.x / fx, normal.y / fy], ends, share);

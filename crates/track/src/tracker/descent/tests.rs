@@ -1,4 +1,4 @@
-//! Derivatives against differences, outlines against drawings, and poses found again.
+//! Checks derivatives against finite differences and outlines against rendered masks, and recovers displaced poses.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -15,7 +15,7 @@ fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
     fixture::ring(count, 3.5, image_size)
 }
 
-/// Striding, arms away from the trunk: every limb is seen to end somewhere, and no angle is at a limit.
+/// Striding, with the arms away from the trunk: all limbs are visible, and no angle is at a limit.
 fn standing(body: &Humanoid) -> Pose {
     let mut pose = body.zero_pose();
     pose.world_from_root = Isometry3::from_parts(
@@ -46,7 +46,7 @@ fn likelihood(body: &Humanoid, rig: &CameraRig) -> SilhouetteLikelihood {
     SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).unwrap().with_descent()
 }
 
-/// Where `steps` steps of narrowing width lead from `pose`.
+/// The pose after `steps` descent steps of decreasing width from `pose`.
 fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, steps: usize) -> Pose {
     let (model, mut scratch, mut now) = (diffusion(body), likelihood.scratch(), pose.clone());
     for step in 0..steps {
@@ -57,19 +57,19 @@ fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, st
     now
 }
 
-/// Mean distance of the markers, millimetres.
+/// Mean marker distance, millimetres.
 fn apart_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((body, a), (body, b))
 }
 
-/// `pose` with every number of a step off by `by`, up and down by turns.
+/// `pose` with every component of a step displaced by `by`, with mixed signs.
 fn off(body: &Humanoid, pose: &Pose, by: f64) -> Pose {
     let sign = |i: usize| if i.is_multiple_of(3) { -1.0 } else { 1.0 };
     let step: Vec<f64> = (0..body.step_len()).map(|i| by * sign(i) * if i < 3 { 0.3 } else { 1.0 }).collect();
     body.step(pose, &step)
 }
 
-/// tracker25 with boxes, cylinders and meshes in place of most capsules.
+/// tracker25 with most capsules replaced by boxes, cylinders and meshes.
 fn of_other_solids() -> Humanoid {
     let mut body = Humanoid::tracker25().unwrap();
     let solids: Vec<&mut Solid> = body.links.iter_mut().flat_map(|link: &mut Link| &mut link.solids).collect();
@@ -102,7 +102,7 @@ fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Solid {
     Solid::Mesh { vertices, triangles }
 }
 
-/// What is left of the samples of one camera.
+/// The samples of one camera that lie on the drawn contour.
 fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>, Mask) {
     let frames = body.link_frames(pose);
     let mut samples = Vec::new();
@@ -114,7 +114,7 @@ fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>
 }
 
 #[test]
-fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_solids() {
+fn samples_cover_the_drawn_contour_for_all_solids() {
     for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_solids()] {
         for camera in &ring(3, [640, 480]).cameras {
             let (samples, drawn) = samples(&body, &standing(&body), camera);
@@ -122,7 +122,7 @@ fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_solids
             let map = DistanceMap::new(&edge);
             let off_edge = |s: &&OutlineSample| map.distance(s.pixel[0] as u32, s.pixel[1] as u32) > 2.0;
             let strays = samples.iter().filter(off_edge).count();
-            // A sample may touch a pixel that another solid leaves free between itself and the outline.
+            // A sample may border on a gap between its solid and another one.
             assert!(strays * 100 <= samples.len(), "{}: {strays} of {} samples", body.name, samples.len());
             let near = |(x, y): (u32, u32)| {
                 let far = |s: &OutlineSample| (s.pixel[0] - f64::from(x) - 0.5).hypot(s.pixel[1] - f64::from(y) - 0.5);
@@ -143,13 +143,13 @@ fn normals_of_samples_point_out_of_the_silhouette() {
             let [u, v] = [0, 1].map(|i| s.pixel[i] - 1.5 * s.normal[i]);
             drawn.get(u as u32, v as u32)
         };
-        // thin tips aside
+        // thin tips are exceptions
         assert!(samples.iter().filter(inward).count() * 100 >= 97 * samples.len(), "{}", body.name);
     }
 }
 
 #[test]
-fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a_step() {
+fn residual_derivatives_agree_with_finite_differences_for_every_component_of_a_step() {
     let body = Humanoid::tracker25().unwrap();
     let pose = standing(&body);
     let frames = body.link_frames(&pose);
@@ -187,14 +187,15 @@ fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a
 }
 
 #[test]
-fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids() {
+fn a_pose_displaced_by_a_tenth_of_a_radian_is_recovered_for_all_solids() {
     for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_solids(), 6.0)] {
         let (truth, rig) = (standing(&body), ring(4, [320, 240]));
         let mut likelihood = likelihood(&body, &rig);
         likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
         for by in [0.05, -0.05, 0.1] {
             let start = off(&body, &truth, by);
-            // 0.1 rad is 110 mm off: the first steps are short, of solids other than capsules shorter still
+            // 0.1 rad displaces markers by 110 mm: the first steps are short, and shorter for solids other than
+            // capsules
             let found = descended(&likelihood, &body, &start, 16);
             let (before, after) = (apart_mm(&body, &truth, &start), apart_mm(&body, &truth, &found));
             assert!(before > 8.0 * within_mm && after < within_mm, "{}, {by}: {before:.1} to {after:.1} mm", body.name);
@@ -203,7 +204,7 @@ fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids(
 }
 
 #[test]
-fn a_pose_is_found_through_lenses_that_bulge_and_pinch_too() {
+fn a_pose_is_recovered_through_barrel_and_pincushion_lenses() {
     let body = Humanoid::tracker25().unwrap();
     let truth = standing(&body);
     for k1 in [-0.25, 0.25] {
@@ -218,11 +219,11 @@ fn a_pose_is_found_through_lenses_that_bulge_and_pinch_too() {
 }
 
 #[test]
-fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
+fn a_body_cropped_by_the_image_is_not_pulled_to_its_edge() {
     let body = Humanoid::tracker25().unwrap();
     let truth = standing(&body);
     let mut rig = ring(4, [320, 240]);
-    // Longer lenses: head and shanks are outside every picture.
+    // Longer focal lengths: head and shanks are outside every image.
     rig.cameras.iter_mut().for_each(|camera| camera.pinhole.focal = camera.pinhole.focal.map(|f| 2.2 * f));
     let observation = seen(&body, &truth, &rig);
     let cut = |mask: &Mask| mask.runs(0).count() > 0 && mask.runs(mask.height() - 1).count() > 0;
@@ -235,7 +236,7 @@ fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
 }
 
 #[test]
-fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
+fn empty_and_full_masks_leave_the_pose_unchanged() {
     let body = Humanoid::tracker25().unwrap();
     let (pose, rig) = (standing(&body), ring(2, [160, 120]));
     for full in [false, true] {
@@ -251,7 +252,7 @@ fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
 }
 
 #[test]
-fn a_view_that_went_blank_does_not_spoil_the_others() {
+fn a_blank_view_does_not_affect_the_others() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(4, [320, 240]));
     let mut observation = seen(&body, &truth, &rig);
@@ -263,7 +264,7 @@ fn a_view_that_went_blank_does_not_spoil_the_others() {
 }
 
 #[test]
-fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
+fn pinholes_and_specks_in_the_masks_hardly_change_the_pose() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(4, [320, 240]));
     let mut observation = seen(&body, &truth, &rig);
@@ -281,7 +282,7 @@ fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
 }
 
 #[test]
-fn a_single_solid_is_brought_to_its_place() {
+fn a_single_solid_is_aligned() {
     let ball = Solid::TaperedCapsule(TaperedCapsule {
         a: Point3::new(0.0, 0.0, -0.3),
         b: Point3::new(0.0, 0.0, 0.4),
@@ -327,7 +328,7 @@ fn a_body_out_of_sight_and_one_behind_the_camera_have_no_residuals() {
 }
 
 #[test]
-fn an_angle_at_its_limit_stays_there_and_one_of_no_width_never_moves() {
+fn angles_at_their_limit_and_angles_with_an_empty_range_do_not_move() {
     let mut body = Humanoid::tracker25().unwrap();
     let elbow = body.find_degree_of_freedom("left_elbow_flexion").unwrap();
     let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
@@ -347,7 +348,7 @@ fn an_angle_at_its_limit_stays_there_and_one_of_no_width_never_moves() {
 }
 
 #[test]
-fn scratch_that_was_used_for_another_pose_gives_the_same_bits() {
+fn reused_scratch_gives_bit_identical_results() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(3, [160, 120]));
     let mut likelihood = likelihood(&body, &rig);

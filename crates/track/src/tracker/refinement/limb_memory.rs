@@ -1,19 +1,19 @@
-//! Where a lost limb is looked for first: poses that the body had before, its own and those of its other side.
+//! Starting points for recovering a lost limb: earlier estimates of the body and their mirror images.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Pose, ROOT_STEP};
 
-/// Most poses that are kept.
-const KEPT: usize = 64;
-/// How far two mirrored twists may differ, as a share of their size: bodies are symmetric, files are rounded.
-const SAME_TWIST: f64 = 0.1;
+/// Maximum number of poses kept.
+const CAPACITY: usize = 64;
+/// Tolerance between mirrored twists, as a share of their size: bodies are symmetric up to rounding in their files.
+const TWIST_TOLERANCE: f64 = 0.1;
 
-/// Twists that differ by less, as a share of their size, are about one axis.
-const SAME_AXIS: f64 = 1e-6;
+/// Tolerance below which two twists have the same axis, as a share of their size.
+const AXIS_TOLERANCE: f64 = 1e-6;
 
-/// Poses of a filter so far, spread evenly over its frames: the start, then every `stride`-th estimate. The stride
-/// doubles whenever there would be more than [`KEPT`].
+/// Earlier estimates of a filter, evenly spaced over its frames: the start, then every `stride`-th estimate. The stride
+/// doubles when more than [`CAPACITY`] poses would be kept.
 #[derive(Debug)]
 pub(super) struct PoseMemory {
     poses: Vec<Pose>,
@@ -22,18 +22,18 @@ pub(super) struct PoseMemory {
 }
 
 impl PoseMemory {
-    /// The memory of a filter that was just started.
+    /// The memory at the start of tracking.
     pub(super) fn new(start: &Pose) -> Self {
         Self { poses: vec![start.clone()], seen: 1, stride: 1 }
     }
 
-    /// Keeps the next estimate, if it is its turn.
+    /// Stores the estimate if it falls on the stride.
     pub(super) fn remember(&mut self, estimate: &Pose) {
         if self.seen.is_multiple_of(self.stride) {
             self.poses.push(estimate.clone());
         }
         self.seen += 1;
-        if self.poses.len() > KEPT {
+        if self.poses.len() > CAPACITY {
             let mut index = 0;
             self.poses.retain(|_| {
                 index += 1;
@@ -43,13 +43,13 @@ impl PoseMemory {
         }
     }
 
-    /// The poses, oldest first; never none.
+    /// The poses, oldest first; never empty.
     pub(super) fn poses(&self) -> &[Pose] {
         &self.poses
     }
 }
 
-/// Which joint angle of the other side moves its limb as an angle moves this side's, seen in a mirror.
+/// For each joint angle, the angle on the other side that moves its limb as the mirror image.
 #[derive(Debug)]
 pub(super) struct MirroredAngles(Vec<Option<MirroredAngle>>);
 
@@ -61,8 +61,8 @@ struct MirroredAngle {
 }
 
 impl MirroredAngles {
-    /// Found by how the angles move the ends of the limbs of the body at its zero pose, not by their names. Angles of a
-    /// body that is not symmetric have no counterpart.
+    /// Found from how the angles move the ends of the limbs in the zero pose, not from their names. Angles of an
+    /// asymmetric body have no counterpart.
     pub(super) fn of_body(body: &Humanoid) -> Self {
         let frames = body.link_frames(&body.zero_pose());
         let mut counterparts = vec![None; body.degrees_of_freedom.len()];
@@ -79,7 +79,7 @@ impl MirroredAngles {
         Self(counterparts)
     }
 
-    /// Angle `number` of the mirror image of a pose; of the pose itself where the angle has no counterpart.
+    /// Angle `number` of the mirror image of a pose, or of the pose itself if the angle has no counterpart.
     pub(super) fn angle(&self, pose: &Pose, number: usize) -> f64 {
         match self.0[number] {
             Some(MirroredAngle { number, sign }) => sign * pose.joint_angles[number],
@@ -88,17 +88,17 @@ impl MirroredAngles {
     }
 }
 
-/// The ends of the arms and of the legs, left and right.
+/// The ends of the arms and legs, left and right.
 pub(super) const LEFT_AND_RIGHT_ENDS: [[Landmark; 2]; 2] =
     [[Landmark::LeftWrist, Landmark::RightWrist], [Landmark::LeftAnkle, Landmark::RightAnkle]];
 
-/// Where a landmark is on a body; `None` where it has none.
+/// The point of a landmark on a body; `None` if the body lacks it.
 pub(super) fn landmark_point(body: &Humanoid, landmark: Landmark) -> Option<LinkPoint> {
     let index = LANDMARKS.iter().position(|l| *l == landmark)?;
     body.markers[index]
 }
 
-/// How a unit of an angle moves the end of a limb: velocity and turn.
+/// Velocity and rotation of a limb's end per unit of an angle.
 type Twist = [Vector3<f64>; 2];
 
 /// The twist of every angle that moves a point, about that point.
@@ -109,7 +109,7 @@ fn twists(body: &Humanoid, frames: &LinkFrames, end: &LinkPoint) -> Vec<(usize, 
     twists.into_iter().filter_map(|(index, twist)| Some((index.checked_sub(ROOT_STEP)?, twist))).collect()
 }
 
-/// The one of `others` that is the mirror image of `twist` in the plane y = 0, with its sign.
+/// The one of `others` that is the mirror image of `twist` in the plane y = 0, and its sign.
 fn counterpart([velocity, turn]: &Twist, others: &[(usize, Twist)]) -> Option<(usize, f64)> {
     let velocity = Vector3::new(velocity.x, -velocity.y, velocity.z);
     // an axis of rotation is a pseudovector
@@ -120,9 +120,10 @@ fn counterpart([velocity, turn]: &Twist, others: &[(usize, Twist)]) -> Option<(u
     let signed = others.iter().flat_map(|(number, other)| [1.0, -1.0].map(|sign| (*number, sign, apart(other, sign))));
     let signed: Vec<(usize, f64, f64)> = signed.collect();
     let least = signed.iter().map(|(_, _, distance)| *distance).fold(f64::INFINITY, f64::min);
-    // a straight arm turns alike about its shoulder and its forearm: these are paired in their order from the end
-    let first = signed.iter().find(|(_, _, distance)| *distance <= least + SAME_AXIS * size)?;
-    (first.2 <= SAME_TWIST * size).then_some((first.0, first.1))
+    // the shoulder and the forearm of a straight arm rotate about the same axis: such angles are paired in order from
+    // the end
+    let first = signed.iter().find(|(_, _, distance)| *distance <= least + AXIS_TOLERANCE * size)?;
+    (first.2 <= TWIST_TOLERANCE * size).then_some((first.0, first.1))
 }
 
 #[cfg(test)]
@@ -142,16 +143,16 @@ mod tests {
         let mut memory = PoseMemory::new(&at(0));
         for frame in 1..1000 {
             memory.remember(&at(frame));
-            assert!(memory.poses().len() <= KEPT);
+            assert!(memory.poses().len() <= CAPACITY);
         }
         let frames: Vec<f64> = memory.poses().iter().map(|pose| pose.world_from_root.translation.x).collect();
         assert_eq!(frames[..3], [0.0, 16.0, 32.0]);
         assert!(frames.windows(2).all(|pair| pair[1] - pair[0] == 16.0) && *frames.last().unwrap() > 980.0);
     }
 
-    /// Mirrored by angles and mirrored by where the joints are: two roads to one pose.
+    /// Compares mirroring by angles with mirroring of joint positions.
     #[test]
-    fn a_pose_in_the_mirror_has_its_joints_on_the_other_side_on_every_body_that_ships() {
+    fn mirrored_poses_have_mirrored_joint_positions_for_all_shipped_bodies() {
         for robot in ["tracker25", "tracker40", "actor"] {
             let body = shipped(robot).unwrap();
             let mut pose =
@@ -183,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_of_a_limb_that_has_no_like_on_the_other_side_are_left_as_they_are() {
+    fn angles_without_a_mirrored_limb_are_unchanged() {
         let mut body = shipped("tracker25").unwrap();
         let marker = LANDMARKS.iter().position(|l| *l == Landmark::RightWrist).unwrap();
         body.markers[marker] = None;

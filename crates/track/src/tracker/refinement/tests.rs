@@ -1,4 +1,4 @@
-//! Lost limbs found, and energies that never rise.
+//! Recovers lost limbs, and checks that energies never rise.
 
 use super::*;
 use crate::body::ProposalScales;
@@ -20,7 +20,7 @@ fn rig(cameras: u32) -> CameraRig {
     fixture::ring(cameras, 3.5, [160, 120])
 }
 
-/// A step of a march, `frame` of sixty.
+/// Pose of a march, `frame` of sixty.
 fn marching(frame: usize) -> Pose {
     March { cycle: 60, advance: 0.01, hip: 0.2, knee: 0.6, abduction: 0.3, elbow: 0.7 }.pose(&body(), frame)
 }
@@ -58,12 +58,12 @@ fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<
 }
 
 #[test]
-fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
+fn the_prior_gains_weight_as_the_outline_agreement_falls() {
     assert_eq!(prior_weight(1.0), 1.0);
     assert_eq!(prior_weight(0.95), 1.0);
     let weights = [0.9, 0.8, 0.5, 0.0].map(prior_weight);
     assert!(weights.is_sorted() && weights[0] < 10.0 && weights[1] > 100.0 && weights[3].is_finite(), "{weights:?}");
-    // outlines that are where they were drawn agree, those of a body that stands beside them do not
+    // an outline at the true pose agrees with the observation, that of a displaced body does not
     let (rig, pose) = (rig(4), marching(0));
     let mut likelihood = likelihood(&rig);
     likelihood.prepare(&seen(&pose, &rig, 0)).unwrap();
@@ -77,16 +77,16 @@ fn the_less_an_outline_agrees_the_more_the_prior_weighs() {
     let weight = |likelihood: &SilhouetteLikelihood| {
         likelihood.linearise(&pose, FINAL_WIDTH, &mut likelihood.scratch()).unwrap().prior_weight
     };
-    assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not tell depth");
+    assert!(weight(&likelihood) == 1.0 && weight(&one) > 1.0, "one camera does not determine depth");
 }
 
-/// Mean distance of the markers, millimetres.
+/// Mean marker distance, millimetres.
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((&body(), a), (&body(), b))
 }
 
 #[test]
-fn limbs_are_the_arms_the_legs_and_both_of_either() {
+fn limbs_are_each_arm_each_leg_and_both_pairs() {
     let (body, refinement) = (body(), refinement(RefinementSettings::default()));
     let names: Vec<Vec<&str>> = refinement
         .limbs
@@ -105,7 +105,7 @@ fn limbs_are_the_arms_the_legs_and_both_of_either() {
 }
 
 #[test]
-fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
+fn a_misplaced_arm_is_recovered_only_with_the_limb_search() {
     let (truth, rig) = (marching(10), rig(4));
     let mut wrong = truth.clone();
     let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
@@ -127,9 +127,9 @@ fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
     assert!(with < 0.25 * without, "{with:.1} mm with, {without:.1} mm without");
 }
 
-/// Both samples that were descended were neighbours of a pose that was stuck, and ended in it.
+/// Regression test: both descended samples were neighbours of a pose in a local minimum, and converged to it.
 #[test]
-fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
+fn the_second_descended_sample_differs_from_the_first_if_possible() {
     let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
     let bent = |angle: f64| {
         let mut pose = marching(0);
@@ -139,13 +139,13 @@ fn the_second_sample_that_is_descended_is_elsewhere_if_one_is() {
     let (present, samples) = (bent(2.6), [2.5, 2.4, 2.55, 1.2, 0.3].map(bent));
     let samples: Vec<&Pose> = samples.iter().collect();
     assert_eq!(chosen(&samples, &present, &[elbow]), [0, 3]);
-    assert_eq!(chosen(&samples[..3], &present, &[elbow]), [0, 1], "none is elsewhere");
+    assert_eq!(chosen(&samples[..3], &present, &[elbow]), [0, 1], "none is distinct");
     assert_eq!(chosen(&samples[..1], &present, &[elbow]), [0]);
     assert!(chosen(&[], &present, &[elbow]).is_empty());
 }
 
 #[test]
-fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_the_mirror() {
+fn limbs_are_sampled_near_earlier_estimates_and_their_mirror_images() {
     let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
     let (left, right) = (number("left_elbow_flexion"), number("right_elbow_flexion"));
     let mut start = marching(0);
@@ -164,7 +164,7 @@ fn limbs_are_drawn_near_poses_that_the_filter_had_and_near_the_other_sides_in_th
         let angles = (0..10).map(|round| angle(turn + round * LIMB_DRAWS.len()));
         angles.map(|angle| (angle - expected).abs()).fold(0.0, f64::max)
     };
-    // ten deviates of a tenth of a radian
+    // ten standard deviations of a tenth of a radian
     let (own, mirrored) = (worst(LimbDraw::Remembered, 2.2), worst(LimbDraw::RememberedMirrored, 1.1));
     assert!(own > 0.0 && own < 0.45 && mirrored > 0.0 && mirrored < 0.45, "{own} {mirrored}");
 }
@@ -184,12 +184,12 @@ fn a_refined_filter_stays_within_millimetres_where_the_plain_one_is_centimetres_
 }
 
 #[test]
-fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refinement() {
+fn the_reported_energy_is_that_of_the_estimate_and_never_rises_by_refinement() {
     let rig = rig(3);
     let mut refined = filter(20, &rig, RefinementSettings::default());
     let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };
     for frame in 0..4 {
-        // A plain filter from the same start and seed gives the estimate that the refinement begins with.
+        // A plain filter with the same start and seed gives the estimate from which the refinement starts.
         let mut plain = AnnealedParticleFilter::new(settings, model(), likelihood(&rig), 7).unwrap();
         let observation = seen(&marching(frame), &rig, frame);
         plain.start(&marching(5));
@@ -205,7 +205,7 @@ fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refineme
 }
 
 #[test]
-fn one_particle_and_one_camera_are_enough_to_go_on() {
+fn refinement_runs_with_one_particle_and_one_camera() {
     let rig = rig(1);
     for estimate in tracked(&mut filter(1, &rig, RefinementSettings::default()), &rig, 0..4) {
         assert!(estimate.energy.unwrap().is_finite());
@@ -214,7 +214,7 @@ fn one_particle_and_one_camera_are_enough_to_go_on() {
 }
 
 #[test]
-fn without_anything_in_sight_the_pose_stays() {
+fn the_pose_stays_if_nothing_is_visible() {
     let rig = rig(2);
     let mut filter = filter(12, &rig, RefinementSettings::default());
     filter.start(&marching(0));
@@ -227,7 +227,7 @@ fn without_anything_in_sight_the_pose_stays() {
 }
 
 #[test]
-fn training_poses_are_tried_near_where_they_are() {
+fn limbs_are_sampled_near_training_poses() {
     let mut lifted = marching(0);
     let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
     lifted.joint_angles[elbow] = 2.4;
@@ -238,12 +238,12 @@ fn training_poses_are_tried_near_where_they_are() {
     };
     let near_training = (0..60).filter(|sample| sample % 6 == 2).map(angle);
     let worst = near_training.map(|angle| (angle - 2.4).abs()).fold(0.0, f64::max);
-    // Ten deviates of a tenth of a radian.
+    // Ten standard deviations of a tenth of a radian.
     assert!(worst > 0.0 && worst < 0.45, "{worst}");
 }
 
 #[test]
-fn drawn_limbs_keep_their_limits_and_leave_the_rest_alone() {
+fn sampled_limbs_respect_their_limits_and_leave_other_angles_unchanged() {
     let (body, refinement, pose) = (body(), refinement(RefinementSettings::default()), marching(3));
     for (group, limb) in refinement.limbs.iter().enumerate() {
         for sample in 0..40 {
@@ -259,7 +259,7 @@ fn drawn_limbs_keep_their_limits_and_leave_the_rest_alone() {
     }
 }
 
-/// Silhouettes' energies, and nothing to descend.
+/// A silhouette likelihood without descent.
 #[derive(Debug)]
 struct Flat(SilhouetteLikelihood);
 
@@ -280,16 +280,16 @@ impl Likelihood for Flat {
 }
 
 #[test]
-fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
+fn a_likelihood_without_descent_is_rejected_before_the_first_frame() {
     let flat = Flat(likelihood(&rig(2)));
     assert_eq!(flat.linearise(&marching(0), 3.0, &mut flat.scratch()), None::<NormalEquations>);
     let filter = AnnealedParticleFilter::new(FilterSettings::default(), model(), flat, 1).unwrap();
     let error = filter.with_refinement(refinement(RefinementSettings::default())).unwrap_err().to_string();
-    assert_eq!(error, "refinement: expected a likelihood that can be descended, found one that cannot");
+    assert_eq!(error, "refinement: expected a likelihood that supports descent, found one that does not");
 }
 
 #[test]
-fn a_rule_that_rejects_poses_is_heeded() {
+fn refinement_respects_rejected_poses() {
     let rig = rig(3);
     let settings = PlausibilitySettings { reject_beyond_m: Some(0.01), ..PlausibilitySettings::default() };
     let likelihood = likelihood(&rig).with_plausibility(settings).unwrap();

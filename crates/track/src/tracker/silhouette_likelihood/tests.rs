@@ -1,4 +1,4 @@
-//! The same energies by several roads, by hand and by symmetry.
+//! Checks energies across comparison strategies, against hand-computed values and by symmetry.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -11,7 +11,7 @@ fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
 }
 
-/// Upright over the world's origin, arms and knees a little bent.
+/// Upright above the world's origin, with arms and knees slightly bent.
 fn standing() -> Pose {
     let body = body();
     let mut pose = body.zero_pose();
@@ -77,7 +77,7 @@ fn every_setting() -> impl Iterator<Item = SilhouetteSettings> {
 }
 
 #[test]
-fn the_true_pose_has_no_energy_and_every_other_has_more_the_farther_it_is() {
+fn energy_is_zero_at_the_true_pose_and_grows_with_distance() {
     for settings in every_setting() {
         let at = |x| energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]));
         assert_eq!(at(0.0), 0.0);
@@ -87,7 +87,7 @@ fn the_true_pose_has_no_energy_and_every_other_has_more_the_farther_it_is() {
 }
 
 #[test]
-fn areas_are_compared_as_the_fractions_say() {
+fn area_terms_match_their_formulas() {
     let overlap = Overlap { both: 30, only_model: 10, only_observed: 20 };
     assert_eq!(SilhouetteTerm::Overlap.value(&overlap), Some(0.5));
     assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap), Some(0.5 * (0.25 + 0.4)));
@@ -107,7 +107,7 @@ fn the_weight_of_the_contour_is_linear() {
 }
 
 #[test]
-fn sides_of_limbs_add_their_weight_and_draw_a_limb_to_its_contour() {
+fn limb_sides_add_their_weight_and_attract_a_limb_to_its_contour() {
     let at = |limb_side_weight, x| {
         let settings = SilhouetteSettings { limb_side_weight, ..Default::default() };
         energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]))
@@ -119,7 +119,7 @@ fn sides_of_limbs_add_their_weight_and_draw_a_limb_to_its_contour() {
 }
 
 #[test]
-fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
+fn the_sampled_term_replaces_the_area_term_and_is_one_sided() {
     let at = |contour_weight, x| {
         let settings = SilhouetteSettings { silhouette: SilhouetteTerm::Sampled, contour_weight, ..Default::default() };
         energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]))
@@ -127,13 +127,13 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
     let costs = [0.0, 0.02, 0.1, 0.4].map(|x| at(0.0, x));
     assert!(costs[0] < 0.02, "{costs:?}: samples in pixels that the outline cuts");
     assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[3] <= 1.0, "{costs:?}");
-    // the contour is weighed beside them as beside areas
+    // the contour term keeps its weight
     let by_area = |weight| {
         let settings = SilhouetteSettings { contour_weight: weight, ..Default::default() };
         energy(&body(), &rig(), settings, &standing(), &moved([0.1, 0.0, 0.0]))
     };
     assert!((at(0.5, 0.1) - at(0.0, 0.1) - (by_area(0.5) - by_area(0.0))).abs() < 1e-12);
-    // a body of thinner limbs inside the silhouette costs nothing, which areas would tell
+    // a body of thinner limbs inside the silhouette costs nothing, unlike with the area terms
     let mut thin = body();
     for solid in thin.links.iter_mut().flat_map(|link| &mut link.solids) {
         if let Solid::TaperedCapsule(capsule) = solid {
@@ -151,23 +151,24 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
 }
 
 #[test]
-fn the_road_over_capsules_and_the_road_over_masks_meet() {
+fn capsule_and_mask_strategies_agree() {
     let settings = SilhouetteSettings::default();
-    let mut roads = [ComparisonStrategy::Capsules, ComparisonStrategy::Masks].map(|road| {
+    let mut likelihoods = [ComparisonStrategy::Capsules, ComparisonStrategy::Masks].map(|strategy| {
         let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();
-        likelihood.road = road;
+        likelihood.strategy = strategy;
         likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();
         likelihood
     });
     for by in [[0.0, 0.0, 0.0], [0.05, 0.02, 0.0], [0.0, 0.3, 0.1], [2.0, 0.0, 0.0]] {
-        let [fast, slow] = roads.each_mut().map(|road| road.energy(&moved(by), &mut road.scratch()));
-        // The fast road rounds distances to 16 bits.
+        let [fast, slow] =
+            likelihoods.each_mut().map(|likelihood| likelihood.energy(&moved(by), &mut likelihood.scratch()));
+        // The capsule strategy rounds distances to 16 bits.
         assert!((fast - slow).abs() < 1e-5, "{by:?}: {fast} against {slow}");
     }
 }
 
 #[test]
-fn a_two_sided_contour_does_not_care_which_side_is_the_model() {
+fn the_two_sided_contour_term_is_symmetric() {
     let settings = SilhouetteSettings { contour: ContourTerm::TwoSided, contour_weight: 1.0, ..Default::default() };
     let (here, there) = (standing(), moved([0.1, 0.2, 0.0]));
     let forth = energy(&body(), &rig(), settings, &here, &there);
@@ -200,7 +201,7 @@ fn a_view_without_either_silhouette_is_left_out() {
 }
 
 #[test]
-fn hiding_from_the_cameras_is_the_worst_pose() {
+fn a_pose_out_of_view_has_the_highest_energy() {
     let hidden = moved([0.0, 0.0, 50.0]);
     for settings in every_setting() {
         let worst = 1.0 + settings.contour_weight;
@@ -209,14 +210,14 @@ fn hiding_from_the_cameras_is_the_worst_pose() {
 }
 
 #[test]
-fn what_no_camera_sees_has_no_energy() {
+fn energy_is_zero_if_no_camera_sees_anything() {
     let rig = CameraRig { cameras: vec![looking_away()] };
     let settings = SilhouetteSettings::default();
     assert_eq!(energy(&body(), &rig, settings, &standing(), &moved([0.3, 0.0, 0.0])), 0.0);
 }
 
 #[test]
-fn a_pose_with_a_number_that_is_none_is_invalid() {
+fn a_pose_with_nan_is_invalid() {
     let energy = |pose: &Pose| energy(&body(), &rig(), SilhouetteSettings::default(), &standing(), pose);
     assert!(energy(&moved([f64::NAN, 0.0, 0.0])).is_nan());
     let mut pose = standing();
@@ -225,7 +226,7 @@ fn a_pose_with_a_number_that_is_none_is_invalid() {
 }
 
 #[test]
-fn other_solids_than_capsules_are_seen() {
+fn solids_other_than_capsules_are_compared() {
     let mut boxed = body();
     boxed.links[0].solids.push(Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
     let settings = SilhouetteSettings::default();
@@ -245,7 +246,7 @@ fn bent(k1: f64) -> CameraRig {
 }
 
 #[test]
-fn a_lens_is_taken_out_of_what_was_seen() {
+fn lens_distortion_is_removed_from_observations() {
     for k1 in [-0.3, 0.3] {
         let rig = bent(k1);
         let camera = &rig.cameras[0];
@@ -263,7 +264,7 @@ fn a_lens_is_taken_out_of_what_was_seen() {
 }
 
 #[test]
-fn an_observation_that_does_not_fit_the_cameras_is_refused() {
+fn an_observation_that_does_not_match_the_cameras_is_rejected() {
     let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), SilhouetteSettings::default()).unwrap();
     let mut refusal = |silhouettes| {
         let observation = Observation { frame: 3, time_s: 0.0, silhouettes, moment: None };
