@@ -19,7 +19,7 @@ use crate::sweep::SweepFile;
 
 /// Check a scenario: list every error, or estimate the cost of a run
 ///
-/// If SCENARIO is a sweep file, counts its cells and estimates their time.
+/// If SCENARIO is a sweep file, counts its cells (one setting with one seed each) and estimates their time.
 ///
 /// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
 /// second to estimate the run time.
