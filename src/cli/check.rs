@@ -19,7 +19,7 @@ use crate::sweep::SweepFile;
 
 /// Check a scenario: list every error, or estimate the cost of a run
 ///
-/// If SCENARIO is a sweep file, counts its cells and estimates their time.
+/// If SCENARIO is a sweep file, counts its cells (one setting with one seed each) and estimates their time.
 ///
 /// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
 /// second to estimate the run time.
@@ -100,10 +100,10 @@ fn describe(origin: &str, s: &CheckReport) -> String {
     let ([x0, y0], [x1, y1]) = (s.path.start_m, s.path.end_m);
     let ([low_x, low_y], [high_x, high_y]) = (s.path.least_m, s.path.greatest_m);
     let mut text = format!(
-        "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
+        "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; landmarks {:.1} mm from the recorded ones on average\n  \
          path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
          x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
-         bodies   actor {}, tracker {}: {model}\n  drawn    actor {}; tracker {}\n  tracker  {}, {}{cost}",
+         bodies   actor {}, tracker {}: {model}\n  surface  actor {}; tracker {}\n  tracker  {}, {}{cost}",
         s.clip,
         s.frames,
         s.frames_per_second,
@@ -121,9 +121,9 @@ fn describe(origin: &str, s: &CheckReport) -> String {
     text + &describe_cost(&s.cost)
 }
 
-/// How much of the body its solids cover in images.
+/// What cameras see of a body.
 fn describe_drawn(shares: Option<&DrawnShares>) -> String {
-    shares.map_or("in a skin".to_owned(), DrawnShares::describe)
+    shares.map_or("has a skin".to_owned(), |shares| format!("has solids on {}", shares.describe()))
 }
 
 fn describe_view(view: &CameraView) -> String {

@@ -17,18 +17,20 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
-/// RUN is the directory of a run, or a directory that contains runs (clips, noise draws, further seeds). All are
-/// compared with the first. If a single RUN is given, the runs in it (the methods of a scenario) are compared with each
-/// other. With --vs, the RUNs before it form one side and the RUNs after it the other.
+/// RUN is the directory of a run, or a directory that contains runs (clips, noise draws, further seeds). A draw is one
+/// rendering with its own observation noise (observation.seed). All are compared with the first. If a single RUN is
+/// given, the runs in it (the methods of a scenario) are compared with each other. With --vs, the RUNs before it form
+/// one side and the RUNs after it the other.
 ///
 /// Intervals are over clips (each the mean of its draws and seeds) if both sides have at least three in common;
-/// otherwise over draws of the observation noise, at least three per clip; otherwise over seeds; never over frames. The
-/// output states what the intervals do not cover. They use Student's or Welch's t and need at least three values.
+/// otherwise over draws, at least three per clip; otherwise over seeds; never over frames. The output states what the
+/// intervals do not cover. They use Student's or Welch's t and need at least three values.
 ///
-/// Seeds are paired if both sides have the same seeds, or if they share at least three seeds in every set and at least
-/// half of the seeds of the larger side; unshared seeds are then left out. Pairing does not depend on the values.
-/// Bit-identical runs count as one observation. p values are adjusted for the number of metrics (Holm). The share of
-/// runs that lose the body is compared separately.
+/// Seeds are paired if both sides have the same seeds. They are also paired if, in every set, the sides share at least
+/// three seeds and at least half of the seeds of the larger side; the other seeds are then left out. Whether seeds are
+/// paired never depends on the results. Bit-identical runs count as one observation. p values are adjusted for the
+/// number of metrics (Holm). The share of runs that lose the body (track_loss above 0, or no error that could be
+/// measured) is compared separately.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \
@@ -46,7 +48,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "RUN", num_args = 1..)]
     vs: Vec<PathBuf>,
 
-    /// Unit of the intervals: seeds, draws or clips [default: the last of these with at least three]
+    /// Unit of the intervals: seeds, draws or clips [default: clips if there are three, else draws, else seeds]
     #[arg(long, value_name = "UNIT")]
     unit: Option<IntervalUnit>,
 

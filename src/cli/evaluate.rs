@@ -24,8 +24,8 @@ use crate::mocap::UpAxis;
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
 /// SMPL are also recognised. --joint-map maps other names: a TOML file with lines such as "LKnee" = "left_knee";
-/// unmapped names are used unchanged. In BVH files, a name of both a joint and a marker means the joint. Frames missing
-/// from a CSV file with frame numbers count as lost.
+/// unmapped names are used unchanged. If a name in a BVH file is that of a joint and of a marker, the joint is meant.
+/// Frames missing from a CSV file with frame numbers count as lost.
 ///
 /// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
 /// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
@@ -69,8 +69,8 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "AXIS", conflicts_with = "axes")]
     up: Option<UpArgument>,
 
-    /// Axis of the set (z up) that each of the file's coordinates gives, for example y,z,x or -x,z,y [default: from
-    /// --up]
+    /// For each of the file's three coordinates, the set's axis (z up) that it lies on: y,z,x means that the file's
+    /// first coordinate is the set's y; - reverses, as in -x,z,y [default: from --up]
     #[arg(long, value_name = "ORDER", allow_hyphen_values = true)]
     axes: Option<AxisOrder>,
 

@@ -20,15 +20,16 @@ use crate::report::GateReport;
 
 /// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
-/// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; the gate then estimates how many more seeds would decide it. Intervals are never over
-/// frames. Run and baseline need at least 5 seeds per set; 10 are usual. Seeds that the baseline also has are paired. A
-/// tracker without random numbers is gated over 5 noise draws per clip (sets rendered with different values of
-/// observation.seed) or over 5 clips; --unit selects which.
+/// A metric passes if the 95 % interval of its worsening (increase of an error, or decrease of a score) lies below the
+/// margin, fails if it lies above, and is inconclusive in between; the gate then estimates how many more seeds would
+/// decide it. Intervals are never over frames. Run and baseline need at least 5 seeds per set; 10 are usual. Seeds that
+/// the baseline also has are paired. A tracker without random numbers is gated over 5 noise draws per clip (sets
+/// rendered with different values of observation.seed) or over 5 clips; --unit selects which.
 ///
 /// Metrics of the ground truth must not change. Errors are means over markers with an estimate; therefore coverage must
-/// not fall by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml sets budgets for
-/// several metrics and clips; scenarios/README.md lists its keys.
+/// not fall by more than 0.01, and the share of runs that lose the body (track_loss above 0, or no error that could be
+/// measured) must not be significantly higher. A gate.toml sets budgets for several metrics and clips;
+/// scenarios/README.md lists its keys.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --add-seeds 10\n  \
@@ -61,7 +62,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     rules: Option<PathBuf>,
 
-    /// Unit of the intervals: seeds, draws or clips [default: the first of these with enough]
+    /// Unit of the intervals: seeds, draws or clips [default: seeds if there are enough (5, or more if gate.toml says
+    /// so), else draws, else clips]
     #[arg(long, value_name = "UNIT")]
     unit: Option<IntervalUnit>,
 

@@ -63,7 +63,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 
-    /// Print one JSON object for an optimiser: axes, direction, and the settings tried with their means
+    /// Print one JSON object for an optimiser (ask-and-tell interface): axes, direction, and the settings tried so far
+    /// with their means
     #[arg(long, conflicts_with_all = ["out", "within"])]
     ask: bool,
 

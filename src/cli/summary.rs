@@ -4,7 +4,7 @@ use super::output::counted;
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, find_metric};
 use crate::experiment::{MethodComparison, MethodRecord};
 use crate::measure::{Hint, RunRecord};
-use crate::report::aliases;
+use crate::report::{aliases, describe_bodies};
 
 /// Whether a metric is in the table; `--json` and the report have all metrics. Coverage has a separate column.
 fn is_shown(name: &str) -> bool {
@@ -22,7 +22,7 @@ fn joint_map_lines(hint: &Hint) -> Option<String> {
 /// A warning if the estimate may have been misread, then the summary table: mean, 95 % interval, coverage, and the
 /// frozen tracker's value; worse values are marked. Unavailable metrics follow.
 pub(super) fn table(record: &RunRecord) -> String {
-    let model = if record.matched { "matched model" } else { "mismatched model" };
+    let bodies = describe_bodies(record.matched);
     let seeds = record.seeds.len();
     let plural = if seeds == 1 { "" } else { "s" };
     let mut lines: Vec<String> = Vec::new();
@@ -30,7 +30,7 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.extend(record.hint.as_ref().and_then(joint_map_lines));
     lines.extend([
         format!(
-            "{}: {} on {} frames at {} Hz, {seeds} seed{plural}, {model}",
+            "{}: {} on {} frames at {} Hz, {seeds} seed{plural}, {bodies}",
             record.scenario, record.tracker, record.frames, record.frames_per_second
         ),
         String::new(),
@@ -54,7 +54,8 @@ pub(super) fn table(record: &RunRecord) -> String {
         }
     }
     let title = |name: &str| find_metric(name).map_or_else(|| name.to_owned(), |metric| metric.title.to_owned());
-    lines.extend(same.iter().map(|(shown, alias)| format!("  {}: equal to {} here", title(alias), title(shown))));
+    let equal = |(shown, alias): &(&str, &str)| format!("  {}: equal to {} in this run", title(alias), title(shown));
+    lines.extend(same.iter().map(equal));
     let absent = MAIN_METRICS
         .iter()
         .filter(|name| is_shown(name))
@@ -91,11 +92,11 @@ fn worse_legend(worse: &[String]) -> Option<String> {
 
 /// The table of several methods: mean error with its interval, and lost limbs and frames.
 pub(super) fn methods(comparison: &MethodComparison) -> String {
-    let model = if comparison.matched { "matched model" } else { "mismatched model" };
+    let bodies = describe_bodies(comparison.matched);
     let (frames, rate) = (comparison.frames, comparison.frames_per_second);
     let seeds = counted(comparison.seeds.len(), "seed");
     let mut lines = vec![
-        format!("{}: {frames} frames at {rate} Hz, {seeds}, {model}", comparison.scenario),
+        format!("{}: {frames} frames at {rate} Hz, {seeds}, {bodies}", comparison.scenario),
         String::new(),
         format!(
             "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",

@@ -18,7 +18,8 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
 ///
-/// Reads the set's cameras, observations and start pose. Only reference trackers such as oracle read the ground truth.
+/// Reads the set's cameras, observations and start pose. Only reference trackers such as oracle (the truth plus a
+/// chosen error) read the ground truth.
 ///
 /// --exec runs any program as the tracker: it reads JSON lines from standard input and answers on standard output
 /// (docs/protocol.md). It is started once per seed in a fresh folder with the set's files except the ground truth. A
@@ -40,7 +41,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE", conflicts_with = "exec")]
     overrides: Vec<String>,
 
-    /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle
+    /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle; or
+    /// use --exec
     #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
     tracker: Option<String>,
 
@@ -86,10 +88,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
-    /// Whether to calibrate the tracker's body on the first frames [default: the set's setting]
+    /// Whether to calibrate the tracker's body at the beginning of the video [default: the set's setting]
     ///
-    /// Lengths, girths, joint positions and one scale of all radii are estimated together with the poses of the first
-    /// 20 frames, 1/15 s apart. The calibrated body is used only if it fits clearly better in the next 10.
+    /// Lengths, girths, joint positions and one offset in mm added to all radii (with a skin: along its normals) are
+    /// estimated together with the poses of 20 frames, 1/15 s apart, from the beginning (fewer in a short video). The
+    /// calibrated body is used only if the energy of the next 10 such frames is at least 10 % lower.
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 

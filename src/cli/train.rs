@@ -94,7 +94,8 @@ pub(super) struct Arguments {
 enum ModelArgument {
     /// The original GPDM: one model per recording
     Gpdm,
-    /// The GPDM graph
+    /// The GPDM graph; also written gpdm_graph, as in scenarios
+    #[value(alias = "gpdm_graph")]
     GpdmGraph,
 }
 

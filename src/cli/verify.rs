@@ -21,10 +21,10 @@ const MOST_PRINTED: usize = 8;
 ///
 /// Checks the hashes, then faults that hashes cannot detect: cameras, axes, units, left and right, joints and markers
 /// against the poses, the start pose and cameras that trackers get, projections by OpenCV's formula, every silhouette
-/// and truth image by redrawing it, contacts, shards, and that no file outside truth/ reveals a test pose. Facts known
-/// only from the scenario or the recording (the lengths of the tracker's body, the name of a recording) are not
-/// checked; docs/sets.md lists files, tolerances and undetectable faults. Exit code 1 if anything is wrong, 2 if the
-/// directory is not a set.
+/// and truth image by redrawing it, contacts, shards, and that no file outside truth/ contains a true pose other than
+/// the start pose. Facts known only from the scenario or the recording (the lengths of the tracker's body, the name of
+/// a recording) are not checked; docs/sets.md lists files, tolerances and undetectable faults. Exit code 1 if anything
+/// is wrong, 2 if the directory is not a set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
                         skiagraph verify sets/walk --every 10    # redraw every tenth frame only\n  \

@@ -14,7 +14,7 @@ use crate::common::ExperimentError;
 use crate::measure::measuring::Painters;
 use crate::measure::playback::plan_of;
 use crate::parallel;
-use crate::report::{LayerPicture, PackedView, Playback, SetLayers, SetMap, SetPage};
+use crate::report::{LayerPicture, PackedView, Playback, SetLayers, SetMap, SetPage, describe_bodies};
 
 /// Greatest total size of all pictures of layers, bytes of PNG.
 const LAYER_BUDGET: usize = 6_000_000;
@@ -117,7 +117,7 @@ fn layers(directory: &Path, blind: &BlindSet, kept: &[usize]) -> Result<Option<S
 fn pills(summary: &SetSummary) -> Vec<String> {
     let seconds = summary.frames as f64 / summary.frames_per_second;
     let truth = if summary.motion.is_some() { "with truth" } else { "without truth" };
-    let matched = summary.matched.filter(|matched| *matched).map(|_| "matched model".to_owned());
+    let matched = summary.matched.filter(|matched| *matched).map(|matched| describe_bodies(matched).to_owned());
     let cameras = summary.cameras.len();
     [
         format!("{} frames at {} Hz, {seconds:.2} s", summary.frames, summary.frames_per_second),

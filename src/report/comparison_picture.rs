@@ -8,6 +8,7 @@ use super::drawing::{
     CARD, FAINT, FLOOR, INK, MARGIN, WIDTH, dot, draw_head, draw_text_to, encoded, fill, fitting, new_sheet, stroke,
     wrapped,
 };
+use super::input::describe_bodies;
 use super::lettering::draw_text;
 use super::plots::Size;
 use super::summary_picture::PLOT_SCALE;
@@ -34,8 +35,8 @@ pub fn comparison_picture(input: &ComparisonInput<'_>) -> Result<Vec<u8>, Report
     let plot_top = list_top + 60.0 + ROW * methods.len() as f32;
     let mut picture = new_sheet(WIDTH, (plot_top + PLOT_HEIGHT + MARGIN).ceil() as u32)?;
     let (seeds, plural) = (input.seeds, if input.seeds == 1 { "" } else { "s" });
-    let model = if input.matched { "matched model" } else { "mismatched model" };
-    let about = format!("{} methods, {} frames, {seeds} seed{plural}, {model}", input.methods.len(), input.frames);
+    let bodies = describe_bodies(input.matched);
+    let about = format!("{} methods, {} frames, {seeds} seed{plural}, {bodies}", input.methods.len(), input.frames);
     draw_head(&mut picture, input.title, &about, &words, 16.0);
     rows(&mut picture, &methods, [MARGIN, list_top, room]);
     fill(&mut picture, [MARGIN, plot_top, room, PLOT_HEIGHT], CARD, 255);

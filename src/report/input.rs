@@ -9,6 +9,11 @@ use crate::tracker::LayerRecord;
 
 use super::Playback;
 
+/// Says whether actor and tracker have the same body (`matched`).
+pub(crate) fn describe_bodies(matched: bool) -> &'static str {
+    if matched { "tracker's body equal to the actor's" } else { "tracker's body differs from the actor's" }
+}
+
 /// The content of a page. All runs have the same clip and differ in their seed.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportInput<'a> {

@@ -67,6 +67,7 @@ pub use figure_file::FigureFile;
 pub use figure_files::{comparison_figures, run_figures};
 pub use gate_text::GateReport;
 pub use grading::{Criterion, Grade};
+pub(crate) use input::describe_bodies;
 pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,
     worst_frames,

@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn the_page_has_the_grade_its_limits_and_metrics_worse_than_never_moving() {
         let html = page(&Story { seeds: 2, lost_from: Some(60), ..Story::default() });
-        for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Limited by"] {
+        for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Grade limited by"] {
             assert!(html.contains(words), "{words}");
         }
         assert!(html.contains("class=\"worse\""), "half of the clip a metre away is worse than standing still");
@@ -481,7 +481,7 @@ mod tests {
 
     #[test]
     fn a_matched_body_is_said_on_the_page() {
-        assert!(page(&Story { matched: true, ..Story::default() }).contains("Matched model"));
-        assert!(!page(&Story { matched: false, ..Story::default() }).contains("Matched model"));
+        assert!(page(&Story { matched: true, ..Story::default() }).contains("Matched body"));
+        assert!(!page(&Story { matched: false, ..Story::default() }).contains("Matched body"));
     }
 }

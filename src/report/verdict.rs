@@ -71,13 +71,13 @@ fn longest_lost(input: &ReportInput<'_>) -> String {
     let words = longest.stretch.describe(lacks_markers(input));
     let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
     let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
-    format!(" The longest: {}{rest}{seed}.", first.to_lowercase())
+    format!(" Longest stretch: {}{rest}{seed}.", first.to_lowercase())
 }
 
 /// The criteria that determine the grade, unless it is the best.
 fn limited_by(grade: Grade, criteria: &[Criterion]) -> String {
     let worst: Vec<&str> = criteria.iter().filter(|c| c.grade == grade).map(|c| c.finding.as_str()).collect();
-    if grade == Grade::Good { String::new() } else { format!(" Limited by: {}.", worst.join("; ")) }
+    if grade == Grade::Good { String::new() } else { format!(" Grade limited by: {}.", worst.join("; ")) }
 }
 
 fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
@@ -149,7 +149,11 @@ mod tests {
         let verdict_of = |seeds| with_input(&Story { seeds, lost_from: Some(60), ..Story::default() }, verdict);
         let of_one = verdict_of(1);
         assert!(of_one.grade > Grade::Usable, "{of_one:?}");
-        assert!(of_one.line.contains("1 seed: no interval") && of_one.line.contains("Limited by"), "{}", of_one.line);
+        assert!(
+            of_one.line.contains("1 seed: no interval") && of_one.line.contains("Grade limited by"),
+            "{}",
+            of_one.line
+        );
         assert!(verdict_of(2).line.contains("2 seeds: no interval"));
     }
 
@@ -181,19 +185,20 @@ mod tests {
             let mean = verdict.criteria.iter().find(|criterion| criterion.metric == "humaneva_mm").unwrap();
             assert!(mean.grade == Grade::Good && mean.value < 50.0, "{mean:?}");
             assert_eq!(verdict.grade, grade, "{}", verdict.line);
-            let stretch = format!(" The longest: left wrist more than 150 mm off from frame {from} to 120 (seed 0).");
+            let stretch =
+                format!(" Longest stretch: left wrist more than 150 mm off from frame {from} to 120 (seed 0).");
             assert!(verdict.line.ends_with(&stretch), "{}", verdict.line);
             assert!(verdict.line.contains("a marker is more than 150 mm off in "), "{}", verdict.line);
         }
         let short = with_input(&Story { wrist_lost_from: Some(116), ..Story::default() }, verdict);
         assert_eq!(short.grade, Grade::Good, "5 of 120 frames: {}", short.line);
-        assert!(!short.line.contains("The longest"), "{}", short.line);
+        assert!(!short.line.contains("Longest stretch"), "{}", short.line);
     }
 
     #[test]
     fn a_missing_marker_is_called_missing() {
         let verdict = with_input(&Story { wrist_missing_from: Some(50), ..Story::default() }, verdict);
-        let words = "The longest: left wrist missing or more than 150 mm off from frame 50 to 120.";
+        let words = "Longest stretch: left wrist missing or more than 150 mm off from frame 50 to 120.";
         assert!(verdict.line.ends_with(words), "{}", verdict.line);
         assert!(verdict.line.contains("a marker is missing or more than 150 mm off in "), "{}", verdict.line);
     }
@@ -240,7 +245,10 @@ mod tests {
     fn metrics_worse_than_never_moving_are_listed() {
         let of_good = with_input(&Story::default(), verdict).worse_than_frozen;
         assert!(!of_good.iter().any(|name| name == "humaneva_mm"), "{of_good:?}");
-        assert!(!of_good.iter().any(|name| name == "jitter_m_per_s3"), "jitter has no static baseline: {of_good:?}");
+        assert!(
+            !of_good.iter().any(|name| name == "jitter_m_per_s3"),
+            "jitter has no value of the static tracker: {of_good:?}"
+        );
         let of_bad = with_input(&Story { beside_m: 9.0, ..Story::default() }, verdict);
         assert!(of_bad.worse_than_frozen.iter().any(|name| name == "humaneva_mm") && of_bad.grade == Grade::Lost);
         assert!(with_input(&Story { frozen: false, ..Story::default() }, verdict).worse_than_frozen.is_empty());

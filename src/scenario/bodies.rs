@@ -200,10 +200,11 @@ pub struct TrackerBodySettings {
     /// every subject, identified by the lengths of the limbs, and for every `observation.key`. Default: `"seed"`.
     #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
-    /// Whether the tracker calibrates its body first: lengths, girths, joint positions and one inflation of all radii
-    /// (or of the skin) are fitted to the observed outlines, together with the poses of the first 20 frames, a
-    /// fifteenth of a second apart, separately for every seed. A test decides whether the calibrated body is kept; the
-    /// run reports the decision and the result. Only for the annealed particle filter. Default: false.
+    /// Whether the tracker calibrates its body first: lengths, girths, joint positions and one offset in mm added to
+    /// all radii (with a skin: along its normals) are fitted to the observed outlines, together with the poses of 20
+    /// frames from the beginning, a fifteenth of a second apart, separately for every seed. A test on later frames
+    /// decides whether the calibrated body is used; the run reports the decision and the result. Only for the annealed
+    /// particle filter. Default: false.
     #[serde(skip_serializing_if = "is_default")]
     pub calibrate: bool,
 }

@@ -80,7 +80,10 @@ fn a_skin_replaces_missing_solids() {
     let room = room(&hardly_drawn());
     room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse");
     let said = room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse").stdout;
-    assert!(said.contains("drawn    actor in a skin; tracker 10 of 10 links, 100 % of the height"), "{said}");
+    assert!(
+        said.contains("surface  actor has a skin; tracker has solids on 10 of 10 links, 100 % of the height"),
+        "{said}"
+    );
 }
 
 #[test]

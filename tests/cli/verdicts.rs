@@ -89,7 +89,7 @@ fn table_verdict_and_page_have_the_share_of_frames_with_a_lost_limb() {
     let row = table.lines().find(|line| line.contains("Frames with a marker over 150 mm off")).unwrap();
     assert!(row.contains("1.00"), "{row}");
     assert!(table.contains("a marker is more than 150 mm off in 100 % of the frames"), "{table}");
-    assert!(table.contains("The longest: most of the body more than 150 mm off from frame 1 to 4"), "{table}");
+    assert!(table.contains("Longest stretch: most of the body more than 150 mm off from frame 1 to 4"), "{table}");
     let run = record(&room, "off");
     assert_eq!(run["longest_lost"]["first_frame"], 1);
     assert_eq!((&run["longest_lost"]["last_frame"], &run["longest_lost"]["clip"]), (&4.into(), &"tiny".into()));

@@ -882,7 +882,7 @@ fn sights_that_were_edited_are_found() {
         set.found_in_spite_of_good_hashes(
             "visibility",
             "truth/views.npz",
-            &[array, "sights are wrong", "self_occluded"],
+            &[array, "visibility codes are wrong", "self_occluded"],
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Golden vectors: errors of known size and the value of every convention, computed by hand. `docs/metrics.md` has the
+//! Worked examples: errors of known size and the value of every convention, computed by hand. `docs/metrics.md` has the
 //! same table.
 
 use std::collections::BTreeMap;
@@ -208,7 +208,7 @@ fn with_more_than_markers() -> (BTreeMap<String, MetricValue>, Vec<Derived>) {
 }
 
 #[test]
-fn metrics_of_images_angles_and_certainty_give_the_values_worked_by_hand() {
+fn metrics_of_images_angles_and_uncertainty_give_the_values_worked_by_hand() {
     let page = include_str!("../../../docs/metrics.md");
     let (metrics, expected) = with_more_than_markers();
     for (name, value, why) in expected {

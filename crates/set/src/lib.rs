@@ -2,8 +2,8 @@
 //!
 //! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
-//! and the whole set has a hash of what is tested and one of every file. `readme.txt`, in every set as `README.txt`,
-//! says which files there are, `formats.txt`, as `FORMATS.txt`, what stands in them.
+//! and the whole set has a hash of what is tested and one of every file. In every set,
+//! `README.txt` (`readme.txt`) lists the files, and `FORMATS.txt` (`formats.txt`) says what they contain.
 //!
 //! [`verify`] makes everything that a set says of its truth again and compares; [`export`] writes the formats of other
 //! tools. [`Estimates`] are what a tracker says. Sets are drawn by the application (`skiagraph::experiment`).

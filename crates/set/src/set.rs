@@ -32,17 +32,17 @@ pub const SET_ENTRIES: [&str; 9] =
 /// Addition to `README.txt` in sets with distractors.
 const OF_DISTRACTORS: &str = "
 Other people. truth/distractors.json and distractors.npz have the bodies and motions of people besides the actor. Silhouettes show
-them too, wherever they are; everything else below truth/ is the actor's alone, without what they hide (in views.npz: sight 2).
+them too, wherever they are; everything else below truth/ describes only the actor, without what they hide (in views.npz: code 2).
 ";
 
 /// Addition to `README.txt` in sets with moving cameras or own exposure times.
 const OF_FILMING: &str = "
-Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
+Cameras that move or have their own timing (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
 camera_from_world (T, C, 7: x y z qw qx qy qz; x_camera = R x_world + t) and time_s (T, C), when the first row of the image was
 exposed; NaN means that the camera took no image for the frame, and then there is none in observations/ and truth/layers/. Row r
-was exposed line_delay_s[camera] * r seconds after the first. cameras.json has the same cameras as they are in frame 0. Poses,
-joints and markers of truth.npz are of the frame's own time, f / fps; in_view, visible, views.npz and all images are of the
-moments at which the cameras exposed what they show. truth/filming.json says how the cameras move between.
+was exposed line_delay_s[camera] * r seconds after the first. cameras.json has the same cameras in frame 0. Poses, joints and
+markers of truth.npz refer to the frame's own time, f / fps; in_view, visible, views.npz and all images refer to the times of
+exposure. truth/filming.json has the motion of the cameras between the rows of an image.
 ";
 
 fn readme(truth: &GroundTruth, is_filmed: bool) -> Vec<u8> {

@@ -58,7 +58,7 @@ impl Training {
     pub fn describe(&self) -> Vec<String> {
         match self {
             Self::Spread(_) => {
-                vec!["the spread of the test's own changes from frame to frame (no pose of it)".to_owned()]
+                vec!["root mean squares of the test motion's frame-to-frame changes (no poses)".to_owned()]
             }
             Self::Motions(training) if training.sources.is_empty() => {
                 vec!["training motion of the set, source not recorded".to_owned()]

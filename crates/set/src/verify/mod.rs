@@ -62,7 +62,7 @@ pub const CHECKS: [(&str, &str); 14] = [
     ),
     ("recording", "the fingerprints, which detect training on the test, are of this motion"),
     ("projection", "markers projected by OpenCV's formula agree with in_view and lie in the silhouettes"),
-    ("visibility", "in_view, visible and the sights of views.npz follow from body, props and cameras"),
+    ("visibility", "in_view, visible and the visibility codes of views.npz follow from body, props and cameras"),
     (
         "silhouettes",
         "every silhouette is that of the body in its camera and frame, segmented or corrupted if set.toml states it",

@@ -195,7 +195,7 @@ impl SightCheck<'_> {
     ) -> Option<String> {
         let (found, expected) = (sights_of(self.found, array)?, sights_of(self.expected, array)?);
         if found.len() != expected.len() {
-            return Some(format!("{array}: has {} sights, expected {}", found.len(), expected.len()));
+            return Some(format!("{array}: has {} visibility codes, expected {}", found.len(), expected.len()));
         }
         let cameras = &self.filming.rig().cameras;
         let place = |index: usize| {
@@ -213,7 +213,7 @@ impl SightCheck<'_> {
         let first = *wrong.first()?;
         let (frame, camera, point) = place(first);
         Some(format!(
-            "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: {}, expected {}",
+            "{array}: {} of {} visibility codes are wrong, first {} of camera {:?} in frame {frame}: {}, expected {}",
             wrong.len(),
             found.len(),
             names[point],
