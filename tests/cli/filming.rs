@@ -157,7 +157,7 @@ fn exports_contain_moving_cameras_or_are_refused() {
         ("film", "opencv", "cameras of this set move"),
         ("moving", "humaneva", "cameras of this set move"),
         ("moving", "bodytrack", "must be static"),
-        ("moving", "apng", "must be static"),
+        ("moving", "apng", "static cameras"),
     ] {
         let answer = room.skiagraph(["export", set, "--to", format, "--out", "refused"]);
         assert!(answer.code == 2 && answer.stderr.contains(words), "{format}: {}", answer.stderr);

@@ -41,6 +41,9 @@ pub(super) struct CalibrationProblem<'a> {
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
     /// The initial poses, one per frame.
     pub(super) tracked: Vec<Pose>,
+    /// Factor on the precision of the shape's prior: the noise of the outlines, as a variance relative to that in
+    /// images of 480 rows or more.
+    pub(super) outline_noise: f64,
     /// Precision of the prior that holds every component of a pose step to the tracked pose.
     pub(super) precision: &'a [f64],
 }
@@ -217,7 +220,7 @@ impl CalibrationProblem<'_> {
         }
         for number in 0..count {
             // The prior scales with the number of frames, like the evidence: neighbouring frames are correlated.
-            let precision = frames / self.model.numbers[number].deviation().powi(2);
+            let precision = self.outline_noise * frames / self.model.numbers[number].deviation().powi(2);
             square[(number, number)] += precision;
             gradient[number] += precision * values[number];
             square[(number, number)] *= 1.0 + DAMPING;
@@ -403,6 +406,7 @@ mod tests {
             importance: &OutlineImportance::default(),
             observed: Vec::new(),
             tracked: Vec::new(),
+            outline_noise: 1.0,
             precision: &[],
         };
         let zero = vec![0.0; model.numbers.len()];
