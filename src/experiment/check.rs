@@ -139,7 +139,7 @@ fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String
     }
     let cameras = scene.rig.rig().cameras.len();
     let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second)?;
-    Some(format!("tracker_body.calibrate: not possible, so the body is used as given: {obstacle}"))
+    Some(format!("tracker_body.calibrate: not possible, so the uncalibrated body is used: {obstacle}"))
 }
 
 fn drawn(body: &Humanoid) -> Option<DrawnShares> {
