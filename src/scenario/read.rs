@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
 use super::named_on_command_line::NamedOnCommandLine;
 use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending, parse_value};
-use super::similar_file::similar_file;
+use super::similar_file::suggestion_for;
 use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
@@ -50,22 +50,6 @@ pub enum ScenarioError {
     /// The file has an invalid value.
     #[error(transparent)]
     Unsound(#[from] Diagnostic),
-}
-
-/// The suggestion at the end of a message about a missing file: `walk` may be `walk.toml` or `scenarios/walk.toml`.
-fn suggestion_for(path: &Path) -> String {
-    if path.exists() {
-        return String::new();
-    }
-    let named = path.with_extension("toml");
-    let mut places = [named.clone(), Path::new("scenarios").join(&named)].into_iter();
-    let known = places.find(|file| file.is_file());
-    let known = known.map(|file| file.display().to_string());
-    match known.or_else(|| similar_file(path).filter(|guess| !Path::new(guess).is_dir())) {
-        Some(guess) => format!("; did you mean {}?", plain(guess)),
-        None if path == Path::new("walk") => "; to use the built-in walk, give no file".to_owned(),
-        None => String::new(),
-    }
 }
 
 impl ScenarioFile {
@@ -328,17 +312,6 @@ mod tests {
         let error = parse("", &["tracker=gpdm"]).unwrap_err();
         assert!(error.contains("tracker.gpdm: expected a table of settings"), "{error}");
         assert!(error.contains("write tracker.gpdm={}"), "{error}");
-    }
-
-    #[test]
-    fn a_missing_scenario_is_suggested_by_its_name_and_no_folder_is() {
-        let root = tempfile::tempdir().unwrap();
-        let file = root.path().join("walk.toml");
-        std::fs::write(&file, "").unwrap();
-        std::fs::create_dir(root.path().join("jmp")).unwrap();
-        assert_eq!(suggestion_for(&root.path().join("walk")), format!("; did you mean {}?", file.display()));
-        assert_eq!(suggestion_for(&root.path().join("jump")), "");
-        assert_eq!(suggestion_for(&file), "");
     }
 
     #[test]

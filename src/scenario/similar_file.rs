@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::diagnostic::did_you_mean;
+use crate::input::plain;
 
 /// Greatest number of names of a folder that are compared with a misspelt one.
 const MOST_NAMES: usize = 10_000;
@@ -18,6 +19,22 @@ pub(crate) fn similar_file(path: &Path) -> Option<String> {
     Some(path.with_file_name(meant).display().to_string())
 }
 
+/// The suggestion at the end of a message about a missing file: `walk` may be `walk.toml` or `scenarios/walk.toml`.
+pub(super) fn suggestion_for(path: &Path) -> String {
+    if path.exists() {
+        return String::new();
+    }
+    let named = path.with_extension("toml");
+    let mut places = [named.clone(), Path::new("scenarios").join(&named)].into_iter();
+    let known = places.find(|file| file.is_file());
+    let known = known.map(|file| file.display().to_string());
+    match known.or_else(|| similar_file(path).filter(|guess| !Path::new(guess).is_dir())) {
+        Some(guess) => format!("; did you mean {}?", plain(guess)),
+        None if path == Path::new("walk") => "; to use the built-in walk, give no file".to_owned(),
+        None => String::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -30,5 +47,16 @@ mod tests {
         assert_eq!(meant("wlak.toml"), Some(folder.path().join("walk.toml").display().to_string()));
         assert_eq!(meant("sets"), None);
         assert_eq!(meant("nowhere/walk.toml"), None);
+    }
+
+    #[test]
+    fn a_missing_scenario_is_suggested_by_its_name_and_no_folder_is() {
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("walk.toml");
+        fs::write(&file, "").unwrap();
+        fs::create_dir(root.path().join("jmp")).unwrap();
+        assert_eq!(suggestion_for(&root.path().join("walk")), format!("; did you mean {}?", file.display()));
+        assert_eq!(suggestion_for(&root.path().join("jump")), "");
+        assert_eq!(suggestion_for(&file), "");
     }
 }
