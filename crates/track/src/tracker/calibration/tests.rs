@@ -40,12 +40,12 @@ fn a_planted_body_is_recovered_from_its_silhouettes() {
     };
     let values: Vec<f64> = model.numbers.iter().map(|number| planted(&number.name)).collect();
     let actor = model.shaped(&values);
-    let rig = rig(4);
+    let rig = fixture::ring(4, 3.5, [640, 480]);
     let seen = seen(&actor, &rig, 12);
     let found = calibrated(&body, &rig, &seen);
     assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
     for (name, value) in &found.report.shares {
-        // A pixel is 10 mm: a fifth of a limb's radius, 3 % of its length.
+        // A pixel is 5 mm: a tenth of a limb's radius, 2 % of its length.
         let within = if name.contains("girth") { 0.1 } else { 0.03 };
         let determined =
             name.contains("length") || ["upper arm girth", "thigh girth", "shank girth 1"].contains(&name.as_str());
