@@ -28,8 +28,8 @@ const SHRINKAGE: f64 = 0.1;
 /// An unseen cycle is farther from the latent manifold than the map's variance at the training latents indicates,
 /// because the training frames are on it by construction. The distance is measured on the training data by leaving
 /// time out: each frame is compared with the most similar one of another moment. The offset
-/// `r_t = a r_{t-1} + sqrt(1 - a^2) L e` (an Ornstein-Uhlenbeck process sampled once per frame, `e` standard normal) has
-/// the covariance `L L^T` of these differences: hips and knees vary together so that the feet stay below the body.
+/// `r_t = a r_{t-1} + sqrt(1 - a^2) L e` (an Ornstein-Uhlenbeck process sampled once per frame, `e` standard normal)
+/// has the covariance `L L^T` of these differences: hips and knees vary together so that the feet stay below the body.
 #[derive(Clone, Debug)]
 pub(super) struct PoseResidual {
     /// `L`, lower triangular, one row per number of the pose (D - 3); empty if particles stay on the manifold.
