@@ -192,7 +192,7 @@ impl<'a> ExactView<'a> {
 
     /// Recall of the actor's parts in every camera that took an image; empty in frames that are left out.
     fn part_recalls(&self, frame: usize, observed: &Observation) -> Vec<PartRecall> {
-        if frame % PART_RECALL_EVERY != 0 {
+        if !frame.is_multiple_of(PART_RECALL_EVERY) {
             return Vec::new();
         }
         let exact = self.observer.depths(frame);
