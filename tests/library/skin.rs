@@ -266,7 +266,7 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
         look_at: Point3::new(0.0, 0.0, 0.95),
         first_azimuth: 0.8,
         field_of_view: 1.05,
-        image_size: [320, 240],
+        image_size: [640, 480],
         near: 0.05,
     })
     .unwrap();

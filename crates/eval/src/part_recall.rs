@@ -64,7 +64,9 @@ mod tests {
     /// The actor in its zero pose from the front, arms beside the trunk.
     fn seen() -> Seen {
         let body = shipped("actor").unwrap();
-        let frames: LinkFrames = body.link_frames(&body.standing_pose());
+        let mut pose = body.standing_pose();
+        pose.world_from_root.translation.z = 0.95;
+        let frames: LinkFrames = body.link_frames(&pose);
         let (centre, target) = (Point3::new(3.0, 0.0, 1.0), Point3::new(0.0, 0.0, 0.9));
         let view = FieldOfView::Vertical(0.8);
         let camera = Camera::look_at("front", centre, target, Vector3::z(), view, 320, 240).unwrap();
