@@ -8,9 +8,18 @@ use crate::tracker::{
     SilhouetteSettings, Tracker, calibrate,
 };
 
-/// The frames of a set that a calibration uses.
+/// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
+/// tracked for nothing.
 pub(super) fn frames(set: &BlindSet) -> Vec<usize> {
-    frames_of(set.frame_count, set.frames_per_second)
+    usable_frames(set.rig.cameras.len(), set.frame_count, set.frames_per_second)
+}
+
+fn usable_frames(cameras: usize, frame_count: usize, frames_per_second: f64) -> Vec<usize> {
+    let mut frames = frames_of(frame_count, frames_per_second);
+    if obstacle(cameras, frame_count, frames_per_second).is_some() {
+        frames.truncate(1);
+    }
+    frames
 }
 
 fn frames_of(frame_count: usize, frames_per_second: f64) -> Vec<usize> {
@@ -56,7 +65,7 @@ pub(super) fn calibrate_body(
 pub(super) struct Beginning {
     pub(super) body: Humanoid,
     pub(super) pose: Pose,
-    /// Whether the body is a calibrate_body one that was kept.
+    /// Whether the body is a calibrated one.
     pub(super) is_calibrated: bool,
 }
 
@@ -66,7 +75,7 @@ impl Beginning {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    /// The calibrate_body body and its start pose if it was kept, else those of the set.
+    /// The calibrated body and its start pose if it was kept, else those of the set.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
         if calibration.report.verdict == CalibrationVerdict::Kept {
             Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
@@ -86,5 +95,12 @@ mod tests {
         let short = "expected at least 6 frames that are 1/15 s apart, found 5 in 0.33 s";
         assert_eq!(obstacle(4, 20, 60.0).as_deref(), Some(short));
         assert_eq!(obstacle(1, 300, 60.0).as_deref(), Some("one camera cannot tell size from distance"));
+    }
+
+    #[test]
+    fn frames_that_cannot_determine_a_shape_are_not_tracked() {
+        assert_eq!(usable_frames(4, 301, 60.0).len(), CALIBRATION_FRAMES);
+        assert_eq!(usable_frames(1, 301, 60.0), [0]);
+        assert_eq!(usable_frames(4, 20, 60.0), [0]);
     }
 }

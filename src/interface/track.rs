@@ -93,14 +93,6 @@ impl Tracked {
 impl From<Estimates> for Tracked {
     /// Estimates of a tracker of which nothing else is known.
     fn from(estimates: Estimates) -> Self {
-        Self {
-            record: None,
-            estimates,
-            search: Vec::new(),
-            sources: Vec::new(),
-            program: None,
-            estimate: None,
-            read_as: None,
-        }
+        Self::from_estimates(estimates)
     }
 }

@@ -87,9 +87,9 @@ impl NormalEquations {
     }
 
     /// The damped step to the minimum within bounds: number `i` of the step must be between `room[i][0]` and
-    /// `room[i][1]` (zero is between them). Numbers that would leave through a bound at which they already are are
-    /// held, and the others are solved again; the result is then clamped to the bounds. `None` if the matrix is
-    /// singular or not finite.
+    /// `room[i][1]` (zero is between them). A number that is at a bound and would leave through it is held,
+    /// and the others are solved again; the result is then clamped to the bounds. `None` if the matrix is singular or
+    /// not finite.
     pub(super) fn step_within(&self, room: &[[f64; 2]]) -> Option<DVector<f64>> {
         const AT_BOUND: f64 = 1e-9;
         let mut is_held = vec![false; room.len()];
