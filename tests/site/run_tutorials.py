@@ -2,8 +2,9 @@
 
 python tests/site/run_tutorials.py PROGRAM [PAGE...]    --write replaces shown lines that are no longer printed by the most similar ones
 
-A fenced block with `title="NAME"` is a file of that name. Blocks of bash and python are run; they must succeed. A block of text behind one
-shows what it prints: its lines must appear there in this order, where … stands for anything. Other blocks are not run.
+A fenced block with `title="NAME"` is a file of that name; `<!-- files of PAGE -->` writes those of another page. Blocks of bash and python are
+run; they must succeed. A block of text behind one shows what it prints: its lines must appear there in this order, where … stands for
+anything. Other blocks are not run.
 """
 import argparse
 import dataclasses
@@ -18,6 +19,7 @@ import tempfile
 import time
 
 PAGES = pathlib.Path(__file__).resolve().parents[2] / "docs" / "tutorials"
+OTHER_FILES = re.compile(r"^<!-- files of (\S+) -->$", re.MULTILINE)
 FENCE = re.compile(r"^```(\w+)(?: title=\"([^\"]+)\")?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -31,6 +33,13 @@ class Block:
 
 def blocks(page: str) -> list[Block]:
     return [Block(found[1], found[2], found[3], page.count("\n", 0, found.start()) + 1) for found in FENCE.finditer(page)]
+
+
+def put(block: Block, folder: pathlib.Path) -> None:
+    """Writes a block with a title as a file."""
+    path = folder / block.title
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(block.text, encoding="utf-8")
 
 
 def run(block: Block, folder: pathlib.Path, environment: dict[str, str]) -> tuple[int, str]:
@@ -55,6 +64,11 @@ def missing(shown: str, printed: str) -> list[str]:
     return absent
 
 
+def tail(printed: str) -> str:
+    """The last lines of an output."""
+    return "\n".join(printed.splitlines()[-60:])
+
+
 def renewed(shown: str, printed: str) -> str:
     """The shown text with the most similar printed lines in place of those that are missing."""
     for line in missing(shown, printed):
@@ -71,22 +85,25 @@ def check(path: pathlib.Path, programs: pathlib.Path, write: bool) -> list[str]:
     wrong, printed, count = [], None, 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        for other in OTHER_FILES.findall(page):
+            for block in blocks((path.parent / other).read_text(encoding="utf-8")):
+                if block.title:
+                    put(block, folder)
         for block in blocks(page):
             if block.title:
-                (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
-                (folder / block.title).write_text(block.text, encoding="utf-8")
+                put(block, folder)
             elif block.language in ("bash", "python"):
                 code, printed = run(block, folder, environment)
                 count += 1
                 if code != 0:
-                    return [*wrong, f"{path}:{block.line}: exit code {code}\n{block.text}{printed}"]
+                    return [*wrong, f"{path}:{block.line}: exit code {code}\n{block.text}{tail(printed)}"]
             elif block.language == "text" and printed is not None:
                 absent = missing(block.text, printed)
                 if absent and write:
                     page = page.replace(block.text, renewed(block.text, printed), 1)
                 elif absent:
                     lines = "\n".join(absent)
-                    wrong.append(f"{path}:{block.line}: not printed:\n{lines}\nprinted was:\n{printed}")
+                    wrong.append(f"{path}:{block.line}: not printed:\n{lines}\nprinted was:\n{tail(printed)}")
                 printed = None
     if count == 0:
         wrong.append(f"{path}: there is nothing to run")
