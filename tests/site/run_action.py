@@ -101,7 +101,7 @@ def main() -> None:
 
         worse = {**mine, "tracker": "python3 worse.py"}
         text = (job.workspace / "mine.py").read_text()
-        (job.workspace / "worse.py").write_text(text.replace("rows.mean()", "rows.max()"))
+        (job.workspace / "worse.py").write_text(text.replace("columns.mean()", "columns.min()"))
         code, printed, summary, outputs = job.use(**worse)
         assert code == 1 and summary.startswith("### FAIL") and outputs["verdict"] == "FAIL", printed
         assert "::error title=FAIL humaneva_mm::" in printed, printed
