@@ -7,8 +7,10 @@ run; they must succeed. A block of text behind one shows what it prints: its lin
 anything. Other blocks are not run.
 """
 import argparse
+import concurrent.futures
 import dataclasses
 import difflib
+import itertools
 import os
 import pathlib
 import re
@@ -71,9 +73,13 @@ def tail(printed: str) -> str:
 
 def renewed(shown: str, printed: str) -> str:
     """The shown text with the most similar printed lines in place of those that are missing."""
+    rest = [line.rstrip() for line in printed.splitlines() if line.rstrip() not in shown.splitlines()]
     for line in missing(shown, printed):
-        nearest = difflib.get_close_matches(line, printed.splitlines(), n=1, cutoff=0.3)
-        shown = shown.replace(line, nearest[0].rstrip() if nearest else "…", 1)
+        nearest = difflib.get_close_matches(line, rest, n=1, cutoff=0.3)
+        rest = [other for other in rest if other not in nearest]
+        new = nearest[0] if nearest else "…"
+        # what differs from run to run stays left out
+        shown = shown.replace(line, new[: line.index("…")] + "…" if line.endswith("…") else new, 1)
     return shown
 
 
@@ -82,7 +88,7 @@ def check(path: pathlib.Path, programs: pathlib.Path, write: bool) -> list[str]:
     page = path.read_text(encoding="utf-8")
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     environment = {name: value for name, value in environment.items() if not name.startswith("SKIAGRAPH_")}
-    wrong, printed, count = [], None, 0
+    wrong, printed, count, begun = [], None, 0, time.monotonic()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for other in OTHER_FILES.findall(page):
@@ -104,11 +110,11 @@ def check(path: pathlib.Path, programs: pathlib.Path, write: bool) -> list[str]:
                 elif absent:
                     lines = "\n".join(absent)
                     wrong.append(f"{path}:{block.line}: not printed:\n{lines}\nprinted was:\n{tail(printed)}")
-                printed = None
     if count == 0:
         wrong.append(f"{path}: there is nothing to run")
     if write:
         path.write_text(page, encoding="utf-8")
+    print(f"{path.name}: {count} blocks run in {time.monotonic() - begun:.0f} s", flush=True)
     return wrong
 
 
@@ -132,10 +138,10 @@ def main() -> int:
     wrong = []
     with tempfile.TemporaryDirectory() as programs:
         install(pathlib.Path(programs), arguments.program)
-        for page in arguments.pages or sorted(PAGES.glob("*.md")):
-            begun = time.monotonic()
-            wrong += check(page, pathlib.Path(programs), arguments.write)
-            print(f"{page.name}: {time.monotonic() - begun:.0f} s", flush=True)
+        pages = arguments.pages or sorted(PAGES.glob("*.md"))
+        with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+            for found in pool.map(check, pages, itertools.repeat(pathlib.Path(programs)), itertools.repeat(arguments.write)):
+                wrong += found
     print(*wrong, sep="\n")
     return 1 if wrong else 0
 
