@@ -8,8 +8,8 @@
 >>> result.metrics["humaneva_mm"] > 50
 True
 
-Units are metres, radians and seconds, in a world with Z up; metrics state theirs in their names. docs/python.md describes the
-package. Nothing is printed unless ``progress=True``.
+Units are metres, radians and seconds, in a world with Z up; metrics state theirs in their names. docs/python.md
+describes the package. Nothing is printed unless ``progress=True``.
 """
 
 from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth

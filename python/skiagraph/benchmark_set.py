@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -59,14 +59,14 @@ class Arrays(Mapping[str, NDArray[Any]]):
         return [*super().__dir__(), *self._places]
 
 
-class Images(Sequence[NDArray[Any] | None]):
+class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
-    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` is the stack
-    (frames, height, width), which needs every image. Negative frames count from the end.
+    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` is the
+    stack (frames, height, width), which needs every image. Negative frames count from the end.
     """
 
-    def __init__(self, files: _Files, paths: list[str | None], decode: Any) -> None:
+    def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
         self._files, self._paths, self._decode = files, paths, decode
 
     def __len__(self) -> int:
@@ -88,12 +88,14 @@ class Images(Sequence[NDArray[Any] | None]):
             raise InputError(f"the camera has no image of frame {first}; read the frames one by one")
         return np.stack(found)
 
+    def __iter__(self) -> Iterator[NDArray[Any] | None]:
+        return (self._one(path) for path in self._paths)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return self[:].astype(dtype, copy=False) if dtype is not None else self[:]
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
-        image: NDArray[Any] | None = None if path is None else self._decode(self._files.read(path), path)
-        return image
+        return None if path is None else self._decode(self._files.read(path), path)
 
 
 class _Files:
@@ -107,7 +109,9 @@ class _Files:
             return (self.root / path).read_bytes()
         except FileNotFoundError:
             if (place := self._packed.get(path)) is None:
-                raise InputError(f"{self.root / path} is missing; skiagraph verify {self.root} checks the set") from None
+                raise InputError(
+                    f"{self.root / path} is missing; skiagraph verify {self.root} checks the set"
+                ) from None
         shard, offset, size = place
         with shard.open("rb") as file:
             file.seek(offset)
@@ -162,8 +166,8 @@ class Keypoints:
 class Set:
     """A benchmark set, as ``skiagraph render`` makes it. Nothing is read before it is needed.
 
-    Units are metres, radians and seconds; the world has Z up. ``truth_at`` is the folder of the complete set if this one was
-    rendered without its truth (``render(..., truth=...)``).
+    Units are metres, radians and seconds; the world has Z up. ``truth_at`` is the folder of the complete set if this
+    one was rendered without its truth (``render(..., truth=...)``).
 
     Raises:
         InputError: the folder is no benchmark set.
@@ -181,7 +185,9 @@ class Set:
         try:
             text = (self.path / "set.toml").read_text(encoding="utf-8")
         except OSError as error:
-            raise InputError(f"{self.path}: expected the folder of a benchmark set, but it has no set.toml ({error})") from None
+            raise InputError(
+                f"{self.path}: expected the folder of a benchmark set, but it has no set.toml ({error})"
+            ) from None
         found = dict(re.findall(r"^(\w+) = (.+)$", text, re.MULTILINE))
         try:
             self.name: str = json.loads(found["name"])
@@ -191,10 +197,13 @@ class Set:
             self.fps: float = float(found["frames_per_second"])
             self.schema: str = json.loads(found["schema"])
         except (KeyError, ValueError) as error:
-            raise InputError(f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}") from None
+            raise InputError(
+                f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}"
+            ) from None
 
     def __repr__(self) -> str:
-        return f"Set({str(self.path)!r}: {self.name}, {self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras)"
+        facts = f"{self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras"
+        return f"Set({str(self.path)!r}: {self.name}, {facts})"
 
     def __fspath__(self) -> str:
         return str(self.path)
@@ -216,7 +225,9 @@ class Set:
         if self._moments is None:
             return self.cameras
         poses = self._moments.camera_from_world[frame]
-        return [replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in zip(self.cameras, poses, strict=True)]
+        return [
+            replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in zip(self.cameras, poses, strict=True)
+        ]
 
     @cached_property
     def times(self) -> NDArray[np.float64]:
@@ -281,7 +292,9 @@ class Set:
         """
         root = self._truth_at or self.path
         if not (root / "truth" / "truth.npz").exists():
-            raise NoTruthError(f"{root} has no ground truth; give the folder of the complete set: Set({fspath(self)!r}, truth_at=...)")
+            raise NoTruthError(
+                f"{root} has no ground truth; give the folder of the complete set: Set({fspath(self)!r}, truth_at=...)"
+            )
         return Truth(self, root)
 
     def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Any) -> Result:
@@ -316,15 +329,18 @@ class Set:
         try:
             found: dict[str, Any] = json.loads(self._files.read(path))
         except ValueError as error:
-            raise InputError(f"{self.path / path}: expected JSON, but {error}; skiagraph verify checks the set") from None
+            raise InputError(
+                f"{self.path / path}: expected JSON, but {error}; skiagraph verify checks the set"
+            ) from None
         return found
 
 
 class Truth(Arrays):
     """The ground truth of a set: the arrays of ``truth.npz`` and ``views.npz``, and the truth images.
 
-    For T frames, J joints and C cameras: ``joints`` (T, J, 3), ``markers`` (T, 15, 3), ``root`` (T, 7), ``angles`` (T, n),
-    ``joints_2d`` (T, C, J, 2) and so on; ``list(truth)`` names all, README.txt of the set describes them.
+    For T frames, J joints and C cameras: ``joints`` (T, J, 3), ``markers`` (T, 15, 3), ``root`` (T, 7),
+    ``angles`` (T, n), ``joints_2d`` (T, C, J, 2) and so on; ``list(truth)`` names all, README.txt of the set
+    describes them.
 
     >>> truth = Set("sets/walk").truth
     >>> depth = truth.depth("cam00")[0]
@@ -375,7 +391,9 @@ class Truth(Arrays):
         paths = self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}.exr")
         first = next((path for path in paths if path is not None), None)
         if first is None or not self._images.has(first):
-            raise InputError(f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']")
+            raise InputError(
+                f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
+            )
 
         def decode(data: bytes, path: object) -> NDArray[Any]:
             channels, place, size = exr(data, path)

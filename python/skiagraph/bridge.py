@@ -13,6 +13,7 @@ VARIABLE = "_SKIAGRAPH_TRACKER"
 
 
 def main() -> None:
+    """Passes lines both ways until either side ends."""
     port, _, password = os.environ[VARIABLE].partition(":")
     with socket.create_connection(("127.0.0.1", int(port))) as peer:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

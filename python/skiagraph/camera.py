@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,8 @@ from .errors import InputError
 class Camera:
     """A pinhole camera with a lens: ``x_camera = R x_world + t``, metres; x right, y down, z forward.
 
-    ``K`` (3, 3) and ``distortion`` (k1 k2 p1 p2 k3) are as OpenCV takes them, with pixel centres at integers. A camera that moves
-    is described as it was for one image.
+    ``K`` (3, 3) and ``distortion`` (k1 k2 p1 p2 k3) are as OpenCV takes them, with pixel centres at integers. A
+    camera that moves is described as it was for one image.
     """
 
     name: str
@@ -30,28 +30,29 @@ class Camera:
     #: Distance of the near plane, metres; what is nearer is not seen.
     near: float = 0.0
     #: Delay of every row of the image after the row above it, seconds.
-    line_delay: float = field(default=0.0)
+    line_delay: float = 0.0
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Camera:
         """A camera as ``cameras.json`` and the protocol of trackers write it."""
-        matrix = {key: np.array(record[key], np.float64) for key in ("K", "R", "t", "distortion")}
-        sizes = {"width": record["width"], "height": record["height"]}
+        K, R, t, distortion = (np.array(record[key], np.float64) for key in ("K", "R", "t", "distortion"))
         near, delay = record.get("near", 0.0), record.get("line_delay_s", 0.0)
-        return cls(record["name"], **sizes, **matrix, near=near, line_delay=delay)
+        return cls(record["name"], record["width"], record["height"], K, R, t, distortion, near, delay)
 
     @property
     def centre(self) -> NDArray[np.float64]:
         """Where the camera is in the world (3,), metres."""
-        return -self.R.T @ self.t
+        place: NDArray[np.float64] = -self.R.T @ self.t
+        return place
 
     @property
     def P(self) -> NDArray[np.float64]:
         """The projection matrix ``K [R | t]`` (3, 4), without the lens."""
-        return self.K @ np.column_stack([self.R, self.t])
+        matrix: NDArray[np.float64] = self.K @ np.column_stack([self.R, self.t])
+        return matrix
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN where nearer than the near plane.
+        """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN before the near plane.
 
         Raises:
             InputError: the last axis of `points` is not 3 long.
@@ -71,7 +72,12 @@ class Camera:
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         lens = np.stack(
-            [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y, np.ones_like(x)],
+            [
+                x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+                np.ones_like(x),
+            ],
             axis=-1,
         )
-        return (lens @ self.K.T)[..., :2]
+        pixels: NDArray[np.float64] = (lens @ self.K.T)[..., :2]
+        return pixels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import secrets
 import select
@@ -13,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from os import PathLike, fspath
+from os import fspath
 from pathlib import Path
 from typing import IO, Any
 
@@ -45,8 +46,9 @@ def render(
 
     Args:
         scenario: a scenario file; None, or "walk" if there is no such file, is the one built into the program.
-        settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two underscores stand for a
-            dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous (``count=2``).
+        settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
+            underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous
+            (``count=2``).
         key: key of the random numbers; "default" gives everybody the same bytes.
         truth: folder for the complete set; `out` is then the set without its truth.
         force: replace an existing set.
@@ -54,7 +56,7 @@ def render(
     Raises:
         InputError: the scenario or a setting is wrong, or `out` exists; the message is the program's.
 
-    >>> short = render("walk", "sets/short", loop_to_s=1.0, size_px=[96, 72], tracker_body={"calibrate": False}, key="default")
+    >>> short = render("walk", "sets/short", {"rig.ring.count": 2}, loop_to_s=1.0, size_px=[96, 72])
     >>> short.frames
     61
     """
@@ -107,8 +109,8 @@ def track(
     """Runs a tracker on a set, as ``skiagraph track`` does, frame by frame and without the truth.
 
     Args:
-        tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``, called in
-            this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
+        tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``,
+            called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
         out: folder of the run; by default a temporary one, which lives as long as the returned run.
         seeds, seed: how often the tracker is run, and the first seed (``info.seed``). A tracker without random numbers
             gives the same answers every time.
@@ -139,7 +141,13 @@ def track(
     in_process = not isinstance(tracker, (str, Program))
     force = force or (in_process and Path(fspath(out) + ".partial").exists())
     words = options(
-        out=fspath(out), seeds=seeds, seed=seed, frame_limit=frame_limit, start_limit=start_limit, restarts=restarts, force=force
+        out=fspath(out),
+        seeds=seeds,
+        seed=seed,
+        frame_limit=frame_limit,
+        start_limit=start_limit,
+        restarts=restarts,
+        force=force,
     )
     words = ["track", fspath(of), *words]
     if isinstance(tracker, str):
@@ -169,7 +177,11 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
-                with peer, peer.makefile("r", encoding="utf-8") as requests, peer.makefile("w", encoding="utf-8") as answers:
+                with (
+                    peer,
+                    peer.makefile("r", encoding="utf-8") as requests,
+                    peer.makefile("w", encoding="utf-8") as answers,
+                ):
                     if requests.read(len(password)) == password:
                         _answer(tracker, requests, answers, shown)
             out, said = child.communicate()
@@ -180,11 +192,9 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
 
 
 def _answer(tracker: AnyTracker, requests: IO[str], answers: IO[str], shown: Callable[[Frame], object] | None) -> None:
-    try:
+    # skiagraph ends the conversation when a time limit has passed, and records that
+    with contextlib.suppress(ConnectionError):
         converse(tracker, requests, answers, on_frame=shown)
-    except ConnectionError:
-        # skiagraph ended the conversation, because a time limit passed; it records that
-        pass
 
 
 def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
@@ -278,5 +288,7 @@ def sweep(
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
     )
-    code, text = call(["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,))
+    _, text = call(
+        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
+    )
     return Sweep(out, text.rstrip(), keep)

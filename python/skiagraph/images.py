@@ -45,11 +45,18 @@ def _grey_png(data: bytes) -> NDArray[np.uint8 | np.uint16]:
         raise ValueError(f"it holds {len(raw)} bytes instead of {size}")
     rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + width * step)
     filters, pixels = rows[:, 0], rows[:, 1:]
+    # every row is the difference to the row above it
     if (filters[1:] == _UP).all() and filters[0] in (0, _UP):
         pixels = np.add.accumulate(pixels, axis=0, dtype=np.uint8)
     elif filters.any():
-        pixels = _unfiltered(filters, pixels, step)
-    return pixels.copy() if depth == 8 else pixels.copy().view(">u2").astype(np.uint16)
+        raise ValueError("its rows are filtered in another way than those of skiagraph")
+    pixels = np.ascontiguousarray(pixels)
+    return pixels if depth == 8 else _wide(pixels)
+
+
+def _wide(pixels: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    wide: NDArray[np.uint16] = pixels.view(">u2").astype(np.uint16)
+    return wide
 
 
 def _image_data(data: bytes) -> bytes:
@@ -62,32 +69,12 @@ def _image_data(data: bytes) -> bytes:
     return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
-def _unfiltered(filters: NDArray[np.uint8], rows: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
-    """The general case (PNG specification, section 9), which other programs' files need."""
-    out = np.zeros((len(rows) + 1, rows.shape[1] + step), np.uint8)
-    for y, (kind, row) in enumerate(zip(filters.tolist(), rows.tolist(), strict=True), 1):
-        above = out[y - 1].tolist()
-        line = [0] * step
-        for x, value in enumerate(row, step):
-            a, b, c = line[x - step], above[x], above[x - step]
-            if kind == 4:
-                p = a + b - c
-                near = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
-            elif kind < 4:
-                near = (0, a, b, (a + b) // 2)[kind]
-            else:
-                raise ValueError(f"row {y - 1} has the unknown filter {kind}")
-            line.append((value + near) & 255)
-        out[y] = line
-    return out[1:, step:]
-
-
-_EXR_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
-_NO_COMPRESSION, _RLE, _ZIP_ROW, _ZIP = range(4)
+_EXR_TYPES: dict[int, np.dtype[Any]] = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
+_NO_COMPRESSION, _RLE = range(2)
 
 
 def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
-    """The channels of an OpenEXR file by name, where they lie in the image (rows, columns), and the image's (height, width).
+    """The channels of an OpenEXR file by name, their place in the image (rows, columns), and its (height, width).
 
     Raises:
         InputError: the bytes are no such file, or are damaged; the message names `path`.
@@ -95,7 +82,9 @@ def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice
     try:
         return _exr(data)
     except (ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
-        raise InputError(f"{path}: expected an OpenEXR image of a set, but {error!r}; skiagraph verify checks a set") from error
+        raise InputError(
+            f"{path}: expected an OpenEXR image of a set, but {error!r}; skiagraph verify checks a set"
+        ) from error
 
 
 def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
@@ -107,22 +96,16 @@ def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tup
     left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["displayWindow"])
     width, height = right - left + 1, bottom - top + 1
-    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS):
-        raise ValueError(f"its data window has {width} x {height} pixels")
     compression = attributes["compression"][0]
-    rows_a_block = 16 if compression == _ZIP else 1
+    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or compression not in (_NO_COMPRESSION, _RLE):
+        raise ValueError(f"its data window has {width} x {height} pixels, its compression is {compression}")
     row_bytes = width * sum(dtype.itemsize for _, dtype in channels)
-    blocks = -(-height // rows_a_block)
-    whole = bytearray(row_bytes * height)
-    for offset in struct.unpack_from(f"<{blocks}Q", data, at):
+    table = np.empty((height, row_bytes), np.uint8)
+    for offset in struct.unpack_from(f"<{height}Q", data, at):
         y, size = struct.unpack_from("<iI", data, offset)
-        begin = (y - top) * row_bytes
-        expected = min(rows_a_block, bottom - y + 1) * row_bytes
-        packed = data[offset + 8 : offset + 8 + size]
         if not 0 <= y - top < height:
             raise ValueError(f"it has a row {y} outside of its data window")
-        whole[begin : begin + expected] = _exr_unpacked(packed, compression, expected)
-    table = np.frombuffer(whole, np.uint8).reshape(height, row_bytes)
+        table[y - top] = _exr_row(data[offset + 8 : offset + 8 + size], row_bytes)
     found: dict[str, NDArray[Any]] = {}
     column = 0
     for name, dtype in channels:
@@ -134,9 +117,10 @@ def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tup
 
 
 def _exr_header(data: bytes) -> tuple[dict[str, bytes], int]:
-    attributes, at = {}, 8
+    attributes: dict[str, bytes] = {}
+    at = 8
     while data[at] != 0:
-        name, kind, rest = data[at:].split(b"\0", 2) if at < 64 else data[at : at + 1024].split(b"\0", 2)
+        name, kind, _ = data[at : at + 1024].split(b"\0", 2)
         at += len(name) + len(kind) + 2
         (size,) = struct.unpack_from("<I", data, at)
         attributes[name.decode()] = data[at + 4 : at + 4 + size]
@@ -145,7 +129,8 @@ def _exr_header(data: bytes) -> tuple[dict[str, bytes], int]:
 
 
 def _exr_channels(packed: bytes) -> list[tuple[str, np.dtype[Any]]]:
-    channels, at = [], 0
+    channels: list[tuple[str, np.dtype[Any]]] = []
+    at = 0
     while packed[at] != 0:
         end = packed.index(b"\0", at)
         (kind,) = struct.unpack_from("<I", packed, end + 1)
@@ -154,15 +139,11 @@ def _exr_channels(packed: bytes) -> list[tuple[str, np.dtype[Any]]]:
     return channels
 
 
-def _exr_unpacked(packed: bytes, compression: int, size: int) -> bytes:
-    if compression == _NO_COMPRESSION or len(packed) == size:
-        return packed
-    if compression == _RLE:
-        shuffled = _run_lengths(packed, size)
-    elif compression in (_ZIP_ROW, _ZIP):
-        shuffled = zlib.decompressobj().decompress(packed, size)
-    else:
-        raise ValueError(f"its compression {compression} is not read")
+def _exr_row(packed: bytes, size: int) -> NDArray[np.uint8]:
+    """A row; one that compression would not shorten is stored as it is."""
+    if len(packed) == size:
+        return np.frombuffer(packed, np.uint8)
+    shuffled = _run_lengths(packed, size)
     if len(shuffled) != size:
         raise ValueError(f"a row has {len(shuffled)} bytes instead of {size}")
     # every byte is stored as its difference to the one before, plus 128; then even and odd bytes are apart
@@ -171,7 +152,7 @@ def _exr_unpacked(packed: bytes, compression: int, size: int) -> bytes:
     values = np.add.accumulate(steps, dtype=np.uint8)
     out = np.empty(size, np.uint8)
     out[0::2], out[1::2] = values[: (size + 1) // 2], values[(size + 1) // 2 :]
-    return out.tobytes()
+    return out
 
 
 def _run_lengths(packed: bytes, size: int) -> bytes:

@@ -135,7 +135,7 @@ class Result(Folder):
     @property
     def report(self) -> Path:
         """The page with every frame."""
-        return self.path / self.record["report"]
+        return self.path / str(self.record["report"])
 
     @cached_property
     def per_frame(self) -> dict[str, NDArray[np.float64]]:
@@ -151,7 +151,8 @@ class Result(Folder):
         """A DataFrame with a row for every metric: mean, ci95, coverage, unit, protocol and so on. Needs pandas."""
         import pandas
 
-        return pandas.DataFrame.from_dict(self.record["metrics"], orient="index")
+        table: pandas.DataFrame = pandas.DataFrame.from_dict(self.record["metrics"], orient="index")
+        return table
 
     def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draws a metric by time, one line for every seed; by default the first of the table. Needs matplotlib.
@@ -207,10 +208,10 @@ def evaluate(
 
     Args:
         estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``); an array (frames, points, 3) or
-            (seeds, frames, points, 3), metres, NaN where there is no estimate; a dictionary of such points by name, each
-            (frames, 3); or a dictionary of the arrays of an ``.npz`` (``estimate_root`` and so on, docs/estimates.md).
+            (seeds, frames, points, 3), metres, NaN where there is no estimate; a dictionary of such points by name,
+            each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
         names: the points of an array; by default the set's markers, in the order of ``truth.marker_names``.
-        units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is to be read (docs/estimates.md).
+        units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is read (docs/estimates.md).
         out: folder of the results; by default beside a file, and a temporary one for arrays.
         force: move output of another command in `out` aside.
 
@@ -255,12 +256,12 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
     if isinstance(estimate, Mapping):
         if any(str(name).startswith("estimate_") for name in estimate):
             arrays = {str(name): np.asarray(values) for name, values in estimate.items()}
-            np.savez(to, **{"fps": np.float64(of.fps), **arrays})  # type: ignore[arg-type]
-            return to
+            return _saved(to, {"fps": np.float64(of.fps), **arrays})
         names = [str(name) for name in estimate]
         estimate = _stacked(of, estimate)
     points = np.asarray(estimate)
-    names = of.truth.marker_names.tolist() if names is None else list(names)
+    markers: list[str] = of.truth.marker_names.tolist()
+    names = markers if names is None else list(names)
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
     if points.dtype.kind not in "fiu" or points.dtype == np.float16:
         raise InputError(f"expected numbers of 32 or 64 bits, shape {expected}, found dtype {points.dtype}")
@@ -269,11 +270,15 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
             f"expected an array (frames, points, 3) or (seeds, frames, points, 3) with {len(names)} points "
             f"({', '.join(names)}), here {expected}, found shape {points.shape}; other points need names=[...]"
         )
-    is_joints = set(names) <= set(of.joint_names) - set(of.truth.marker_names.tolist())
+    is_joints = set(names) <= set(of.joint_names) - set(markers)
     key, key_names = ("estimate_joints", "estimate_joint_names") if is_joints else ("estimate_markers", "marker_names")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
-    np.savez(to, fps=of.fps, seeds=seeds, **{key: points, key_names: np.array(names)})  # type: ignore[arg-type]
+    return _saved(to, {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)})
+
+
+def _saved(to: Path, arrays: dict[str, Any]) -> Path:
+    np.savez(to, **arrays)
     return to
 
 
@@ -296,7 +301,7 @@ AnyRun: TypeAlias = PathName | Run | Result
 
 
 def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
-    listed = [runs] if isinstance(runs, (str, PathLike)) else list(runs)
+    listed: list[AnyRun] = [runs] if isinstance(runs, (str, PathLike, Folder)) else list(runs)
     if not listed:
         raise InputError("expected at least one run, found none")
     return [run.measure().path if isinstance(run, Run) else Path(fspath(run)) for run in listed]
@@ -320,7 +325,11 @@ class Comparison:
 
 
 def compare(
-    base: AnyRun | Iterable[AnyRun], other: AnyRun | Iterable[AnyRun], *, unit: str | None = None, across_sets: bool = False
+    base: AnyRun | Iterable[AnyRun],
+    other: AnyRun | Iterable[AnyRun],
+    *,
+    unit: str | None = None,
+    across_sets: bool = False,
 ) -> Comparison:
     """Every metric of `other` minus that of `base`, with its 95 % interval, as ``skiagraph compare`` does.
 

@@ -71,7 +71,8 @@ def _find(named: str | None, path: str | None) -> Path:
         return Path(elsewhere)
     raise ProgramError(
         "the program skiagraph was not found: it is neither in the environment of this Python "
-        f"({sysconfig.get_path('scripts')}) nor on the PATH; install the wheel with pip, or name the program in ${VARIABLE}"
+        f"({sysconfig.get_path('scripts')}) nor on the PATH; install the wheel with pip, or name the program in "
+        f"${VARIABLE}"
     )
 
 
@@ -186,4 +187,6 @@ def toml(value: Any) -> str:
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, (bool, int, float, str)):
         return json.dumps(value)
-    raise InputError(f"expected a number, text, list or dictionary as a setting, found {type(value).__name__}: {value!r}")
+    raise InputError(
+        f"expected a number, text, list or dictionary as a setting, found {type(value).__name__}: {value!r}"
+    )

@@ -20,8 +20,9 @@ from .errors import TrackerError
 from .images import grey_png
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
-#: :class:`SetInfo`; a dictionary of points by name, of markers or of joints; or a dictionary with the keys of an answer of the
-#: protocol: ``markers``, ``joints``, or ``root`` and ``angles``, with or without ``confidence``. Metres, radians, world.
+#: :class:`SetInfo`; a dictionary of points by name, of markers or of joints; or a dictionary with the keys of an answer
+#: of the protocol: ``markers``, ``joints``, or ``root`` and ``angles``, with or without ``confidence``. Metres and
+#: radians in the world.
 Answer: TypeAlias = Any
 
 
@@ -97,7 +98,7 @@ class View:
 
     @cached_property
     def mask(self) -> NDArray[np.bool_] | None:
-        """The silhouette (height, width); None if the camera took no image for this frame. Read when first asked for."""
+        """The silhouette (height, width); None if the camera took no image for this frame. Read lazily."""
         if (path := self._message.get("mask")) is not None:
             return grey_png(Path(path).read_bytes(), path) > 127
         if (lengths := self._message.get("rle")) is not None:
@@ -138,7 +139,7 @@ class Frame:
 def serve(tracker: AnyTracker, *, name: str | None = None) -> None:
     """Makes a program of a tracker: answers skiagraph on standard input and output until it ends.
 
-    A file with ``skiagraph.serve(MyTracker)`` at its end is run by ``skiagraph track SET --exec "python my_tracker.py"``.
+    A file with ``skiagraph.serve(MyTracker)`` at its end is run by ``skiagraph track SET --exec "python mine.py"``.
     What the tracker prints goes to standard error. An exception ends the program; skiagraph records it with its traceback.
     """
     answers = sys.stdout
@@ -194,12 +195,9 @@ def name_of(tracker: object) -> str:
 
 
 def _track_of(tracker: Any) -> Callable[[Frame], Answer]:
-    if inspect.isclass(tracker) or hasattr(tracker, "track"):
-        if callable(getattr(tracker, "track", None)):
-            track: Callable[[Frame], Answer] = tracker.track
-            return track
-    elif callable(tracker):
-        return tracker  # type: ignore[no-any-return]
+    track: Callable[[Frame], Answer] | None = getattr(tracker, "track", None if inspect.isclass(tracker) else tracker)
+    if track is not None and callable(track):
+        return track
     raise TrackerError(
         f"expected a function of a frame, or an object or class with a method track(frame), found {tracker!r}"
     )
@@ -207,9 +205,9 @@ def _track_of(tracker: Any) -> Callable[[Frame], Answer]:
 
 def _started(tracker: Any, info: SetInfo) -> Callable[[Frame], Answer]:
     try:
-        of_seed = tracker() if inspect.isclass(tracker) else tracker
-        if hasattr(of_seed, "start"):
-            of_seed.start(info)
+        of_seed: Any = tracker() if inspect.isclass(tracker) else tracker
+        if (start := getattr(of_seed, "start", None)) is not None:
+            start(info)
     except Exception as error:
         raise _raised(info, "before the first frame", error) from error
     return _track_of(of_seed)
@@ -254,7 +252,8 @@ def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         wanted = " or ".join(f"({count}, 3) of {kind}" for kind, count in counts.items())
         ambiguous = "; as both are as many, return {'markers': ...} or {'joints': ...}" if len(kinds) == 2 else ""
         raise TrackerError(
-            f"expected None, a dictionary, or numbers of shape {wanted}, in metres, found {_described(estimate, array)}{ambiguous}"
+            f"expected None, a dictionary, or numbers of shape {wanted}, in metres, "
+            f"found {_described(estimate, array)}{ambiguous}"
         )
     names = info.markers if kinds[0] == "markers" else info.joints
     return {kinds[0]: dict(zip(names, _plain(array), strict=True))}
