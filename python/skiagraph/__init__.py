@@ -17,7 +17,7 @@ from .camera import Camera
 from .commands import Cell, Program, Sweep, render, sweep, track
 from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
 from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
-from .program import program
+from .executable import program
 from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
 
 __all__ = [

@@ -82,11 +82,10 @@ class Images:
         # unpacking runs outside of the interpreter's lock
         with ThreadPoolExecutor() as pool:
             images = list(pool.map(self._one, self._paths[frame]))
-        found = [image for image in images if image is not None]
-        if len(found) < len(images) or not found:
-            first = range(len(self))[frame][images.index(None)] if images else 0
-            raise InputError(f"the camera has no image of frame {first}; read the frames one by one")
-        return np.stack(found)
+        for index, image in zip(range(len(self))[frame], images, strict=True):
+            if image is None:
+                raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
+        return np.stack([image for image in images if image is not None])
 
     def __iter__(self) -> Iterator[NDArray[Any] | None]:
         return (self._one(path) for path in self._paths)

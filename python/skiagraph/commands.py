@@ -22,7 +22,7 @@ from . import bridge
 from .benchmark_set import PathName, Set
 from .errors import InputError
 from .measuring import Folder, Run
-from .program import call, check, options, overrides, start, stop, toml
+from .executable import call, check, options, overrides, start, stop, toml
 from .tracking import AnyTracker, Frame, converse, name_of
 
 #: The name of the scenario that is built into the program.

@@ -81,7 +81,7 @@ def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice
     """
     try:
         return _exr(data)
-    except (ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
+    except (ValueError, KeyError, IndexError, OverflowError, struct.error) as error:
         raise InputError(
             f"{path}: expected an OpenEXR image of a set, but {error!r}; skiagraph verify checks a set"
         ) from error
@@ -100,6 +100,9 @@ def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tup
     if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or compression not in (_NO_COMPRESSION, _RLE):
         raise ValueError(f"its data window has {width} x {height} pixels, its compression is {compression}")
     row_bytes = width * sum(dtype.itemsize for _, dtype in channels)
+    # two bytes hold a run of at most 128
+    if height * row_bytes > 64 * len(data):
+        raise ValueError("it is too short for its data window")
     table = np.empty((height, row_bytes), np.uint8)
     for offset in struct.unpack_from(f"<{height}Q", data, at):
         y, size = struct.unpack_from("<iI", data, offset)

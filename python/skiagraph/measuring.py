@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .benchmark_set import PathName, Set
 from .errors import InputError, ProgramError
-from .program import call, options, toml
+from .executable import call, options, toml
 
 if TYPE_CHECKING:
     import pandas
@@ -155,14 +155,14 @@ class Result(Folder):
         return table
 
     def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draws a metric by time, one line for every seed; by default the first of the table. Needs matplotlib.
+        """Draws a metric by time, one line for every seed; by default the main error. Needs matplotlib.
 
         Raises:
             InputError: the metric has no values by frame.
         """
         from matplotlib import pyplot
 
-        metric = next(iter(self.record["metrics"])) if metric is None else metric
+        metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
         if metric not in self.per_frame:
             raise InputError(f"{metric!r} has no values by frame; those that have are {', '.join(self.per_frame)}")
         axes = pyplot.subplots()[1] if ax is None else ax

@@ -17,7 +17,7 @@ def draws(tmp_path_factory):
         return [skiagraph.track(each, lambda frame: moved(frame, shift)) for each in sets]
 
     def moved(frame, shift):
-        return {name: place + [shift, 0, 0] for name, place in frame.info.start.markers.items()}
+        return {name: place + [0, shift, 0] for name, place in frame.info.start.markers.items()}
 
     noise = {**SMALL, "observation.silhouette": "corrupted", "boundary_px": 1.0, "start_mm": 5.0}
     sets = [skiagraph.render("walk", root / str(n), noise, observation__seed=n, key="default") for n in range(5)]

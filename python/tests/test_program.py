@@ -9,7 +9,7 @@ import time
 
 import pytest
 import skiagraph
-from skiagraph import program as module
+from skiagraph import executable
 
 VERSION = subprocess.run([os.environ["SKIAGRAPH"], "--version"], capture_output=True, text=True).stdout.split()[-1]
 
@@ -27,13 +27,13 @@ def test_a_missing_program_is_named_and_so_is_the_remedy(monkeypatch, tmp_path):
     with pytest.raises(skiagraph.ProgramError, match=r"gone, which is no program"):
         skiagraph.program()
     with pytest.raises(skiagraph.ProgramError, match=r"neither in the environment .* nor on the PATH; install the wheel"):
-        monkeypatch.setattr(module.sysconfig, "get_path", lambda *_: str(tmp_path))
-        module._find(None, str(tmp_path))
+        monkeypatch.setattr(executable.sysconfig, "get_path", lambda *_: str(tmp_path))
+        executable._find(None, str(tmp_path))
 
 
 def test_a_program_of_another_version_is_refused_before_anything_is_done(monkeypatch, tmp_path):
     monkeypatch.setenv("SKIAGRAPH", fake(tmp_path, "touch done"))
-    monkeypatch.setattr(module, "_package_version", lambda: "9.9.9")
+    monkeypatch.setattr(executable, "_package_version", lambda: "9.9.9")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(skiagraph.ProgramError, match=rf"is version {VERSION}, but this package is version 9\.9\.9"):
         skiagraph.render("walk", tmp_path / "set")
@@ -85,22 +85,25 @@ def test_importing_loads_neither_pandas_nor_other_large_packages():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "set()\n"
 
 
-def interrupted_after(seconds, code, folder):
-    """Runs Python code in a process group of its own, interrupts it, and returns how it ended and how long that took."""
+def interrupted(code, folder, when):
+    """Runs Python code in a process group of its own, interrupts it as soon as a file is there, and returns what it said
+    and how long it took to end."""
     child = subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(code)], cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    time.sleep(seconds)
+    while not list(folder.glob(when)):
+        assert child.poll() is None
+        time.sleep(0.05)
     begun = time.monotonic()
     os.killpg(child.pid, signal.SIGINT)
     said = child.communicate(timeout=20)[1]
-    return child.returncode, said, time.monotonic() - begun
+    return said, time.monotonic() - begun
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of process groups")
 def test_ctrl_c_ends_a_rendering_which_the_same_call_resumes(tmp_path):
-    code = "import skiagraph; skiagraph.render('walk', 'set', loop_to_s=600.0)"
-    _, said, took = interrupted_after(2.5, code, tmp_path)
+    code = "import skiagraph; skiagraph.render('walk', 'set', loop_to_s=60.0)"
+    said, took = interrupted(code, tmp_path, "set.partial/set/observations/*/*/*.png")
     assert said.rstrip().endswith("KeyboardInterrupt")
     assert took < 5
     assert (tmp_path / "set.partial").exists()
@@ -112,11 +115,12 @@ def test_ctrl_c_in_a_tracker_ends_the_program_too(small, tmp_path):
     code = f"""
     import skiagraph, time
     def slow(frame):
+        open("tracking", "w").close()
         time.sleep(0.2)
         return frame.info.start.markers
     skiagraph.track({str(small.path)!r}, slow, seeds=100, out="run")
     """
-    _, said, took = interrupted_after(2.5, code, tmp_path)
+    said, took = interrupted(code, tmp_path, "tracking")
     assert said.rstrip().endswith("KeyboardInterrupt")
     assert took < 5
     assert not (tmp_path / "run").exists()

@@ -114,8 +114,7 @@ def test_cameras_that_move_and_lack_images(shipped, tmp_path):
 
     skiagraph.track(filmed, watch)
     for frame, views in enumerate(told):
-        for camera, (R, t, exposed, lacks) in zip(filmed.cameras_at(frame), views, strict=True):
-            index = filmed.cameras_at(frame).index(camera) if False else [c.name for c in filmed.cameras].index(camera.name)
+        for index, (camera, (R, t, exposed, lacks)) in enumerate(zip(filmed.cameras_at(frame), views, strict=True)):
             assert np.allclose(camera.R, R, atol=1e-12)
             assert np.allclose(camera.t, t, atol=1e-12)
             assert lacks == np.isnan(filmed.times[frame, index])
