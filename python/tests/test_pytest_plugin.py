@@ -13,7 +13,7 @@ TRACKER = """
         import skiagraph
         shift = %s
         def tracker(frame):
-            return {name: place + shift for name, place in frame.info.start.markers.items()}
+            return {name: place + [0, shift, 0] for name, place in frame.info.start.markers.items()}
         sets = [skiagraph_set("walk", SMALL, observation__seed=n) for n in range(5)]
         return [skiagraph.track(each, tracker) for each in sets]
 
@@ -45,7 +45,7 @@ def test_a_baseline_is_saved_kept_and_defended(user, pytester):
     user(0.0, "--skiagraph-update-baseline").assert_outcomes(passed=1)
     assert (pytester.path / "baselines/walk.json").exists()
     user(0.0).assert_outcomes(passed=1)
-    worse = user(0.1)
+    worse = user(0.3)
     worse.assert_outcomes(failed=1)
     worse.stdout.fnmatch_lines(["*FAIL*humaneva_mm*worse*margin 2.0 mm*"])
     # sets are rendered once
