@@ -16,8 +16,8 @@ from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth
 from .camera import Camera
 from .commands import Cell, Program, Sweep, render, sweep, track
 from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
-from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
 from .executable import program
+from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
 from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
 
 __all__ = [

@@ -21,8 +21,8 @@ from typing import IO, Any
 from . import bridge
 from .benchmark_set import PathName, Set
 from .errors import InputError
-from .measuring import Folder, Run
 from .executable import call, check, options, overrides, start, stop, toml
+from .measuring import Folder, Run
 from .tracking import AnyTracker, Frame, converse, name_of
 
 #: The name of the scenario that is built into the program.

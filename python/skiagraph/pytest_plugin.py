@@ -27,9 +27,7 @@ class InconclusiveWarning(UserWarning):
 class SetMaker(Protocol):
     """What the fixture ``skiagraph_set`` is."""
 
-    def __call__(
-        self, scenario: PathName | None = None, settings: Mapping[str, Any] | None = None, **more: Any
-    ) -> Set:
+    def __call__(self, scenario: PathName | None = None, settings: Mapping[str, Any] | None = None, **more: Any) -> Set:
         """The set of a scenario; the arguments are those of :func:`skiagraph.render`."""
         ...
 
@@ -78,7 +76,9 @@ def skiagraph_set(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPath
         text = path.read_bytes() if path is not None and path.is_file() else b""
         stat = program().stat()
         identity = (str(scenario), text, settings, more, stat.st_size, stat.st_mtime_ns)
-        name = (path.stem if path is not None else "walk") + "-" + hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
+        name = (
+            (path.stem if path is not None else "walk") + "-" + hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
+        )
         if not (room / name).exists():
             # in one step: several processes may want the set at the same time
             own = room / f"{name}.{os.getpid()}"
@@ -103,9 +103,7 @@ def assert_no_regression(pytestconfig: pytest.Config) -> RegressionCheck:
 
     folder = pytestconfig.rootpath / str(pytestconfig.getini("skiagraph_baselines"))
 
-    def check(
-        run: AnyRun | Iterable[AnyRun], name: str, margin_mm: float | None = None, **options: Any
-    ) -> Gate | None:
+    def check(run: AnyRun | Iterable[AnyRun], name: str, margin_mm: float | None = None, **options: Any) -> Gate | None:
         __tracebackhide__ = True
         if pytestconfig.getoption("--skiagraph-update-baseline"):
             save_baseline(name, run, baselines=folder)

@@ -140,7 +140,7 @@ def serve(tracker: AnyTracker, *, name: str | None = None) -> None:
     """Makes a program of a tracker: answers skiagraph on standard input and output until it ends.
 
     A file with ``skiagraph.serve(MyTracker)`` at its end is run by ``skiagraph track SET --exec "python mine.py"``.
-    What the tracker prints goes to standard error. An exception ends the program; skiagraph records it with its traceback.
+    What the tracker prints goes to standard error. An exception ends the program; skiagraph records its last lines.
     """
     answers = sys.stdout
     with contextlib.redirect_stdout(sys.stderr):

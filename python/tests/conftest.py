@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 import skiagraph
 
 pytest_plugins = ["pytester"]

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+
 import skiagraph
 
 MODULES = [f"skiagraph.{module.name}" for module in pkgutil.iter_modules(skiagraph.__path__)]

@@ -4,8 +4,9 @@ import sys
 
 import numpy as np
 import pytest
-import skiagraph
 from conftest import SMALL
+
+import skiagraph
 
 
 @pytest.fixture(scope="module")
@@ -88,9 +89,7 @@ def test_declared_units_axes_and_names_are_passed_on(small):
     truth, names = small.truth.markers, small.truth.marker_names.tolist()
     other = 1000 * truth[..., [1, 2, 0]]
     theirs = [f"my {name}" for name in names]
-    result = small.evaluate(
-        other, theirs, units="mm", axes="y,z,x", joint_map=dict(zip(theirs, names, strict=True))
-    )
+    result = small.evaluate(other, theirs, units="mm", axes="y,z,x", joint_map=dict(zip(theirs, names, strict=True)))
     assert result.metrics["mpjpe_mm"] < 1e-6
     shifted = small.evaluate(np.roll(truth, 2, axis=0)[2:], shift=0, offset=(0.0, 0.0, 0.5))
     assert shifted.metrics["mpjpe_mm"] > 400

@@ -1,7 +1,6 @@
 """Reading sets: every image and array by two roads."""
 
 import json
-import os
 import struct
 import subprocess
 import sys
@@ -9,8 +8,9 @@ import zlib
 
 import numpy as np
 import pytest
-import skiagraph
 from conftest import SMALL
+
+import skiagraph
 from skiagraph.images import exr, grey_png
 
 
@@ -24,7 +24,7 @@ def test_masks_are_those_that_the_program_sends_to_trackers(small):
 
     skiagraph.track(small, Watch())
     # the program's run lengths instead of its files
-    code = f"""
+    code = """
 import sys, numpy, skiagraph
 seen = []
 def watch(frame):
@@ -188,7 +188,7 @@ def test_a_png_cannot_unpack_to_more_than_it_says():
 
 def test_the_program_agrees_on_the_names(small):
     said = subprocess.run(
-        [os.environ["SKIAGRAPH"], "inspect", small.path, "--json"], capture_output=True, text=True, check=True
+        [skiagraph.program(), "inspect", small.path, "--json"], capture_output=True, text=True, check=True
     ).stdout
     found = json.loads(said)
     assert (small.name, small.frames, small.fps) == (found["name"], found["frames"], found["frames_per_second"])

@@ -7,6 +7,7 @@ import traceback
 
 import numpy as np
 import pytest
+
 import skiagraph
 
 
@@ -132,7 +133,10 @@ def test_lost_frames_and_missing_points(small):
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (np.zeros((14, 3)), r"shape \(15, 3\) of markers or \(\d+, 3\) of joints, in metres, found float64 of shape \(14, 3\)"),
+        (
+            np.zeros((14, 3)),
+            r"shape \(15, 3\) of markers or \(\d+, 3\) of joints, in metres, found float64 of shape \(14, 3\)",
+        ),
         (np.zeros((15, 3), complex), r"found complex128 of shape \(15, 3\)"),
         ("somewhere", r"found str 'somewhere'"),
         ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
@@ -145,7 +149,9 @@ def test_an_answer_of_the_wrong_kind_says_what_is_expected(small, answer, messag
 
 
 def test_what_is_no_tracker_is_refused(small):
-    with pytest.raises(skiagraph.TrackerError, match=r"a function of a frame, or an object or class with a method track"):
+    with pytest.raises(
+        skiagraph.TrackerError, match=r"a function of a frame, or an object or class with a method track"
+    ):
         skiagraph.track(small, 3)
     with pytest.raises(skiagraph.InputError, match="annealed_particle_filter"):
         skiagraph.track(small, "aneled_particle_filter")
