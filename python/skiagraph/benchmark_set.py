@@ -353,16 +353,18 @@ class Truth(Arrays):
         self._set, self._root, self._images = of, root, _Files(root)
 
     @cached_property
-    def contact(self) -> Arrays:
-        """Gaps, contacts, slips and support (``contact.npz``).
+    def contact(self) -> Arrays | None:
+        """Gaps, contacts, slips and support (``contact.npz``); None if the actor's feet have no geometry."""
+        return self._more("contact.npz")
 
-        Raises:
-            InputError: the set has none, because the actor's feet have no geometry.
-        """
-        path = self._root / "truth" / "contact.npz"
-        if not path.exists():
-            raise InputError(f"{path} does not exist: the actor's feet have no geometry")
-        return Arrays(path)
+    @cached_property
+    def keypoints(self) -> Arrays | None:
+        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints."""
+        return self._more("keypoints.npz")
+
+    def _more(self, name: str) -> Arrays | None:
+        path = self._root / "truth" / name
+        return Arrays(path) if path.exists() else None
 
     @cached_property
     def cameras(self) -> list[Camera]:

@@ -68,6 +68,8 @@ class SetInfo:
         self.markers: list[str] = hello["markers"]
         self.joints: list[str] = hello["joints"]
         self.angles: list[str] = hello["angles"]
+        #: Names of the keypoints of :attr:`View.keypoints`; empty if the set has none.
+        self.keypoints: list[str] = hello.get("keypoints", {}).get("names", [])
         #: Folder with the set's files that trackers may read: cameras, observations, start.
         self.folder = Path(hello["folder"])
         #: First frame that will be asked for; above 0 after a crash.
@@ -105,6 +107,16 @@ class View:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)
         return None
+
+    @cached_property
+    def keypoints(self) -> NDArray[np.float64] | None:
+        """Column, row and confidence (keypoints, 3) of what a detector found, pixels; NaN for what it missed.
+
+        None if the set has no keypoints, or the camera took no image for this frame.
+        """
+        if (found := self._message.get("keypoints")) is None:
+            return None
+        return np.array([[np.nan] * 3 if point is None else point for point in found], np.float64).reshape(-1, 3)
 
     @property
     def exposed(self) -> float | None:

@@ -125,6 +125,8 @@ def test_keypoints_are_read_where_the_set_has_them(small, tmp_path):
     import shutil
 
     assert small.keypoints is None
+    assert small.truth.keypoints is None
+    assert small.truth.contact.gap.shape[0] == small.frames
     shutil.copytree(small.path, tmp_path / "set")
     points = np.zeros((small.frames, 4, 2, 2))
     np.savez(
