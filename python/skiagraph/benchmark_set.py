@@ -173,7 +173,7 @@ class Set:
 
     >>> walk = Set("sets/walk")
     >>> walk.frames, walk.fps, [camera.name for camera in walk.cameras]
-    (37, 60.0, ['cam00', 'cam01', 'cam02', 'cam03'])
+    (19, 60.0, ['cam00', 'cam01', 'cam02', 'cam03'])
     >>> walk.masks("cam00")[0].shape, walk.masks("cam00")[0].dtype
     ((120, 160), dtype('bool'))
     """

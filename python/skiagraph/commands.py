@@ -128,7 +128,7 @@ def track(
     ...     return frame.info.start.markers
     >>> run = track(walk, stay)
     >>> run.program["answers"]["poses"], run.measure().grade
-    (37, 'lost')
+    (19, 'lost')
     """
     of = of if isinstance(of, Set) else Set(of)
     keep = None

@@ -8,8 +8,8 @@ import skiagraph
 
 pytest_plugins = ["pytester"]
 
-#: Small and quick: half a second of walking in small images.
-SMALL = {"loop_to_s": 0.6, "rig.ring.size_px": [160, 120], "rig.ring.radius_m": 3.5}
+#: Small and quick: a third of a second of walking in small images.
+SMALL = {"loop_to_s": 0.3, "rig.ring.size_px": [160, 120], "rig.ring.radius_m": 3.5, "calibrate": False}
 
 
 @pytest.fixture(scope="session")
