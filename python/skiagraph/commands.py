@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-import secrets
+import os
 import select
 import shlex
 import socket
@@ -170,10 +170,11 @@ def _expect_answers(done: tuple[int, str]) -> None:
 
 def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], object] | None) -> tuple[int, str]:
     """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
-    password = secrets.token_hex(16)
+    password = os.urandom(16).hex()
     with socket.create_server(("127.0.0.1", 0)) as server:
         environment = {bridge.VARIABLE: f"{server.getsockname()[1]}:{password}"}
-        command = shlex.join([sys.executable, "-I", "-S", bridge.__file__, name_of(tracker)])
+        words_of_shell = subprocess.list2cmdline if sys.platform == "win32" else shlex.join
+        command = words_of_shell([sys.executable, "-I", "-S", bridge.__file__, name_of(tracker)])
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
@@ -185,8 +186,8 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
                     if requests.read(len(password)) == password:
                         _answer(tracker, requests, answers, shown)
             out, said = child.communicate()
-        except BaseException:
-            stop(child)
+        except BaseException as error:
+            stop(child, error)
             raise
     return check(child.returncode, said, may=(1,)), out
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,8 @@ from .errors import InputError, ProgramError, SkiagraphError
 #: Variable that names the program to use instead of the one that came with this package.
 VARIABLE = "SKIAGRAPH"
 
-#: Seconds that an interrupted program gets to end by itself; it needs less than one.
-_GRACE_S = 5.0
+#: Seconds that an interrupted program gets to end by itself; it needs 0.6 at most.
+_GRACE_S = 1.5
 
 _INTERRUPTED, _BAD_INPUT = 130, 2
 
@@ -96,8 +97,8 @@ def call(
     child = start(arguments, progress=progress, cwd=cwd)
     try:
         out, said = child.communicate()
-    except BaseException:
-        stop(child)
+    except BaseException as error:
+        stop(child, error)
         raise
     return check(child.returncode, said, may=may), out
 
@@ -123,15 +124,21 @@ def start(
     )
 
 
-def stop(child: subprocess.Popen[str]) -> None:
-    """Interrupts the program, which keeps finished work, and waits for its end."""
-    if child.poll() is None:
-        child.send_signal(signal.SIGINT) if sys.platform != "win32" else child.terminate()
-        try:
+def stop(child: subprocess.Popen[str], reason: BaseException) -> None:
+    """Interrupts the program, which keeps finished work, and waits for its end.
+
+    At Ctrl-C the terminal has interrupted it already, and a second signal would end it before it has tidied up.
+    """
+    interrupt = child.terminate if sys.platform == "win32" else lambda: child.send_signal(signal.SIGINT)
+    steps = [interrupt, child.kill]
+    if not isinstance(reason, KeyboardInterrupt):
+        steps.pop(0)()
+    for step in steps:
+        with suppress(subprocess.TimeoutExpired):
             child.communicate(timeout=_GRACE_S)
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.communicate()
+            return
+        step()
+    child.communicate()
 
 
 def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:

@@ -8,7 +8,6 @@ import json
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from html import escape
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -184,7 +183,7 @@ class Result(Folder):
         sheet = self.path / "contact_sheet.png"
         picture = base64.b64encode(sheet.read_bytes()).decode() if sheet.exists() else ""
         image = f'<img style="max-width:100%" alt="frames in all cameras" src="data:image/png;base64,{picture}">'
-        return f"<pre>{escape(str(self))}</pre>" + (image if picture else "")
+        return _preformatted(str(self)) + (image if picture else "")
 
 
 def evaluate(
@@ -248,7 +247,9 @@ def evaluate(
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
         _, text = call(["evaluate", of.path.absolute(), named, *words], progress=progress, cwd=room)
-    table, _, report = text.rstrip().rpartition("\n\n  report: ")
+    table, said, report = text.rstrip().rpartition("\n\n  report: ")
+    if not said:
+        raise ProgramError(f"skiagraph evaluate did not say where its report is: {text}")
     return Result(Path(report).parent, table, keep)
 
 
@@ -307,6 +308,12 @@ def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
     return [run.measure().path if isinstance(run, Run) else Path(fspath(run)) for run in listed]
 
 
+def _preformatted(text: str) -> str:
+    from html import escape
+
+    return f"<pre>{escape(text)}</pre>"
+
+
 class Comparison:
     """The differences between runs, with their intervals: ``print(comparison)`` is the program's table."""
 
@@ -321,7 +328,7 @@ class Comparison:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self._text)}</pre>"
+        return _preformatted(self._text)
 
 
 def compare(
@@ -366,7 +373,7 @@ class Gate:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(self._text)}</pre>"
+        return _preformatted(self._text)
 
 
 def gate(
