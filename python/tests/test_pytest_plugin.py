@@ -6,7 +6,7 @@ import pytest
 
 TRACKER = """
     import pytest
-    SMALL = {"loop_to_s": 0.2, "rig.ring.count": 2, "rig.ring.size_px": [96, 72], "observation.silhouette": "corrupted", "start_mm": 5.0}
+    SMALL = {"loop_to_s": 0.2, "rig.ring.count": 2, "size_px": [96, 72], "start_mm": 5.0}
 
     @pytest.fixture(scope="session")
     def runs(skiagraph_set):
@@ -62,7 +62,7 @@ NOISY = """
             return {name: place + self.shift for name, place in frame.info.start.markers.items()}
 
     def test_accuracy(skiagraph_set, assert_no_regression):
-        small = skiagraph_set("walk", loop_to_s=0.2, rig__ring__count=2, rig__ring__size_px=[96, 72])
+        small = skiagraph_set("walk", loop_to_s=0.2, rig__ring__count=2, size_px=[96, 72])
         assert_no_regression(skiagraph.track(small, Noisy, seeds=5), "noisy", margin_mm=2)
 """
 
