@@ -7,7 +7,7 @@ use super::{
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
-use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
+use crate::observation::{AXES, KEYPOINT_AXES, ObservationSettings, SilhouetteSource};
 
 const MAX_IMAGE_SIDE: u32 = 8192;
 /// Greatest focal length and coordinate of a principal point, pixels.
@@ -239,6 +239,10 @@ fn observation(o: &ObservationSettings) -> RangeCheck {
         let corrupts = o.silhouette == SilhouetteSource::Corrupted;
         let expected = "0, or `observation.silhouette = \"corrupted\"`";
         require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
+    }
+    for axis in o.keypoints.iter().flat_map(|_| &KEYPOINT_AXES) {
+        let strength = o.keypoints.as_ref().map_or(0.0, axis.strength);
+        within(&format!("observation.keypoints.{}", axis.name), strength, 0.0..=axis.greatest)?;
     }
     let images = &o.images;
     for (key, value, range) in [

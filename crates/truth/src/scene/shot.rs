@@ -8,11 +8,14 @@ use nalgebra::{Point2, Point3};
 
 use super::clock::SceneFigure;
 use super::{Occluders, SceneClock, Sight};
-use crate::body::LinkFrames;
+use crate::body::{KeypointPlace, LinkFrames};
 use crate::camera::{Camera, TimedRig};
 
 /// Limit on the iterations that find the row of a point: bodies move so little between rows that two or three suffice.
 const MAX_ITERATIONS: usize = 12;
+
+/// The links of a point that every link may hide.
+const NO_LINKS: [usize; 2] = [usize::MAX; 2];
 
 /// A point of the actor in an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +79,14 @@ impl<'a> Shot<'a> {
         self.point(camera, [own.link; 2], |links| links[own.link] * own.point_in_link)
     }
 
-    /// How a camera sees a point returned by [`Self::joint`] or [`Self::marker`].
+    /// A keypoint of the actor; `None` if the camera takes no image.
+    pub fn keypoint(&mut self, camera: usize, place: &KeypointPlace) -> Option<ShotPoint> {
+        let own = place.point;
+        let links = if place.is_on_surface { NO_LINKS } else { [own.link; 2] };
+        self.point(camera, links, |links| links[own.link] * own.point_in_link)
+    }
+
+    /// How a camera sees a point returned by [`Self::joint`], [`Self::marker`] or [`Self::keypoint`].
     pub fn sight(&mut self, camera: usize, point: &ShotPoint) -> Sight {
         let (clock, frame) = (self.clock, self.frame);
         let seen = self.row(camera, point.row);

@@ -12,7 +12,7 @@ mod limbs;
 mod noise;
 mod observer;
 mod outline;
-mod timing;
+pub(super) mod timing;
 mod tracker_side;
 
 pub use axes::{AXES, CorruptionAxis};

@@ -44,11 +44,7 @@ impl<'a> CorruptedObserver<'a> {
         seed: impl Into<KeyedSeed>,
     ) -> Self {
         let (filming, seed) = (rig.into(), seed.into());
-        let offsets: Vec<f64> = match corruption.desynchronisation_ms {
-            0.0 => Vec::new(),
-            _ => (0..filming.cameras()).map(|camera| timing::offset_s(&corruption, seed, camera)).collect(),
-        };
-        let observer = Observer::new(truth, filming.delayed(&offsets, 1e-6 * corruption.line_delay_us));
+        let observer = Observer::new(truth, timing::exposed(&filming, &corruption, seed));
         let shadow = (corruption.shadow_m != 0.0).then(|| {
             let azimuth = std::f64::consts::TAU * draws(seed, 0, Draw::Shadow, 0).random::<f64>();
             let ground = |camera: usize| {
@@ -87,7 +83,7 @@ impl<'a> CorruptedObserver<'a> {
         });
         let time_s = self.truth.frames[frame].time_s;
         let silhouettes = self.observer.with_empty_masks(masks);
-        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
+        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s), keypoints: None }
     }
 
     /// The corrupted mask of one camera.

@@ -3,11 +3,12 @@
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
+use crate::camera::TimedRig;
 use crate::rng::{KeyedSeed, normal};
 
 /// The frame shown by camera `camera` in `frame`: itself, or the last earlier one that was not lost. The camera takes
 /// an image `every` frames; the first frame is never lost.
-pub(super) fn shown_frame(
+pub(in crate::observing) fn shown_frame(
     corruption: &Corruption,
     seed: KeyedSeed,
     frame: usize,
@@ -21,8 +22,17 @@ pub(super) fn shown_frame(
     (1..=frame / every).rev().map(|image| image * every).find(|frame| !lost(frame)).unwrap_or(0)
 }
 
+/// The cameras at the times at which they really take their images.
+pub(in crate::observing) fn exposed(filming: &TimedRig, corruption: &Corruption, seed: KeyedSeed) -> TimedRig {
+    let offsets: Vec<f64> = match corruption.desynchronisation_ms {
+        0.0 => Vec::new(),
+        _ => (0..filming.cameras()).map(|camera| offset_s(corruption, seed, camera)).collect(),
+    };
+    filming.delayed(&offsets, 1e-6 * corruption.line_delay_us)
+}
+
 /// Delay of camera `camera`, seconds.
-pub(super) fn offset_s(corruption: &Corruption, seed: KeyedSeed, camera: usize) -> f64 {
+fn offset_s(corruption: &Corruption, seed: KeyedSeed, camera: usize) -> f64 {
     match corruption.desynchronisation_ms {
         0.0 => 0.0,
         deviation => 1e-3 * deviation * normal(&mut draws(seed, 0, Draw::Offset, camera)),
