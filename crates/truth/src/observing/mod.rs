@@ -61,6 +61,6 @@ pub use self::{
     imaging::{ImageSettings, SceneCamera, SegmentedObserver},
     keypoints::{KEYPOINT_AXES, KeypointAxis, KeypointDetector, KeypointSettings, KeypointView, SequenceKeypoints},
     layers::{LayerImages, LayerObserver, WantedLayers},
-    settings::{ObservationFacts, SilhouetteSource},
+    settings::{ObservationFacts, PlacePreset, SilhouetteSource},
     silhouette_observer::SilhouetteObserver,
 };

@@ -10,6 +10,10 @@ use crate::rng::{KeyedSeed, ObservationKey};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
+    /// Errors to expect in a place, which this sets together: `"studio"`, `"gym"` or `"outdoors"`. Other keys of
+    /// `[observation]` that are given win. `docs/places.md` has the numbers and their sources. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<PlacePreset>,
     /// Source of silhouettes: `"exact"`; `"segmented"`, from simulated images (`[observation.images]`) by background
     /// subtraction (`[observation.background]`); or `"corrupted"`, exact ones corrupted along the axes of
     /// `[observation.corruption]`.
@@ -44,6 +48,7 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 impl Default for ObservationSettings {
     fn default() -> Self {
         Self {
+            preset: None,
             silhouette: SilhouetteSource::Exact,
             seed: 1,
             key: None,
@@ -53,6 +58,18 @@ impl Default for ObservationSettings {
             keypoints: None,
         }
     }
+}
+
+/// A place whose errors are known, roughly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacePreset {
+    /// Cameras with one clock, calibrated with care, in even light.
+    Studio,
+    /// Consumer cameras, synchronised to half a frame.
+    Gym,
+    /// Telephones, roughly synchronised and calibrated.
+    Outdoors,
 }
 
 /// Source of silhouettes.

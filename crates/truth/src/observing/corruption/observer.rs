@@ -2,6 +2,7 @@
 
 use rand::RngExt;
 
+use super::outline::Field;
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
 use crate::body::Humanoid;
 use crate::camera::TimedRig;
@@ -112,10 +113,13 @@ impl<'a> CorruptedObserver<'a> {
     }
 
     fn corrupted(&self, mut mask: Mask, frame: usize, camera: usize) -> Mask {
-        let Corruption { boundary_px, holes, blobs, salt_and_pepper, .. } = self.corruption;
+        let Corruption { boundary_px, boundary_s, holes, blobs, salt_and_pepper, .. } = self.corruption;
         let random = |draw| draws(self.seed, frame, draw, camera);
         if boundary_px != 0.0 {
-            mask = outline::jittered(&mask, boundary_px, &mut random(Draw::Boundary));
+            mask = outline::jittered(&mask, boundary_px, |window| match boundary_s {
+                0.0 => Field::new(window, &mut random(Draw::Boundary)),
+                _ => self.slow_field(&mask, frame, camera),
+            });
         }
         if holes != 0.0 {
             discs::cut_holes(&mut mask, holes, &mut random(Draw::Holes));
@@ -127,6 +131,16 @@ impl<'a> CorruptedObserver<'a> {
             noise::flip_pixels(&mut mask, salt_and_pepper, &mut random(Draw::Pixels));
         }
         mask
+    }
+}
+
+impl CorruptedObserver<'_> {
+    /// The displacement of the outline, which changes slowly.
+    fn slow_field(&self, mask: &Mask, frame: usize, camera: usize) -> Field {
+        let moments = self.truth.frames[frame].time_s / self.corruption.boundary_s;
+        let first = moments.floor().max(0.0);
+        let moment = |index: f64| draws(self.seed, index as usize, Draw::BoundaryMoment, camera);
+        Field::between(mask, [&mut moment(first), &mut moment(first + 1.0)], moments - first)
     }
 }
 
@@ -157,7 +171,7 @@ mod tests {
     #[test]
     fn stronger_axes_change_masks_more_and_reproducibly_on_any_thread() {
         let (truth, exact) = (truth(), observe(&truth(), &rig()));
-        for axis in AXES.iter().filter(|axis| axis.of_masks && axis.name != "missing_limb") {
+        for axis in AXES.iter().filter(|axis| axis.of_masks && !["missing_limb", "boundary_s"].contains(&axis.name)) {
             let changed = |level: f64| -> u64 {
                 let observer = CorruptedObserver::new(&truth, &rig(), of_level(axis.name, level), 5);
                 let corrupted: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();
