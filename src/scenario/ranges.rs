@@ -92,6 +92,9 @@ impl Scenario {
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
+            let needs_keypoints = matches!(settings, TrackerSettings::Keypoints(_));
+            let has_keypoints = !needs_keypoints || self.observation.keypoints.is_some();
+            require(&key, has_keypoints, "keypoints: [observation.keypoints] with a `layout`", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();
         require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")

@@ -24,6 +24,7 @@ mod estimate;
 #[cfg(test)]
 mod fixture;
 mod frozen;
+mod keypoints;
 mod likelihood;
 mod limbs;
 mod observed_view;
@@ -50,6 +51,7 @@ pub use self::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
         CalibrationVerdict, MIN_CALIBRATION_FRAMES, calibrate,
     },
+    keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,
     refinement::{Refinement, RefinementSettings},
