@@ -62,7 +62,9 @@ fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettin
 fn first_of_keypoints(table: &str, s: &KeypointTrackerSettings) -> RangeCheck {
     within(&format!("{table}.least_confidence"), s.least_confidence, 0.0..=1.0)?;
     within(&format!("{table}.inlier_px"), s.inlier_px, 1e-3..=1e5)?;
-    within(&format!("{table}.angle_weight_m"), s.angle_weight_m, 1e-6..=1e3)
+    within(&format!("{table}.angle_weight_m"), s.angle_weight_m, 1e-6..=1e3)?;
+    within(&format!("{table}.acceleration_m_s2"), s.acceleration_m_s2, 0.0..=1e6)?;
+    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)
 }
 
 fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {

@@ -1,11 +1,14 @@
 //! The form in which most trackers of today work: keypoints of several views are triangulated one by one, and the body
 //! is fitted to the points by inverse kinematics.
 
+mod point_filter;
 mod triangulation;
 
+use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::point_filter::PointFilter;
 use self::triangulation::{Sighting, TriangulatedPoint, triangulate};
 use super::{Estimate, TrackError, Tracker};
 use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
@@ -27,11 +30,17 @@ pub struct KeypointTrackerSettings {
     /// Weight of a radian between a joint angle and that of the last frame, as a distance in metres: it decides where
     /// no keypoint does.
     pub angle_weight_m: f64,
+    /// Standard deviation of the points' acceleration in each axis, metres per squared second: points are filtered with
+    /// nearly constant velocity before the body is fitted. 0 for none.
+    pub acceleration_m_s2: f64,
+    /// Standard deviation of a triangulated point in each axis that all views see with full confidence, millimetres;
+    /// for the filter.
+    pub point_mm: f64,
 }
 
 impl Default for KeypointTrackerSettings {
     fn default() -> Self {
-        Self { least_confidence: 0.1, inlier_px: 15.0, angle_weight_m: 0.01 }
+        Self { least_confidence: 0.1, inlier_px: 15.0, angle_weight_m: 0.01, acceleration_m_s2: 0.0, point_mm: 20.0 }
     }
 }
 
@@ -43,6 +52,8 @@ pub struct KeypointTracker {
     layout: KeypointLayout,
     /// The points on the body.
     places: Vec<Option<KeypointPlace>>,
+    /// One per point; `None` until it is first seen, and without a filter.
+    filters: Vec<Option<PointFilter>>,
     /// The last pose.
     pose: Option<Pose>,
 }
@@ -51,23 +62,53 @@ impl KeypointTracker {
     /// A tracker of keypoints in this layout.
     pub fn new(body: Humanoid, rig: &CameraRig, layout: KeypointLayout, settings: KeypointTrackerSettings) -> Self {
         let places = body.keypoint_places(layout);
-        Self { body, rig: rig.clone(), settings, layout, places, pose: None }
+        let filters = vec![None; places.len()];
+        Self { body, rig: rig.clone(), settings, layout, places, filters, pose: None }
     }
 
-    /// The points that are seen well enough, with the points on the body.
-    fn goals(&self, rig: &CameraRig, found: &FrameKeypoints) -> Vec<PointGoal> {
-        let goal = |(index, place): (usize, &Option<KeypointPlace>)| {
+    /// The points that are seen well enough; `None` for all others.
+    fn triangulated(&self, rig: &CameraRig, found: &FrameKeypoints) -> Vec<Option<TriangulatedPoint>> {
+        let point = |index: usize| {
             let views = rig.cameras.iter().zip(&found.views);
             let seen = views.filter_map(|(camera, points)| {
                 let point = points.get(index)?.as_ref()?;
                 (point.confidence >= self.settings.least_confidence).then(|| Sighting::new(camera, point))?
             });
-            let seen: Vec<Sighting<'_>> = seen.collect();
-            let TriangulatedPoint { place: target, support } = triangulate(&seen, self.settings.inlier_px)?;
-            let weight = (support / rig.cameras.len() as f64).sqrt();
-            Some(PointGoal { on: place.as_ref()?.point, target, weight })
+            triangulate(&seen.collect::<Vec<_>>(), self.settings.inlier_px)
         };
-        self.places.iter().enumerate().filter_map(goal).collect()
+        (0..self.places.len()).map(point).collect()
+    }
+
+    /// The points of the body with their goals.
+    fn goals(&mut self, points: &[Option<TriangulatedPoint>], time_s: f64) -> Vec<PointGoal> {
+        let cameras = self.rig.cameras.len() as f64;
+        let known = self.places.iter().zip(points).zip(&mut self.filters);
+        let goal = |((place, point), filter): ((&Option<KeypointPlace>, &Option<TriangulatedPoint>), &mut _)| {
+            let TriangulatedPoint { place: seen, support } = (*point)?;
+            let share = support / cameras;
+            let target = filtered(&self.settings, filter, &seen, share, time_s);
+            Some(PointGoal { on: place.as_ref()?.point, target, weight: share.sqrt() })
+        };
+        known.filter_map(goal).collect()
+    }
+}
+
+/// A point that a `share` of the greatest support has, filtered if the settings say so.
+fn filtered(
+    settings: &KeypointTrackerSettings,
+    filter: &mut Option<PointFilter>,
+    seen: &Point3<f64>,
+    share: f64,
+    time_s: f64,
+) -> Point3<f64> {
+    let variance = (1e-3 * settings.point_mm).powi(2) / share.max(f64::MIN_POSITIVE);
+    match filter {
+        _ if settings.acceleration_m_s2 == 0.0 => *seen,
+        Some(filter) => filter.measured(seen, variance, time_s, settings.acceleration_m_s2),
+        None => {
+            *filter = Some(PointFilter::new(*seen, variance, time_s));
+            *seen
+        }
     }
 }
 
@@ -82,7 +123,7 @@ impl Tracker for KeypointTracker {
 
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
         let frame = observation.frame;
-        let last = self.pose.as_ref().ok_or(TrackError::NotStarted { frame })?;
+        let last = self.pose.clone().ok_or(TrackError::NotStarted { frame })?;
         let (expected, found) = (self.body.degrees_of_freedom.len(), last.joint_angles.len());
         if expected != found {
             return Err(TrackError::StartMismatch { expected, found });
@@ -94,11 +135,12 @@ impl Tracker for KeypointTracker {
             let (own, cameras) = (self.layout.name(), self.rig.cameras.len());
             return Err(mismatch(format!("{layout} in {views} views, expected {own} in {cameras}")));
         }
-        let points = self.goals(&observation.rig(&self.rig), found);
+        let points = self.triangulated(&observation.rig(&self.rig), found);
+        let points = self.goals(&points, observation.time_s);
         let angle = |target: &f64| AngleGoal { target: *target, metres_per_unit: self.settings.angle_weight_m };
         let angles = last.joint_angles.iter().map(angle).collect();
         let goals = Goals { points, angles, ..Goals::default() };
-        let pose = Solver::new(&self.body).solve(&goals, last, MOST_STEPS).pose;
+        let pose = Solver::new(&self.body).solve(&goals, &last, MOST_STEPS).pose;
         self.pose = Some(pose.clone());
         Ok(Estimate::without_search(frame, pose))
     }
