@@ -7,6 +7,7 @@ use std::rc::Rc;
 use nalgebra::{Point2, Point3};
 
 use super::clock::SceneFigure;
+use super::sight::ImageFacets;
 use super::{Occluders, SceneClock, Sight};
 use crate::body::{KeypointPlace, LinkFrames};
 use crate::camera::{Camera, TimedRig};
@@ -57,8 +58,8 @@ struct ExposedScene<'a> {
 struct ExposedRow<'a> {
     camera: Camera,
     scene: Rc<ExposedScene<'a>>,
-    /// Image bounds of the triangles of the body's surface.
-    bounds: OnceCell<Vec<[f64; 4]>>,
+    /// The triangles of the body's surface.
+    facets: OnceCell<ImageFacets>,
 }
 
 impl<'a> Shot<'a> {
@@ -91,8 +92,8 @@ impl<'a> Shot<'a> {
         let (clock, frame) = (self.clock, self.frame);
         let seen = self.row(camera, point.row);
         let occluders = seen.scene.occluders.get_or_init(|| occluders_in(clock, frame, &seen.scene));
-        let bounds = seen.bounds.get_or_init(|| occluders.bounds(&seen.camera));
-        occluders.sight_lines_with_bounds(&seen.camera, bounds).to(&point.place, &point.own)
+        let facets = seen.facets.get_or_init(|| occluders.facets(&seen.camera));
+        occluders.sight_lines_with(&seen.camera, facets).to(&point.place, &point.own)
     }
 
     /// A point that belongs to links `own` of the actor.
@@ -135,7 +136,7 @@ impl<'a> Shot<'a> {
                 Rc::new(ExposedScene { time_s, links, occluders: OnceCell::new() })
             });
             *scene = Some(exposed.clone());
-            ExposedRow { camera: rig.camera_at(camera, time_s), scene: exposed, bounds: OnceCell::new() }
+            ExposedRow { camera: rig.camera_at(camera, time_s), scene: exposed, facets: OnceCell::new() }
         })
     }
 }
