@@ -1,6 +1,6 @@
 //! Presets of a place: the errors of synchronisation, calibration, silhouettes and keypoints to expect there.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::observation::PlacePreset;
 
@@ -13,23 +13,24 @@ fn text_of(place: PlacePreset) -> &'static str {
     }
 }
 
-/// Adds the settings of the place that `observation.preset` names to a scenario's tree. Keys that are given win. A word
-/// that names no place is left for the error about it.
-pub(super) fn add_preset(tree: &mut Value) {
-    let Some(observation) = tree.get_mut("observation").filter(|table| table.is_object()) else { return };
+/// Replaces `observation.preset` in a scenario's tree by the settings of the place that it names. Keys that are given
+/// win, also in what is written of the scenario: a key of 0 is not written, and must not be set again when it is read. A
+/// word that names no place is left for the error about it.
+pub(super) fn resolve_preset(tree: &mut Value) {
+    let Some(Value::Object(observation)) = tree.get_mut("observation") else { return };
     let named = observation.get("preset").cloned().and_then(|name| serde_json::from_value(name).ok());
-    if let Some(preset) = named.and_then(|place| toml::from_str(text_of(place)).ok()) {
+    if let Some(Value::Object(preset)) = named.and_then(|place| toml::from_str(text_of(place)).ok()) {
+        observation.remove("preset");
         add_missing(observation, preset);
     }
 }
 
-fn add_missing(given: &mut Value, more: Value) {
-    if let (Value::Object(given), Value::Object(more)) = (given, more) {
-        for (key, value) in more {
-            match given.get_mut(&key) {
-                Some(own) => add_missing(own, value),
-                None => drop(given.insert(key, value)),
-            }
+fn add_missing(given: &mut Map<String, Value>, more: Map<String, Value>) {
+    for (key, value) in more {
+        match (given.get_mut(&key), value) {
+            (Some(Value::Object(own)), Value::Object(more)) => add_missing(own, more),
+            (Some(_), _) => {}
+            (None, value) => drop(given.insert(key, value)),
         }
     }
 }
@@ -89,7 +90,8 @@ mod tests {
         }
         let scenario = with(&["observation.preset=gym", "observation.keypoints.gross=0"]).scenario;
         let mut tree = serde_json::to_value(&scenario).unwrap();
-        add_preset(&mut tree);
+        resolve_preset(&mut tree);
+        assert_eq!(scenario.observation.keypoints.unwrap().gross, 0.0);
         assert_eq!(serde_json::from_value::<crate::scenario::Scenario>(tree).unwrap(), scenario);
         let template = ScenarioTemplate::new(with(&[])).unwrap();
         let of_template = template.with(&["observation.preset=gym".to_owned()]).unwrap();
@@ -103,7 +105,7 @@ mod tests {
         let words = refused.to_string();
         assert!(words.contains("observation.preset") && words.contains("`studio`"), "{words}");
         let mut tree = serde_json::json!({ "observation": { "silhouette": "exact" } });
-        add_preset(&mut tree);
+        resolve_preset(&mut tree);
         assert_eq!(tree, serde_json::json!({ "observation": { "silhouette": "exact" } }));
     }
 }

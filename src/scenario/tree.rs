@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::diagnostic::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::json_tree;
-use super::place::add_preset;
+use super::place::resolve_preset;
 use super::range_checks::RangeCheck;
 use crate::input::{self, excerpt};
 
@@ -60,7 +60,7 @@ pub(super) fn settings_or_error<T: DeserializeOwned>(mut tree: Value) -> Result<
     if let Some((key, expected)) = foreign(&tree) {
         return Err(SettingsError { key, unknown: None, message: expected.to_owned() });
     }
-    add_preset(&mut tree);
+    resolve_preset(&mut tree);
     json_tree::value(tree).map_err(|e| SettingsError::new(&e))
 }
 

@@ -11,7 +11,8 @@ use crate::rng::{KeyedSeed, ObservationKey};
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
     /// Errors to expect in a place, which this sets together: `"studio"`, `"gym"` or `"outdoors"`. Other keys of
-    /// `[observation]` that are given win. `docs/places.md` has the numbers and their sources. Default: none.
+    /// `[observation]` that are given win. `docs/places.md` has the numbers and their sources. Replaced by these keys
+    /// when a scenario is read. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<PlacePreset>,
     /// Source of silhouettes: `"exact"`; `"segmented"`, from simulated images (`[observation.images]`) by background
