@@ -193,7 +193,8 @@ fn set_of(file: &ScenarioFile, scene: &PreparedScene, count: usize) -> Result<Be
     };
     let refitted = Motion { poses: scene.refitted.poses[..count].to_vec(), ..scene.refitted };
     let mut observation = file.scenario.observation.clone();
-    let facts = observation.corruption.changes_cameras().then(|| observation.facts());
+    let is_told = observation.corruption.changes_cameras() || observation.keypoints.is_some();
+    let facts = is_told.then(|| observation.facts());
     let parts = SetParts {
         name: &file.scenario.name,
         rig: &scene.rig,

@@ -27,6 +27,7 @@ mod latent;
 mod motion;
 mod named_on_command_line;
 mod overrides;
+mod place;
 mod props;
 mod range_checks;
 mod ranges;

@@ -8,8 +8,8 @@ use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, Swit
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
-    SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, KeypointTrackerSettings, PlausibilitySettings, RefinementSettings,
+    SilhouetteSettings, SilhouetteTerm,
 };
 
 /// The tracker.
@@ -18,6 +18,8 @@ use crate::tracker::{
 pub enum TrackerSettings {
     /// The annealed particle filter.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
+    /// Triangulates the keypoints of a 2D detector and fits the body to the points. Uses no silhouettes.
+    Keypoints(KeypointTrackerSettings),
     /// Never moves: the baseline that every tracker must beat.
     Frozen(NoSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
@@ -113,12 +115,13 @@ impl Default for TrackerSettings {
 
 impl TrackerSettings {
     /// All trackers, with their default settings.
-    pub fn all() -> [Self; 7] {
+    pub fn all() -> [Self; 8] {
         [
             Self::default(),
             Self::Gpdm(LatentTrackerSettings::default()),
             Self::SwitchingGpdm(LatentTrackerSettings::default()),
             Self::GpdmGraph(LatentTrackerSettings::default()),
+            Self::Keypoints(KeypointTrackerSettings::default()),
             Self::Frozen(NoSettings::default()),
             Self::NearestTrainingPose(NoSettings::default()),
             Self::Oracle(OracleSettings::default()),
@@ -153,6 +156,10 @@ impl TrackerSettings {
             Self::Gpdm(settings) => settings.kind(),
             Self::SwitchingGpdm(settings) => settings.kind(),
             Self::GpdmGraph(settings) => settings.kind(),
+            Self::Keypoints(_) => TrackerKind {
+                explanation: Some("keypoints: triangulation and inverse kinematics"),
+                ..TrackerKind::named("keypoints")
+            },
             Self::Frozen(_) => TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") },
             Self::NearestTrainingPose(_) => TrackerKind {
                 explanation: Some("oracle: the training pose nearest to the truth, at the true root"),

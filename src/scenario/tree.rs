@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::diagnostic::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::json_tree;
+use super::place::resolve_preset;
 use super::range_checks::RangeCheck;
 use crate::input::{self, excerpt};
 
@@ -55,10 +56,11 @@ pub(crate) fn settings_of<T: DeserializeOwned>(
 }
 
 /// The settings of a tree, or its first error.
-pub(super) fn settings_or_error<T: DeserializeOwned>(tree: Value) -> Result<T, SettingsError> {
+pub(super) fn settings_or_error<T: DeserializeOwned>(mut tree: Value) -> Result<T, SettingsError> {
     if let Some((key, expected)) = foreign(&tree) {
         return Err(SettingsError { key, unknown: None, message: expected.to_owned() });
     }
+    resolve_preset(&mut tree);
     json_tree::value(tree).map_err(|e| SettingsError::new(&e))
 }
 

@@ -26,6 +26,7 @@ mod forgery;
 mod gate;
 mod hints;
 mod inspect;
+mod keypoints;
 mod keys;
 mod memory;
 mod messages;
