@@ -7,6 +7,7 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use sha2::{Digest, Sha256};
 use skiagraph::artefacts::Destination;
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::{LANDMARKS, shipped};
@@ -14,6 +15,7 @@ use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
 use skiagraph::common::NoProgress;
 use skiagraph::experiment::{RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::npz::{Array, Npz};
 use skiagraph::scenario::ScenarioFile;
 
 const FRAMES: usize = 4;
@@ -37,7 +39,58 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let motion = crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
     let set = crate::made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
-    set
+    add_keypoints(directory, &set);
+    BenchmarkSet::read(directory).unwrap()
+}
+
+/// Adds keypoints in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In frame 1, camera 0 misses
+/// keypoint 3, and camera 2 misses all.
+fn add_keypoints(directory: &Path, set: &BenchmarkSet) {
+    let names = [
+        "nose",
+        "left_eye",
+        "right_eye",
+        "left_ear",
+        "right_ear",
+        "left_shoulder",
+        "right_shoulder",
+        "left_elbow",
+        "right_elbow",
+        "left_wrist",
+        "right_wrist",
+        "left_hip",
+        "right_hip",
+        "left_knee",
+        "right_knee",
+        "left_ankle",
+        "right_ankle",
+    ];
+    let (mut places, mut confidence) = (Vec::new(), Vec::new());
+    for (frame, known) in set.truth.ground_truth.frames.iter().enumerate() {
+        for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+            for keypoint in 0..names.len() {
+                let is_missing = frame == 1 && (index == 2 || (index == 0 && keypoint == 3));
+                let pixel = known.markers[keypoint % 15].and_then(|marker| camera.project(&marker)).unwrap();
+                let pixel = if is_missing { [f32::NAN; 2] } else { [pixel.x, pixel.y].map(|v| (v - 0.5) as f32) };
+                places.extend(pixel);
+                confidence.push(keypoint as f32 / 20.0);
+            }
+        }
+    }
+    let shape = [FRAMES, set.blind.rig.cameras.len(), names.len()];
+    let arrays = [
+        ("keypoint_names", Array::names(names)),
+        ("keypoints", Array::new(&[&shape[..], &[2]].concat(), places)),
+        ("confidence", Array::new(&shape, confidence)),
+    ];
+    let bytes = Npz::from_iter(arrays).to_bytes("keypoints.npz").unwrap();
+    fs::write(directory.join("observations/keypoints.npz"), &bytes).unwrap();
+    let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let listing = fs::read_to_string(directory.join("files.sha256")).unwrap();
+    let added = format!("{digest}  observations/keypoints.npz\n");
+    let mut lines: Vec<&str> = listing.lines().chain(added.lines()).collect();
+    lines.sort_unstable_by_key(|line| &line[66..]);
+    fs::write(directory.join("files.sha256"), lines.join("\n") + "\n").unwrap();
 }
 
 fn exported(format: ExportFormat) -> tempfile::TempDir {
@@ -94,6 +147,9 @@ read_back_by! {
     evo_reads_tum: Tum,
     numpy_reads_humaneva: HumanEva,
     opencv_reads_bodytrack: Bodytrack,
+    python_reads_openpose: OpenPose,
+    opencv_reads_pose2sim: Pose2Sim,
+    numpy_reads_anipose: Anipose,
 }
 
 #[test]
