@@ -13,7 +13,7 @@ Config.toml               Pose2Sim's defaults, with the set's rate and keypoint 
 
 In this folder: python -c \"from Pose2Sim import Pose2Sim; Pose2Sim.triangulation(); Pose2Sim.filtering()\"
 Then measure pose-3d/*.trc: skiagraph evaluate SET FILE.trc --from pose2sim. Pose2Sim exchanges the axes: its x, y, z are the
-set's y, z, x. Its filter leaves out the last frame, which then counts as lost.";
+set's y, z, x. Its filter leaves out the last frame, which then counts as lost; its C3D files have whole millimetres, cut off.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "A project of Pose2Sim", README)?;
