@@ -7,18 +7,20 @@ use crate::npz::{Array, Npz};
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load: x_camera = R x_world + t, the world's Z up
-points.npz         points (C cameras, T frames, K keypoints, 2), NaN if missing; scores (C, T, K); names (K); fps. Pixels as in
-                   OpenCV: (0, 0) is the centre of the top-left pixel
+calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load; x_camera = R x_world + t, the world's
+                   Z up
+points.npz         points (C cameras, T frames, K keypoints, 2), NaN if missing; scores (C, T, K); names (K); fps. Pixels as
+                   in OpenCV: (0, 0) is the centre of the top-left pixel
 
     import numpy as np
     from aniposelib.cameras import CameraGroup
     rig, data = CameraGroup.load(\"calibration.toml\"), np.load(\"points.npz\")
     C, T, K, _ = data[\"points\"].shape
-    found = rig.triangulate(data[\"points\"].reshape(C, -1, 2)).reshape(T, K, 3)     # or rig.triangulate_optim(data[\"points\"])
+    found = rig.triangulate(data[\"points\"].reshape(C, -1, 2)).reshape(T, K, 3)
     np.savez(\"found.npz\", fps=data[\"fps\"], estimate_markers=found, marker_names=data[\"names\"])
 
-Then measure found.npz, or anipose's CSV: skiagraph evaluate SET FILE --from anipose.";
+Instead of triangulate, rig.triangulate_optim(data[\"points\"]) also smooths. Then measure found.npz, or anipose's CSV:
+skiagraph evaluate SET FILE --from anipose.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Cameras and keypoints for anipose", README)?;
