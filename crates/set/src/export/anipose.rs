@@ -7,10 +7,10 @@ use crate::npz::{Array, Npz};
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load; x_camera = R x_world + t, the world's
-                   Z up
-points.npz         points (C cameras, T frames, K keypoints, 2), NaN if missing; scores (C, T, K); names (K); fps. Pixels as
-                   in OpenCV: (0, 0) is the centre of the top-left pixel
+calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load; x_camera = R x_world + t, the
+                   world's Z up
+points.npz         points (C cameras, T frames, K keypoints, 2), NaN if missing; scores (C, T, K); names (K); fps. Pixels
+                   as in OpenCV: (0, 0) is the centre of the top-left pixel
 
     import numpy as np
     from aniposelib.cameras import CameraGroup

@@ -10,8 +10,8 @@ const README: &str = "\
 CAMERA_json/CAMERA_NNNNNNNNNNNN_keypoints.json   the keypoints of a camera's frame NNNNNNNNNNNN (from 0)
 keypoints.txt                                    the names of the keypoints, in their order
 
-people[0].pose_keypoints_2d has x, y and confidence of every keypoint. A missing one is 0, 0, 0; an image without any has no
-people. x, y are pixels, (0, 0) is the centre of the top-left pixel, as in OpenCV.";
+people[0].pose_keypoints_2d has x, y and confidence of every keypoint. A missing one is 0, 0, 0; an image without
+any has no people. x, y are pixels, (0, 0) is the centre of the top-left pixel, as in OpenCV.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Keypoints as OpenPose writes them", README)?;

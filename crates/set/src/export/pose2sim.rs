@@ -9,11 +9,12 @@ use crate::{BenchmarkSet, SetError};
 const README: &str = "\
 calibration/Calib.toml    the cameras that trackers are given, metres; x_camera = R x_world + t, the world's Z up
 pose/camNN_json/          the keypoints as OpenPose's JSON; camera NN of Calib.toml, frames from 0; pixels as in OpenCV
-Config.toml               Pose2Sim's defaults, with the set's rate and keypoint layout, the lens if there is one, and no windows
+Config.toml               Pose2Sim's defaults, with the set's rate, keypoint layout and lens, and without windows
 
 In this folder: python -c \"from Pose2Sim import Pose2Sim; Pose2Sim.triangulation(); Pose2Sim.filtering()\"
-Then measure pose-3d/*.trc: skiagraph evaluate SET FILE.trc --from pose2sim. Pose2Sim exchanges the axes: its x, y, z are the
-set's y, z, x. Its filter leaves out the last frame, which then counts as lost; its C3D files have whole millimetres, cut off.";
+Then measure pose-3d/*.trc: skiagraph evaluate SET FILE.trc --from pose2sim. Pose2Sim exchanges the axes: its x, y, z are
+the set's y, z, x. Its filter leaves out the last frame, which then counts as lost; its C3D files have whole millimetres,
+cut off.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "A project of Pose2Sim", README)?;
