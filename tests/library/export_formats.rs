@@ -39,13 +39,13 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let motion = crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
     let set = crate::made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
-    add_keypoints(directory, &set);
+    add_keypoints(directory, &set, FRAMES);
     BenchmarkSet::read(directory).unwrap()
 }
 
-/// Adds keypoints in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In frame 1, camera 0
+/// Adds keypoints of the first frames in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In frame 1, camera 0
 /// misses keypoint 3, and camera 2 misses all.
-fn add_keypoints(directory: &Path, set: &BenchmarkSet) {
+fn add_keypoints(directory: &Path, set: &BenchmarkSet, frames: usize) {
     let names = [
         "nose",
         "left_eye",
@@ -66,7 +66,7 @@ fn add_keypoints(directory: &Path, set: &BenchmarkSet) {
         "right_ankle",
     ];
     let (mut places, mut confidence) = (Vec::new(), Vec::new());
-    for (frame, known) in set.truth.ground_truth.frames.iter().enumerate() {
+    for (frame, known) in set.truth.ground_truth.frames.iter().take(frames).enumerate() {
         for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
             for keypoint in 0..names.len() {
                 let is_missing = frame == 1 && (index == 2 || (index == 0 && keypoint == 3));
@@ -77,7 +77,7 @@ fn add_keypoints(directory: &Path, set: &BenchmarkSet) {
             }
         }
     }
-    let shape = [FRAMES, set.blind.rig.cameras.len(), names.len()];
+    let shape = [frames, set.blind.rig.cameras.len(), names.len()];
     let arrays = [
         ("keypoint_names", Array::names(names)),
         ("keypoints", Array::new(&[&shape[..], &[2]].concat(), places)),
@@ -150,6 +150,29 @@ read_back_by! {
     python_reads_openpose: OpenPose,
     opencv_reads_pose2sim: Pose2Sim,
     numpy_reads_anipose: Anipose,
+}
+
+#[test]
+fn pipelines_of_keypoints_need_keypoints_of_every_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |set: &BenchmarkSet, format| {
+        export(set, format, tempfile::tempdir().unwrap().path(), WATCH).unwrap_err().to_string()
+    };
+    let body = shipped("actor").unwrap();
+    let motion = crate::made_up_set::motion(&body, FRAMES + 1, 60.0, |_| Isometry3::identity(), |_, _| 0.0);
+    let cameras = vec![crate::made_up_set::camera("one", [3.0, 0.4, 1.3], [0.0; 5], [90, 70])];
+    let set = crate::made_up_set::assemble("without keypoints", cameras, &motion);
+    for format in [ExportFormat::OpenPose, ExportFormat::Pose2Sim, ExportFormat::Anipose] {
+        let message = refused(&set, format);
+        assert!(message.contains(format.name()) && message.contains("[observation.keypoints]"), "{message}");
+    }
+    set.write(folder.path()).unwrap();
+    add_keypoints(folder.path(), &set, FRAMES);
+    let message = refused(&BenchmarkSet::read(folder.path()).unwrap(), ExportFormat::Anipose);
+    assert!(
+        message.contains("keypoints.npz") && message.contains("shape [4, 1, 17], expected [5, 1, 17]"),
+        "{message}"
+    );
 }
 
 #[test]
