@@ -112,6 +112,10 @@ fn canonical(name: &str) -> String {
         "collar", "hand", "upleg", "toe",
     ];
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    // Pose2Sim's name
+    if plain == "chip" {
+        return "midhip".to_owned();
+    }
     let sides = [('l', "left"), ('r', "right")];
     for (letter, side) in sides {
         let around = [plain.strip_prefix(letter), plain.strip_suffix(letter), plain.strip_suffix(side)];
@@ -146,6 +150,7 @@ mod tests {
         assert_eq!(found(&format!("{limbs} {face} LAnkle RAnkle")), Some("COCO-17"));
         assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Head Neck Hip")), Some("HALPE-26"));
         assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Neck MidHip")), Some("BODY-25"));
+        assert_eq!(found(&format!("{limbs} {feet} LAnkle RAnkle Nose Neck CHip")), Some("BODY-25"), "of Pose2Sim");
         assert_eq!(found(&format!("{limbs} LFoot RFoot Hip Spine Thorax Neck/Nose Head")), Some("Human3.6M"));
         let trunk = "Pelvis Spine1 Spine2 Spine3 Neck Head L_Collar R_Collar L_Foot R_Foot L_Hand R_Hand";
         assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));
