@@ -21,6 +21,7 @@ mod manual;
 mod output;
 mod output_arguments;
 mod parameters;
+mod program_arguments;
 mod progress;
 mod render;
 mod report;

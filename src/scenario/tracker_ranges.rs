@@ -16,6 +16,7 @@ impl TrackerSettings {
             Self::SwitchingGpdm(settings) => first_of_latent(table, settings),
             Self::GpdmGraph(settings) => first_of_latent(table, settings),
             Self::Oracle(settings) => first_of_oracle(table, settings),
+            Self::Program(settings) => settings.first_problem(table),
             Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
         }
     }

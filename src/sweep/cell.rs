@@ -13,8 +13,9 @@ use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
 use crate::experiment::run::MethodRun;
-use crate::experiment::tracking::prepare;
-use crate::experiment::{render, track};
+use crate::experiment::program_tracking::ProgramRun;
+use crate::experiment::render;
+use crate::experiment::tracking::{prepare, track_running};
 use crate::measure::Measures;
 use crate::measure::results::verdict_on;
 use crate::mocap::MocapError;
@@ -144,7 +145,9 @@ impl CellWork<'_> {
         let set = &shared.set;
         let (clock, processor) = (Instant::now(), thread_processor_s());
         let truth = set.truth.refitted.as_ref();
-        let tracked = track(&set.blind, &file.scenario.tracker(), &[self.cell.seed], truth, models, self.progress)?;
+        let (tracker, program) = (file.scenario.tracker(), ProgramRun { hidden: &[&self.sweep.root], ..ProgramRun::default() });
+        let seeds = [self.cell.seed];
+        let tracked = track_running(&set.blind, &tracker, &seeds, truth, models, program, self.progress)?;
         let env = Environment {
             track_s: clock.elapsed().as_secs_f64(),
             track_processor_s: thread_processor_s() - processor,
@@ -178,8 +181,15 @@ impl CellWork<'_> {
         let path = self.sweep.root.join(REPORTS).join(&self.cell.cell);
         let directory = Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::Run)?;
         let seeds = [self.cell.seed];
-        let attempt =
-            MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &shared.set, seeds: &seeds };
+        let attempt = MethodRun {
+            directory: &directory,
+            folder: "",
+            scenario: &file.scenario,
+            set: &shared.set,
+            seeds: &seeds,
+            unfinished: None,
+            hidden: &self.sweep.root,
+        };
         attempt.run(models, self.progress)?;
         Ok(directory.finish()?)
     }
