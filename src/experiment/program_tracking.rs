@@ -69,7 +69,14 @@ pub(crate) struct ProgramRun<'a> {
     /// Where finished seeds are kept.
     pub(super) kept: Option<KeptSeeds<'a>>,
     /// Paths that they may not see in a sandbox, besides the recordings.
-    pub(crate) hidden: &'a [&'a Path],
+    pub(super) hidden: &'a [&'a Path],
+}
+
+impl<'a> ProgramRun<'a> {
+    /// Without kept seeds.
+    pub(crate) fn hiding(hidden: &'a [&'a Path]) -> Self {
+        Self { kept: None, hidden }
+    }
 }
 
 /// Runs the program of a scenario over a set.

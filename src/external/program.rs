@@ -85,10 +85,14 @@ impl Program {
         let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
         let mut guard = Guard::begin(&format!("{MARK}={mark}"), place.removed)?;
         let mut shell = match &settings.sandbox {
-            Some(sandbox) => sandbox.command(&settings.command_line(), place.folder, std::env::current_dir().ok()),
+            Some(sandbox) => {
+                let current = settings.folder.clone().or_else(|| std::env::current_dir().ok());
+                sandbox.command(&settings.command_line(), place.folder, current)
+            }
             None => shell(&settings.command_line()),
         };
         in_own_group(&mut shell);
+        settings.folder.iter().for_each(|folder| drop(shell.current_dir(folder)));
         for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OWN_PREFIX)) {
             shell.env_remove(name);
         }

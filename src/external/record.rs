@@ -33,6 +33,8 @@ pub struct ProgramSettings {
     pub restarts: usize,
     /// Whether messages contain the silhouettes instead of paths.
     pub inline: bool,
+    /// Its working directory; by default that of this process.
+    pub folder: Option<PathBuf>,
     /// The sandbox; without one the program runs with the rights of its user.
     pub sandbox: Option<ProgramSandbox>,
 }
@@ -56,6 +58,7 @@ impl ProgramSettings {
             frame_limit: seconds(program.frame_limit_s, Self::FRAME_LIMIT_S),
             restarts: program.restarts.unwrap_or(Self::RESTARTS) as usize,
             inline: program.inline,
+            folder: program.folder.clone(),
             sandbox: program.sandbox.then_some(ProgramSandbox { readable, hidden }),
         }
     }
@@ -75,6 +78,7 @@ impl ProgramSettings {
             frame_limit: Duration::from_secs_f64(Self::FRAME_LIMIT_S),
             restarts: Self::RESTARTS as usize,
             inline: false,
+            folder: None,
             sandbox: None,
         }
     }
@@ -259,6 +263,7 @@ mod tests {
             frame_limit: Duration::from_secs_f64(0.5),
             restarts: 0,
             inline: true,
+            folder: None,
             sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
         };
         let options = ProgramOptions::of(&settings);

@@ -56,7 +56,7 @@ pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
 pub(crate) use overrides::{parse_value, split_at_commas};
 pub use program::ProgramTrackerSettings;
-pub(crate) use program::{command_with, setting_text};
+pub(crate) use program::{REFUSED, command_with, exec_arguments, setting_text};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub(crate) use ranges::MOST_SEEDS;
@@ -168,6 +168,15 @@ impl Scenario {
             return vec![("tracker", self.tracker())];
         }
         self.methods.iter().map(|(name, settings)| (name.as_str(), settings.clone())).collect()
+    }
+
+    /// The programs among the trackers.
+    pub(crate) fn programs(&mut self) -> impl Iterator<Item = &mut ProgramTrackerSettings> {
+        let all = self.tracker.iter_mut().chain(self.methods.values_mut());
+        all.filter_map(|tracker| match tracker {
+            TrackerSettings::Program(program) => Some(program),
+            _ => None,
+        })
     }
 
     /// The JSON schema of the format, for editors.

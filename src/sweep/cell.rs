@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
+use super::identity::DIGITS;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
@@ -16,7 +17,8 @@ use crate::experiment::run::MethodRun;
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::render;
 use crate::experiment::tracking::{prepare, track_running};
-use crate::measure::Measures;
+use crate::input::hex_sha256;
+use crate::measure::{Measures, Tracked};
 use crate::measure::results::verdict_on;
 use crate::mocap::MocapError;
 use crate::report::Grade;
@@ -145,8 +147,8 @@ impl CellWork<'_> {
         let set = &shared.set;
         let (clock, processor) = (Instant::now(), thread_processor_s());
         let truth = set.truth.refitted.as_ref();
-        let (tracker, program) = (file.scenario.tracker(), ProgramRun { hidden: &[&self.sweep.root], ..ProgramRun::default() });
-        let seeds = [self.cell.seed];
+        let (tracker, seeds, hidden) = (file.scenario.tracker(), [self.cell.seed], [self.sweep.root.as_path()]);
+        let program = ProgramRun::hiding(&hidden);
         let tracked = track_running(&set.blind, &tracker, &seeds, truth, models, program, self.progress)?;
         let env = Environment {
             track_s: clock.elapsed().as_secs_f64(),
@@ -166,9 +168,18 @@ impl CellWork<'_> {
             likelihood_evaluations: tracked.record.as_ref().map_or(0, |r| r.timing.likelihood_evaluations),
             metrics: means.filter(|(_, mean)| mean.is_finite()).collect(),
             frozen: measures.frozen.metrics.get(&self.sweep.plan.objective).map(|metric| metric.mean),
+            estimates: tracked.program.is_some().then(|| self.hash_of(&tracked, set)).transpose()?,
             env,
             ..CellRecord::new(self.cell, status)
         })
+    }
+
+    /// First digits of the SHA-256 of the estimates.
+    fn hash_of(&self, tracked: &Tracked, set: &BenchmarkSet) -> Result<String, ExperimentError> {
+        let poses = tracked.estimates.to_bytes("poses.npz", &set.blind.start.body, None)?;
+        let mut digest = hex_sha256(&poses);
+        digest.truncate(DIGITS);
+        Ok(digest)
     }
 
     /// Writes the folder of a run, as `skiagraph run` does.

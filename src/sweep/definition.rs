@@ -31,6 +31,10 @@ pub struct Sweep {
     /// Number of seeds per setting. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
+    /// Whether every seed also has its own noise: `observation.seed` counts up with the seed, and intervals are over draws
+    /// of the noise. For trackers that give the same estimates for every seed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub draws: bool,
     /// How axes are combined into settings.
     #[serde(default)]
     pub method: Expansion,
@@ -119,6 +123,7 @@ impl Sweep {
             set: Vec::new(),
             seed: None,
             seeds: None,
+            draws: false,
             method: Expansion::Grid,
             axes: Map::new(),
             points: Vec::new(),

@@ -22,6 +22,7 @@ mod definition;
 mod estimate;
 mod file;
 mod identity;
+mod ignored;
 pub mod page;
 mod plan;
 mod plan_file;

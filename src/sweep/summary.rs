@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
+use super::ignored::remarks;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
@@ -32,6 +33,9 @@ pub struct SweepSummary {
     pub cells: usize,
     /// Cells without a result.
     pub missing: usize,
+    /// Remarks on external programs whose estimates do not depend on their settings or seeds.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// The settings, in the order of the plan.
     pub settings: Vec<SettingSummary>,
 }
@@ -81,6 +85,12 @@ pub struct CellSummary {
     pub error: Option<String>,
     /// Whether it has a report.
     pub report: bool,
+    /// First digits of the SHA-256 of a program's estimates.
+    #[serde(skip)]
+    pub estimates: Option<String>,
+    /// Its set.
+    #[serde(skip)]
+    pub set: String,
     /// Its cost.
     #[serde(skip)]
     pub env: Environment,
@@ -101,6 +111,7 @@ impl SweepSummary {
             seeds: plan.seeds.clone(),
             cells: cells.len(),
             missing: 0,
+            remarks: Vec::new(),
             settings: Vec::new(),
         };
         let reader = SettingReader {
@@ -113,6 +124,7 @@ impl SweepSummary {
         let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
+        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
         Ok(summary)
     }
 
@@ -287,6 +299,8 @@ impl SettingReader<'_> {
             status: record.map(|record| record.status),
             error: record.and_then(|record| record.error.clone()),
             report: self.reports.as_ref().is_some_and(has_report),
+            estimates: record.and_then(|record| record.estimates.clone()),
+            set: cell.set.clone(),
             env: record.map(|record| record.env.clone()).unwrap_or_default(),
         }
     }
@@ -320,6 +334,7 @@ mod tests {
             seeds: vec![0, 1, 2],
             cells: 12,
             missing: 1,
+            remarks: Vec::new(),
             settings: vec![
                 setting("walk", 5, &[Some(30.0), Some(32.0), Some(34.0)]),
                 setting("walk", 9, &[Some(10.0), Some(12.0), None]),

@@ -8,6 +8,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::super::file_access::FileAccess;
+use super::super::program_arguments::TrackerArguments;
 use super::super::volume::duration;
 use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
@@ -34,6 +35,13 @@ pub(super) struct Definition {
     /// Number of seeds per setting, overriding the sweep or scenario
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
+
+    /// Draw new noise for every seed: observation.seed counts up with the seed, and intervals are over draws of the noise
+    #[arg(long)]
+    draws: bool,
+
+    #[command(flatten)]
+    trackers: TrackerArguments,
 
     /// Pair the values of all axes one to one instead of taking every combination
     #[arg(long)]
@@ -89,6 +97,13 @@ impl Definition {
             None => SweepFile::new(Sweep::named("walk"), "walk.toml (built in)", PathBuf::new())?,
         };
         let mut sweep = file.sweep.clone();
+        if !self.trackers.is_empty() {
+            let base = match &sweep.base {
+                Some(base) => ScenarioFile::open(&file.folder.join(base), &[])?,
+                None => ScenarioFile::built_in(&[])?,
+            };
+            sweep.set.extend(self.trackers.assignment(&base.scenario)?);
+        }
         for assignment in &assignments {
             sweep.assign(assignment).map_err(ScenarioError::from)?;
         }
@@ -96,13 +111,14 @@ impl Definition {
         sweep.seeds = self.seeds.or(sweep.seeds);
         sweep.keep.extend(self.keep.iter().cloned());
         sweep.reports |= self.reports;
+        sweep.draws |= self.draws;
         if self.zip {
             sweep.method = Expansion::Zip;
         }
         if let Some(objective) = &self.objective {
             sweep.objective.clone_from(objective);
         }
-        Ok(file.with(sweep)?)
+        Ok(file.starting(self.trackers.commands()).with(sweep)?)
     }
 
     fn parts(&self) -> (Option<&Path>, Vec<String>) {

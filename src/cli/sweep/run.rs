@@ -143,10 +143,11 @@ fn describe(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         String::new()
     };
     format!(
-        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}\n  page: skiagraph report {}",
+        "{}: ran {}{had}{lost}\n\n{}{}{}\n\n  table: {}\n  page: skiagraph report {}",
         summary.name,
         output::counted(ran.run, "cell"),
         ranking(summary),
+        summary.remarks.iter().map(|remark| format!("\n  {remark}")).collect::<String>(),
         describe_failures(&ran.failed),
         root.join(RUNS_TABLE).display(),
         root.display(),

@@ -1,0 +1,165 @@
+//! `skiagraph run --exec`: programs as trackers of a scenario, with settings, beside built-in ones, resumed.
+
+use std::fs;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::sandbox::{Sandbox, TINY};
+
+/// A program that never moves and is lost from the frame on that its argument names; without one, the setting `until`
+/// of its environment. It appends its seed to `begun`, and waits for `pause` seconds before each answer.
+fn program(pause: &str) -> String {
+    format!(
+        r#"until=${{1:-${{SKIAGRAPH_SETTING_UNTIL:-99}}}}
+read -r hello
+seed=$(printf %s "$hello" | sed 's/.*"seed":\([0-9]*\).*/\1/')
+echo $seed >> begun
+printf '%s\n' "$hello" | sed -n 's/.*"settings":\({{[^}}]*}}\).*/\1/p' >> told
+m=$(printf %s "$hello" | sed 's/.*"start":.*"markers":\({{[^}}]*}}\).*/\1/')
+echo '{{"type":"ready","name":"still","version":"1"}}'
+while read -r told; do
+  case $told in *'"type":"end"'*) exit;; esac
+  f=${{told#*'"frame":'}}; f=${{f%%,*}}; sleep {pause}
+  if [ "$f" -ge "$until" ]; then echo "{{\"type\":\"lost\",\"frame\":$f}}"
+  else echo "{{\"type\":\"pose\",\"frame\":$f,\"markers\":$m}}"; fi
+done
+"#
+    )
+}
+
+/// A room with the scenario `tiny.toml` and the program `t.sh`.
+pub(crate) fn room_with_program(pause: &str) -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.write("t.sh", program(pause));
+    room
+}
+
+pub(crate) fn json_of(room: &Sandbox, path: &str) -> Value {
+    serde_json::from_slice(&room.read(path)).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[test]
+fn one_command_gives_the_numbers_of_render_track_and_evaluate() {
+    let room = room_with_program("0");
+    let answer = room.skiagraph(["run", "tiny.toml", "--exec", "sh t.sh", "--out", "runs/at-once"]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    assert!(answer.stdout.contains("report: runs/at-once/report.html"), "{}", answer.stdout);
+    assert_eq!(fs::read_to_string(room.path("begun")).unwrap(), "0\n1\n");
+    room.succeed("render tiny.toml --key public --out set");
+    let tracked = room.skiagraph(["track", "set", "--exec", "sh t.sh", "--seeds", "2", "--out", "runs/by-steps"]);
+    assert_eq!(tracked.code, 0, "{}", tracked.stderr);
+    room.succeed("evaluate set runs/by-steps");
+    let [one, other] = ["at-once", "by-steps"].map(|run| json_of(&room, &format!("runs/{run}/run.json")));
+    for key in ["metrics", "frozen", "set_hash", "runs", "scenario"] {
+        assert_eq!(one[key], other[key], "{key}");
+    }
+    assert_eq!(room.read("runs/at-once/poses.npz"), room.read("runs/by-steps/poses.npz"));
+    // what takes runs of built-in trackers takes this one
+    room.succeed("compare runs/at-once runs/by-steps");
+    room.succeed("report runs/at-once");
+    room.succeed("baseline save still runs/at-once");
+    assert!(room.path("runs/at-once/answers.csv").is_file() && room.path("runs/at-once/scenario.toml").is_file());
+}
+
+#[test]
+fn settings_reach_a_program_by_its_command_its_environment_and_hello() {
+    let room = room_with_program("0");
+    let coverage = |command: &str, setting: &str, out: &str| {
+        let answer = room.skiagraph(["run", "tiny.toml", "--exec", command, setting, "seeds=1", "--out", out]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let run = json_of(&room, &format!("{out}/run.json"));
+        assert_eq!(run["program"]["options"]["settings"], json!({"until": 2}), "{run}");
+        number(&run["metrics"]["coverage"]["mean"])
+    };
+    // five frames, of which two are answered
+    let by_argument = coverage("sh t.sh {until}", "until=2", "a");
+    assert!((by_argument - 0.4).abs() < 1e-12, "{by_argument}");
+    assert_eq!(coverage("sh t.sh", "settings.until=2", "b"), by_argument);
+    assert_eq!(fs::read_to_string(room.path("told")).unwrap(), "{\"until\":2}\n{\"until\":2}\n");
+    room.succeed("render tiny.toml --key public --out set");
+    let tracked = room.skiagraph(["track", "set", "--exec", "sh t.sh {until}", "until=2", "--out", "c"]);
+    assert_eq!(tracked.code, 0, "{}", tracked.stderr);
+    assert_eq!(room.read("a/poses.npz"), room.read("c/poses.npz"));
+}
+
+#[test]
+fn programs_and_built_in_trackers_are_compared_side_by_side() {
+    let room = room_with_program("0");
+    let both = ["--exec", "sh t.sh", "--name", "whole", "--exec", "sh t.sh {until}", "--name", "half"];
+    let more = ["until=2", "--tracker", "frozen", "--tracker", "annealed_particle_filter", "--out", "runs/all"];
+    let answer = room.skiagraph([&["run", "tiny.toml"][..], &both, &more].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let methods = &json_of(&room, "runs/all/comparison.json")["methods"];
+    let error = |name: &str| number(&methods[name]["metrics"]["humaneva_mm"]["mean"]);
+    assert!((error("whole") - error("frozen")).abs() < 1e-6, "it never moves");
+    // the scenario's own settings of that tracker
+    assert_eq!(methods["annealed_particle_filter"]["settings"]["annealed_particle_filter"]["particles"], 12);
+    assert_eq!(json_of(&room, "runs/all/half/run.json")["program"]["name"], "half");
+    room.succeed("compare runs/all");
+    assert!(answer.stdout.contains("half") && room.path("runs/all/comparison.html").is_file(), "{}", answer.stdout);
+}
+
+#[test]
+fn a_finished_seed_is_not_tracked_again() {
+    let room = room_with_program("0.05");
+    let run = ["run", "tiny.toml", "--exec", "sh t.sh", "--name", "slow", "--tracker", "frozen", "seeds=6", "-q", "--out"];
+    let whole = room.skiagraph(run.iter().chain(&["whole"]));
+    assert_eq!(whole.code, 0, "{}", whole.stderr);
+    fs::remove_file(room.path("begun")).unwrap();
+    let killed = "run tiny.toml --exec ./t --name slow --tracker frozen seeds=6 -q --out killed";
+    room.write("t", "#!/bin/sh\nexec sh t.sh\n");
+    std::process::Command::new("chmod").args(["+x", "t"]).current_dir(room.path(".")).status().unwrap();
+    let mut kills = 0;
+    while !room.path("killed.partial").exists() || kills < 2 {
+        assert!(kills < 20, "no seed was ever finished");
+        kills += usize::from(room.run_and_kill(killed, Duration::from_millis(1200 + 150 * kills as u64)));
+        if room.path("killed").exists() {
+            break;
+        }
+    }
+    room.succeed(killed);
+    assert!(!room.path("killed.partial").exists());
+    assert_eq!(room.read("killed/slow/poses.npz"), room.read("whole/slow/poses.npz"));
+    let begun = fs::read_to_string(room.path("begun")).unwrap();
+    // a seed is begun again only if it was killed on its way
+    assert!((6..=6 + kills).contains(&begun.lines().count()), "{kills} kills: {begun}");
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_anything_runs() {
+    let room = room_with_program("0");
+    let program = "schema = \"skiagraph.scenario/1\"\nname = \"evil\"\nmotion.clip = \"embedded:walk\"\n\
+                   [tracker.program]\ncommand = \"touch begun\"\n";
+    room.write("evil.toml", program);
+    room.write("method.toml", program.replace("[tracker.program]", "[methods.a.program]"));
+    let refused = |arguments: &[&str], words: &str| {
+        let answer = room.skiagraph(arguments);
+        assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);
+        assert!(answer.stderr.contains(words), "{arguments:?}: no {words:?} in {}", answer.stderr);
+    };
+    for file in ["evil.toml", "method.toml"] {
+        for command in ["run", "check", "render"] {
+            refused(&[command, file], "a file cannot start programs");
+        }
+    }
+    let run = |more: &[&str]| ["run", "tiny.toml"].iter().chain(more).map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    for (more, words) in [
+        (&["--exec", "sh t.sh {until}"][..], "the placeholder {until} has no value: give until=VALUE"),
+        (&["--exec", "sh t.sh {until}", "util=2"], "did you mean `until`?"),
+        (&["--exec", "sh t.sh {until}", "until=[1]"], "expected a number, true, false, or a text"),
+        (&["--exec", "sh t.sh", "--exec", "sh t.sh"], "expected one name for each --exec, 2 in their order, found 0"),
+        (&["--exec", "sh t.sh", "--exec", "sh t.sh", "--name", "a", "--name", "a"], "found a twice"),
+        (&["--exec", "sh t.sh", "--tracker", "frosen"], "did you mean `frozen`?"),
+        (&["--exec", "sh no-such-file.sh"], "ended before it was ready"),
+    ] {
+        let arguments = run(more);
+        refused(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), words);
+    }
+    assert!(!room.path("begun").exists() && !room.path("runs/tiny").exists());
+}
