@@ -92,7 +92,9 @@ impl Program {
             None => shell(&settings.command_line()),
         };
         in_own_group(&mut shell);
-        settings.folder.iter().for_each(|folder| drop(shell.current_dir(folder)));
+        if let Some(folder) = &settings.folder {
+            shell.current_dir(folder);
+        }
         for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OWN_PREFIX)) {
             shell.env_remove(name);
         }

@@ -86,12 +86,12 @@ fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentErr
 
 /// The axes that set a key of one method, with its name; the settings of other methods do not have them.
 fn axes_of_methods(combinations: &[Combination], template: &ScenarioTemplate) -> BTreeMap<String, String> {
-    let axes = combinations.iter().flat_map(Combination::keys).collect::<BTreeSet<_>>();
-    let method = |axis: &&String| {
+    let axes: BTreeSet<&String> = combinations.iter().flat_map(Combination::keys).collect();
+    let with_method = |axis: &String| {
         let full = template.full_key(axis);
-        Some((full.strip_prefix("methods.")?.split('.').next()?.to_owned(), axis))
+        Some((axis.clone(), full.strip_prefix("methods.")?.split('.').next()?.to_owned()))
     };
-    axes.iter().filter_map(method).map(|(name, axis)| ((*axis).clone(), name)).collect()
+    axes.into_iter().filter_map(with_method).collect()
 }
 
 /// One setting per method of a scenario, without the axes that belong to another method.

@@ -163,3 +163,102 @@ fn what_does_not_fit_is_refused_before_anything_runs() {
     }
     assert!(!room.path("begun").exists() && !room.path("runs/tiny").exists());
 }
+
+/// The sweep of a program's setting and of a key of the scenario, in this directory: eight cells.
+fn sweep(room: &Sandbox, out: &str) -> String {
+    let exec = ["--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--seeds", "2", "-j", "2"];
+    room.write("t", "#!/bin/sh\nexec sh t.sh \"$@\"\n");
+    std::process::Command::new("chmod").args(["+x", "t"]).current_dir(room.path(".")).status().unwrap();
+    let answer = room.skiagraph([&["sweep", "tiny.toml", "--out", out][..], &exec].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    answer.stdout
+}
+
+#[test]
+fn settings_of_a_program_are_swept_with_keys_of_the_scenario() {
+    let room = room_with_program("0");
+    let text = sweep(&room, "whole");
+    assert!(text.contains("rig.ring.count=1 until=1"), "{text}");
+    // deterministic, so the seeds count as one run
+    assert!(text.contains("the same estimates for every seed") && !text.contains("ignores"), "{text}");
+    let table = String::from_utf8(room.read("whole/runs.csv")).unwrap();
+    assert_eq!((table.lines().count(), fs::read_dir(room.path("whole/sets")).unwrap().count()), (9, 2));
+    // by cells, in another order, from another directory, where the program's path does not exist
+    let planned = ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "cells"];
+    assert_eq!(room.skiagraph(planned).code, 0);
+    for index in [7, 2, 0] {
+        room.succeed(&format!("sweep cell cells --index {index}"));
+    }
+    fs::create_dir(room.path("elsewhere")).unwrap();
+    let elsewhere = assert_cmd::cargo::cargo_bin_cmd!("skiagraph")
+        .args(["sweep", "run", "../cells"])
+        .current_dir(room.path("elsewhere"))
+        .output()
+        .unwrap();
+    assert!(elsewhere.status.success(), "{}", String::from_utf8_lossy(&elsewhere.stderr));
+    for name in ["runs.csv", "runs.jsonl"] {
+        assert_eq!(room.read(&format!("cells/{name}")), room.read(&format!("whole/{name}")), "{name}");
+    }
+    room.succeed("report whole");
+    let page = String::from_utf8(room.read("whole/report.html")).unwrap();
+    assert!(page.contains("the same estimates for every seed") && page.contains("--exec &#x27;./t {until}"), "{page}");
+    // another program is another sweep
+    room.write("t", "#!/bin/sh\nexec sh t.sh 1\n");
+    let changed = room.skiagraph(["sweep", "run", "whole"]);
+    assert!(changed.code == 2 && changed.stderr.contains("changed since"), "{}", changed.stderr);
+}
+
+#[test]
+fn a_program_that_ignores_its_setting_is_reported_and_draws_give_intervals() {
+    let room = room_with_program("0");
+    room.write("deaf.sh", program("0").replace("${1:-${SKIAGRAPH_SETTING_UNTIL:-99}}", "99"));
+    let noise = ["observation.silhouette=corrupted", "start_mm=20"];
+    let arguments = ["sweep", "tiny.toml", "--exec", "sh deaf.sh", "settings.until=1,2", "--seeds", "3", "--draws"];
+    let answer = room.skiagraph([&arguments[..], &noise, &["--out", "deaf", "--json"]].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let summary = serde_json::from_str::<Value>(&answer.stdout).unwrap()["summary"].clone();
+    let remarks = summary["remarks"].as_array().unwrap();
+    assert!(remarks.len() == 1 && remarks[0].as_str().unwrap().contains("ignores its setting"), "{summary}");
+    assert!(summary["settings"][0]["ci95"]["low"].is_number(), "{summary}");
+    assert_eq!(fs::read_dir(room.path("deaf/sets")).unwrap().count(), 3, "one set per draw");
+}
+
+#[test]
+fn a_killed_sweep_of_a_program_gathers_the_same_bytes() {
+    let room = room_with_program("0.01");
+    sweep(&room, "whole");
+    room.write("plan.sh", "");
+    let planned = ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "killed"];
+    assert_eq!(room.skiagraph(planned).code, 0);
+    for attempt in 0..6 {
+        room.run_and_kill("sweep run killed -j 2", Duration::from_millis(150 + 150 * attempt));
+    }
+    room.succeed("sweep run killed -j 2");
+    for name in ["runs.csv", "runs.jsonl"] {
+        assert_eq!(room.read(&format!("killed/{name}")), room.read(&format!("whole/{name}")), "{name}");
+    }
+}
+
+#[test]
+fn sweeps_start_only_programs_of_the_command_line() {
+    let room = room_with_program("0");
+    let head = "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"tiny.toml\"\n";
+    for more in [
+        "set = [\"tracker={ program = { command = \\\"touch begun\\\" } }\"]\n",
+        "[axes]\ntracker = [{ program = { command = \"touch begun\" } }, { frozen = {} }]\n",
+        "[axes]\nt = [{ name = \"a\", set = [\"tracker.program.command='touch begun'\"] }]\n",
+    ] {
+        room.write("a.toml", format!("{head}{more}"));
+        let answer = room.skiagraph(["sweep", "a.toml"]);
+        assert!(answer.code == 2 && answer.stderr.contains("a file cannot start programs"), "{more}{}", answer.stderr);
+    }
+    let unset = room.skiagraph(["sweep", "tiny.toml", "--exec", "sh t.sh {until} {other}", "until=1,2"]);
+    assert!(unset.code == 2 && unset.stderr.contains("the placeholder {other} has no value"), "{}", unset.stderr);
+    assert!(!room.path("begun").exists() && !room.path("sweeps").exists());
+    // methods: a setting belongs to one program, and the built-in tracker has one setting
+    let both = ["--exec", "sh t.sh {until}", "--name", "mine", "--tracker", "frozen", "until=1,2", "--out", "both"];
+    let answer = room.skiagraph([&["sweep", "tiny.toml"][..], &both].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let table = String::from_utf8(room.read("both/runs.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 2 * 3, "{table}");
+}
