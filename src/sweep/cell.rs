@@ -26,7 +26,7 @@ use crate::scenario::ScenarioFile;
 use crate::train::Models;
 
 /// The folder of all reports.
-pub(super) const REPORTS: &str = "reports";
+pub(crate) const REPORTS: &str = "reports";
 /// The folder of all sets.
 const SETS: &str = "sets";
 /// The folder of all learned motion models.
@@ -77,7 +77,7 @@ pub(super) fn run_shared(
 ) -> Result<CellDone, ExperimentError> {
     let results = SweepResults::new(sweep);
     let wants_report = options.report || sweep.plan.reports;
-    let has_report = !wants_report || sweep.root.join(REPORTS).join(&cell.cell).exists();
+    let has_report = !wants_report || sweep.root.join(REPORTS).join(cell.report_folder()).exists();
     if let Some(record) = results.get(&cell.cell).filter(|_| !options.again)
         && (has_report || record.status == Status::Failed)
     {
@@ -189,7 +189,7 @@ impl CellWork<'_> {
         shared: &SharedSet,
         models: &mut Models,
     ) -> Result<(), ExperimentError> {
-        let path = self.sweep.root.join(REPORTS).join(&self.cell.cell);
+        let path = self.sweep.root.join(REPORTS).join(self.cell.report_folder());
         let directory = Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::Run)?;
         let seeds = [self.cell.seed];
         let attempt = MethodRun {

@@ -70,6 +70,10 @@ pub struct Sweep {
     /// Whether to keep a complete run with its report for every cell, about 1 MB each.
     #[serde(default)]
     pub reports: bool,
+    /// Whether cells have names: their scenario is named after the values of the axes, and their report is in
+    /// `reports/METHOD/NAME`. Values of axes must then be names of letters, digits, `-` and `_`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub named: bool,
 }
 
 /// The version of the sweep format.
@@ -134,6 +138,7 @@ impl Sweep {
             objective: default_objective(),
             average_over: Vec::new(),
             reports: false,
+            named: false,
         }
     }
 

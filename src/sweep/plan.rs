@@ -27,7 +27,7 @@ use crate::common::{ExperimentError, read_file, to_json};
 use crate::experiment::check_metric;
 use crate::experiment::program_tracking::check_programs;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
-use crate::scenario::{REFUSED, ScenarioError, ScenarioFile, ScenarioTemplate};
+use crate::scenario::{REFUSED, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
 
 const NO_SWEEP: &str = "expected the directory of a sweep, found no plan.json; make one with skiagraph sweep plan";
 const BASE_FILE: &str = "scenario.toml";
@@ -125,6 +125,7 @@ impl Draft {
                 axes: axes.clone(),
                 overrides: set.clone(),
                 method: method.clone(),
+                report: sweep.named.then(|| report_folder(set, method.as_deref(), *seed, seeds.len())),
             }));
         }
         refuse_duplicates(file, &cells)?;
@@ -305,6 +306,16 @@ impl PlannedSweep {
         scenario(&self.template, &self.plan, cell)
     }
 
+    /// The names of its trackers: those of methods, or the name of the only tracker.
+    pub(super) fn tracker_names(&self) -> Vec<String> {
+        let scenario = &self.template.file().scenario;
+        let only = || match scenario.tracker() {
+            TrackerSettings::Program(program) => program.name.unwrap_or_else(|| "program".to_owned()),
+            built_in => built_in.name().to_owned(),
+        };
+        if scenario.methods.is_empty() { vec![only()] } else { scenario.methods.keys().cloned().collect() }
+    }
+
     /// Whether an axis is a setting of an external program.
     pub(super) fn is_of_program(&self, axis: &str) -> bool {
         self.template.full_key(axis).contains(".program.settings.")
@@ -385,6 +396,14 @@ fn refuse_other_programs(file: &SweepFile, scenario: &ScenarioFile) -> Result<()
         None => Ok(()),
         Some(_) => Err(ScenarioError::from(file.complaint("set", REFUSED.to_owned())).into()),
     }
+}
+
+/// The folder of the report of a cell with a name: the method, the name, and the seed if there are several.
+fn report_folder(set: &[String], method: Option<&str>, seed: u64, seeds: usize) -> String {
+    let name = set.iter().rev().find_map(|assignment| assignment.strip_prefix("name=")).unwrap_or("cell");
+    let method = method.map(|method| format!("{method}/")).unwrap_or_default();
+    let seed = if seeds > 1 { format!("-{seed}") } else { String::new() };
+    format!("{method}{name}{seed}")
 }
 
 /// Refuses two equal settings: their cells would share one result, so they must be a mistake.

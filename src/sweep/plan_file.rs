@@ -39,6 +39,16 @@ pub struct SweepCell {
     /// Its method, if the base scenario has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
+    /// The folder of its report below `reports`, if it has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub report: Option<String>,
+}
+
+impl SweepCell {
+    /// The folder of its report below `reports`.
+    pub(super) fn report_folder(&self) -> &str {
+        self.report.as_deref().unwrap_or(&self.cell)
+    }
 }
 
 /// A frozen sweep: `plan.json`.

@@ -8,7 +8,7 @@ use serde_json::{Map, Number, Value};
 use super::constraints::Constraints;
 use super::definition::Expansion;
 use super::file::{AxisValue, SweepAxis, SweepFile};
-use super::plan_file::describe_axes;
+use super::plan_file::{describe_axes, table_text};
 use crate::common::ExperimentError;
 use crate::input::excerpt;
 use crate::parallel;
@@ -50,7 +50,9 @@ pub(super) fn settings<T: Send + Sync>(
     let of_methods = axes_of_methods(&combinations, template);
     let made = parallel::map(combinations.len(), |index| -> Result<Vec<(Option<String>, T)>, ExperimentError> {
         let combination = &combinations[index];
-        let completed = constraints.complete(combination, overrides(combination));
+        let mut set = overrides(combination);
+        set.extend(file.sweep.named.then(|| format!("name={}", name_of(combination))));
+        let completed = constraints.complete(combination, set);
         let Some((set, scenario)) = completed.map_err(|error| at_its_axis(file, combination, error))? else {
             return Ok(Vec::new());
         };
@@ -82,6 +84,12 @@ fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentErr
     let own_key = if problem.key.is_empty() { String::new() } else { format!("{}: ", excerpt(&problem.key)) };
     let complaint = file.complaint(&format!("axes.{key}"), format!("{own_key}{}", problem.message));
     if complaint.place.is_some() { ScenarioError::from(complaint).into() } else { error }
+}
+
+/// The name of a cell's scenario: the values of its axes.
+fn name_of(combination: &Combination) -> String {
+    let words: Vec<String> = combination.values().map(|value| table_text(&value.label)).collect();
+    words.join("-")
 }
 
 /// The axes that set a key of one method, with its name; the settings of other methods do not have them.

@@ -16,6 +16,9 @@ use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, fi
 use crate::measure::REPORT_FILE;
 use crate::parallel;
 
+/// The axis of the trackers of a scenario with methods.
+const METHOD: &str = "method";
+
 /// All settings of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepSummary {
@@ -85,6 +88,9 @@ pub struct CellSummary {
     pub error: Option<String>,
     /// Whether it has a report.
     pub report: bool,
+    /// The folder of its report below `reports`.
+    #[serde(skip)]
+    pub report_folder: String,
     /// First digits of the SHA-256 of a program's estimates.
     #[serde(skip)]
     pub estimates: Option<String>,
@@ -220,7 +226,19 @@ impl SettingSummary {
     }
 }
 
+impl SettingSummary {
+    /// Whether it is a setting of this tracker; in a sweep of one tracker, every setting is.
+    pub(super) fn is_of(&self, tracker: &str) -> bool {
+        self.axes.get(METHOD).is_none_or(|method| method == tracker)
+    }
+}
+
 impl CellSummary {
+    /// Whether it cannot be run, or has no result.
+    pub(crate) fn has_no_value(&self) -> bool {
+        matches!(self.status, None | Some(Status::Failed))
+    }
+
     /// Its outcome: `ok`, `diverged`, `failed` or `missing`.
     pub fn state(&self) -> &'static str {
         self.status.map_or("missing", Status::name)
@@ -228,7 +246,7 @@ impl CellSummary {
 
     /// Its report, relative to the sweep's folder.
     pub fn report_file(&self) -> Option<String> {
-        self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.cell))
+        self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.report_folder))
     }
 }
 
@@ -291,7 +309,7 @@ impl SettingReader<'_> {
     }
 
     fn cell(&self, cell: &SweepCell, record: Option<&CellRecord>) -> CellSummary {
-        let has_report = |reports: &PathBuf| reports.join(&cell.cell).join(REPORT_FILE).is_file();
+        let has_report = |reports: &PathBuf| reports.join(cell.report_folder()).join(REPORT_FILE).is_file();
         CellSummary {
             index: cell.index,
             cell: cell.cell.clone(),
@@ -299,6 +317,7 @@ impl SettingReader<'_> {
             status: record.map(|record| record.status),
             error: record.and_then(|record| record.error.clone()),
             report: self.reports.as_ref().is_some_and(has_report),
+            report_folder: cell.report_folder().to_owned(),
             estimates: record.and_then(|record| record.estimates.clone()),
             set: cell.set.clone(),
             env: record.map(|record| record.env.clone()).unwrap_or_default(),

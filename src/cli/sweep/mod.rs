@@ -10,11 +10,11 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
-use self::definition::Definition;
 use super::CommandError;
 use super::volume::Volume;
 
-pub(super) use self::definition::check_file;
+pub(super) use self::definition::{Definition, check_file};
+pub(super) use self::run::{ExecutionOptions, describe_failures, planned, run_and_gather};
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///

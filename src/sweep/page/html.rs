@@ -355,6 +355,7 @@ pub(super) mod tests {
                     seed: seed as u64,
                     status: Some(if value > 80.0 && seed == 0 { Status::Diverged } else { Status::Ok }),
                     report: seed == 1,
+                    report_folder: index.to_string(),
                     ..CellSummary::default()
                 };
                 let serde_json::Value::Object(axes) = json!({ "layers": layers, "particles": particles }) else {
