@@ -45,7 +45,8 @@ for line in sys.stdin:
     if message["type"] == "hello":
         cameras = {camera["name"]: camera for camera in message["cameras"]}
         markers = {name: np.array(place) for name, place in message["start"]["markers"].items() if place}
-        smoothing = float(sys.argv[1] if len(sys.argv) > 1 else message.get("settings", {}).get("smoothing", 0.0))
+        settings = message.get("settings", {})
+        smoothing = float(sys.argv[1] if len(sys.argv) > 1 else settings.get("smoothing", 0.0))
         answer({"type": "ready", "name": "centroid", "version": "1"})
     elif message["type"] == "frame":
         centre = triangulate(message["views"], cameras)

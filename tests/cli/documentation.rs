@@ -172,7 +172,8 @@ fn shrunk(text: &str) -> String {
 fn shrunk_suite(text: &str) -> String {
     let mut suite: Table = text.parse().unwrap();
     let short = |sets: &mut Vec<Value>| {
-        sets.retain(|set| !["motion.loop_to_s", "motion.frames_per_second"].iter().any(|key| set.as_str().unwrap().starts_with(key)));
+        let is_long = |set: &str| set.starts_with("motion.loop_to_s") || set.starts_with("motion.frames_per_second");
+        sets.retain(|set| !is_long(set.as_str().unwrap()));
         let first = sets.iter().find_map(|set| set.as_str()?.strip_prefix("motion.first_frame=")?.parse::<i64>().ok());
         for set in sets.iter_mut().filter(|set| set.as_str().unwrap().starts_with("motion.last_frame=")) {
             *set = Value::String(format!("motion.last_frame={}", first.unwrap_or(1) + 11));
