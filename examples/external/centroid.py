@@ -3,7 +3,7 @@
 
     skiagraph track SET --exec "python examples/external/centroid.py" --inline --out runs/centroid
 
-The setting `smoothing`, from 0 to below 1, is the weight of the last centre; it is the first argument, or one of `hello`.
+The setting `smoothing`, from 0 to below 1, is the weight of the last centre: the first argument, or in `hello`.
 """
 import json
 import sys

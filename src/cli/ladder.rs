@@ -22,8 +22,8 @@ const PAGE: &str = "ladder.html";
 /// Run trackers over rising strengths of corruptions, and show where their error doubles
 ///
 /// Renders the scenario clean and at every level of every axis, runs all trackers on the same draws of the noise, and
-/// writes DIR/ladder.html: a curve per tracker and axis, with intervals over draws. DIR is a sweep: an interrupted ladder
-/// resumes with the same command, and skiagraph sweep status, run and submit and skiagraph report take it.
+/// writes DIR/ladder.html: a curve per tracker and axis, with intervals over draws. DIR is a sweep: an interrupted
+/// ladder resumes with the same command, and skiagraph sweep status, run and submit and skiagraph report take it.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph ladder scenarios/walk.toml --axis boundary_px\n  \
                         skiagraph ladder scenarios/walk.toml --axis boundary_px=1,2,4,8 --axis start_mm --draws 5\n  \
@@ -39,7 +39,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Axis of the corruption, with its levels in its unit or its default ones; may be repeated. The clean level is added
+    /// Axis of the corruption, with its levels in its unit or its default ones; may be repeated. The clean level is
+    /// added
     #[arg(long, value_name = "AXIS[=LEVEL,...]", required = true)]
     axis: Vec<LadderAxis>,
 

@@ -24,15 +24,17 @@ const SHOWN: usize = 10;
 /// Run trackers on a suite: clips x places x bodies x cameras, with intervals over clips
 ///
 /// Every combination of the suite's conditions is rendered once and tracked by all trackers. Writes DIR/suite.html:
-/// failures first, then every condition with its interval over clips (the clip is the unit), then all runs with links to
-/// their reports. A clip that is missing or cannot be run leaves the suite incomplete (exit code 1); the others go on. DIR
-/// is a sweep: an interrupted suite resumes with the same command, skiagraph sweep status, run and submit take it, and
-/// compare, gate and baseline take its runs.
+/// failures first, then every condition with its interval over clips (the clip is the unit), then all runs with links
+/// to their reports. A clip that is missing or cannot be run leaves the suite incomplete (exit code 1); the others go
+/// on. DIR is a sweep: an interrupted suite resumes with the same command, skiagraph sweep status, run and submit take
+/// it, and compare, gate and baseline take its runs.
 #[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph suite scenarios/suites/quick.toml --exec \"python3 mine.py\" --name mine\n  \
+#[command(
+    after_help = "Examples:\n  skiagraph suite scenarios/suites/quick.toml --exec \"python3 mine.py\" --name mine\n  \
                         skiagraph suite scenarios/suites/quick.toml --exec ./a --exec ./b --name a --name b --tracker frozen\n  \
                         skiagraph suite scenarios/suites/full.toml --mocap-dir ~/cmu --exec ./mine -j 2\n\n\
-                        Exit code 1: the suite is incomplete.")]
+                        Exit code 1: the suite is incomplete."
+)]
 pub(super) struct Arguments {
     /// Suite file
     #[arg(value_name = "SUITE")]

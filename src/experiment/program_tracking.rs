@@ -151,9 +151,8 @@ pub(super) fn seed_by_seed<T>(
 /// The files that a program's command line names, if they are small.
 pub(crate) fn files_in(command: &str) -> Vec<PathBuf> {
     let named = command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
-    let is_small = |word: &&str| {
-        std::fs::metadata(word).is_ok_and(|found| found.is_file() && found.len() <= LARGEST_PROGRAM)
-    };
+    let is_small =
+        |word: &&str| std::fs::metadata(word).is_ok_and(|found| found.is_file() && found.len() <= LARGEST_PROGRAM);
     named.filter(is_small).map(PathBuf::from).collect()
 }
 

@@ -104,7 +104,16 @@ impl Tracked {
     /// Estimates alone.
     pub(crate) fn from_estimates(estimates: Estimates) -> Self {
         let (search, sources) = (Vec::new(), Vec::new());
-        Self { record: None, estimates, search, sources, program: None, answers: Vec::new(), estimate: None, read_as: None }
+        Self {
+            record: None,
+            estimates,
+            search,
+            sources,
+            program: None,
+            answers: Vec::new(),
+            estimate: None,
+            read_as: None,
+        }
     }
 
     /// Runs of one tracker with one seed each, joined in their order.

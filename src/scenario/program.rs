@@ -189,7 +189,8 @@ fn parts(command: &str) -> Vec<Part<'_>> {
 }
 
 /// The error about a program in a file: only the command line may start programs, so that files of others are safe.
-pub(crate) const REFUSED: &str = "a file cannot start programs; remove it, and name the program with --exec \"COMMAND\"";
+pub(crate) const REFUSED: &str =
+    "a file cannot start programs; remove it, and name the program with --exec \"COMMAND\"";
 
 /// The key of a program in the tree of a scenario's file.
 pub(super) fn program_in(tree: &Value) -> Option<String> {

@@ -31,8 +31,8 @@ pub struct Sweep {
     /// Number of seeds per setting. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
-    /// Whether every seed also has its own noise: `observation.seed` counts up with the seed, and intervals are over draws
-    /// of the noise. For trackers that give the same estimates for every seed.
+    /// Whether every seed also has its own noise: `observation.seed` counts up with the seed, and intervals are over
+    /// draws of the noise. For trackers that give the same estimates for every seed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub draws: bool,
     /// How axes are combined into settings.

@@ -3,8 +3,9 @@
 //! | hash | of |
 //! |---|---|
 //! | set | program version, scenario without its trackers and seeds, contents of recordings and robots |
-//! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots, models and the files
-//! that the command line of an external program names |
+//! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots, models and programs |
+//!
+//! The contents of a program are those of the files that its command line names.
 //!
 //! File names are hashed as written in the scenario, without the folders above them, so that a sweep may be moved.
 

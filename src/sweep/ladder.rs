@@ -41,7 +41,8 @@ impl FromStr for LadderAxis {
         let level = |text: &str| {
             let found = text.trim().parse().ok().filter(|level| (0.0..=axis.greatest).contains(level));
             let greatest = axis.greatest;
-            found.ok_or_else(|| format!("expected levels from 0 to {greatest} such as 0.5,1,2, found `{}`", text.trim()))
+            found
+                .ok_or_else(|| format!("expected levels from 0 to {greatest} such as 0.5,1,2, found `{}`", text.trim()))
         };
         let mut levels = levels.split(',').map(level).collect::<Result<Vec<f64>, String>>()?;
         // the clean level is always there
@@ -66,7 +67,8 @@ impl Sweep {
         if let Some(other) = self.axes.keys().next() {
             return Err(format!("a ladder varies only --axis: give one value for {other}, or use skiagraph sweep"));
         }
-        let twice = axes.iter().enumerate().find(|(at, one)| axes[..*at].iter().any(|two| two.axis.name == one.axis.name));
+        let twice =
+            axes.iter().enumerate().find(|(at, one)| axes[..*at].iter().any(|two| two.axis.name == one.axis.name));
         if let Some((_, LadderAxis { axis, .. })) = twice {
             return Err(format!("expected every axis once, found {} twice", axis.name));
         }

@@ -1,5 +1,5 @@
-//! Suites: trackers on clips x places x bodies x cameras, as in `scenarios/suites/*.toml`. A suite is a sweep whose axes
-//! are these conditions.
+//! Suites: trackers on clips x places x bodies x cameras, as in `scenarios/suites/*.toml`. A suite is a sweep whose
+//! axes are these conditions.
 //!
 //! The doc comments of [`Suite`] are the documentation of the format: `skiagraph schema --suite` prints them.
 
@@ -227,7 +227,9 @@ impl SuiteResults {
         let cells: Vec<Valued<'_>> = summary
             .settings
             .iter()
-            .flat_map(|setting| setting.cells.iter().enumerate().map(move |(at, cell)| (setting, cell, valued(setting, at))))
+            .flat_map(|setting| {
+                setting.cells.iter().enumerate().map(move |(at, cell)| (setting, cell, valued(setting, at)))
+            })
             .collect();
         let range = find_metric(&summary.objective).map_or(ValueRange::Any, Metric::value_range);
         let mut strata = vec![stratum("all".to_owned(), &trackers, &cells, range)];

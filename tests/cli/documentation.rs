@@ -198,7 +198,13 @@ fn copy(from: &Path, to: &Path) {
         } else if path.extension().is_some_and(|ending| ending == "toml") {
             let text = fs::read_to_string(&path).unwrap();
             let is = |kind: &str| text.contains(&format!("\"skiagraph.{kind}/1\""));
-            let shorter = if is("scenario") { shrunk(&text) } else if is("suite") { shrunk_suite(&text) } else { text };
+            let shorter = if is("scenario") {
+                shrunk(&text)
+            } else if is("suite") {
+                shrunk_suite(&text)
+            } else {
+                text
+            };
             fs::write(&target, shorter).unwrap();
         } else {
             fs::copy(&path, &target).unwrap();

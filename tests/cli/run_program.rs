@@ -108,7 +108,8 @@ fn programs_and_built_in_trackers_are_compared_side_by_side() {
 #[test]
 fn a_finished_seed_is_not_tracked_again() {
     let room = room_with_program("0.05");
-    let run = ["run", "tiny.toml", "--exec", "sh t.sh", "--name", "slow", "--tracker", "frozen", "seeds=6", "-q", "--out"];
+    let run =
+        ["run", "tiny.toml", "--exec", "sh t.sh", "--name", "slow", "--tracker", "frozen", "seeds=6", "-q", "--out"];
     let whole = room.skiagraph(run.iter().chain(&["whole"]));
     assert_eq!(whole.code, 0, "{}", whole.stderr);
     fs::remove_file(room.path("begun")).unwrap();
@@ -148,7 +149,8 @@ fn what_does_not_fit_is_refused_before_anything_runs() {
             refused(&[command, file], "a file cannot start programs");
         }
     }
-    let run = |more: &[&str]| ["run", "tiny.toml"].iter().chain(more).map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    let run =
+        |more: &[&str]| ["run", "tiny.toml"].iter().chain(more).map(|word| (*word).to_owned()).collect::<Vec<_>>();
     for (more, words) in [
         (&["--exec", "sh t.sh {until}"][..], "the placeholder {until} has no value: give until=VALUE"),
         (&["--exec", "sh t.sh {until}", "util=2"], "did you mean `until`?"),
@@ -184,7 +186,8 @@ fn settings_of_a_program_are_swept_with_keys_of_the_scenario() {
     let table = String::from_utf8(room.read("whole/runs.csv")).unwrap();
     assert_eq!((table.lines().count(), fs::read_dir(room.path("whole/sets")).unwrap().count()), (9, 2));
     // by cells, in another order, from another directory, where the program's path does not exist
-    let planned = ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "cells"];
+    let planned =
+        ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "cells"];
     assert_eq!(room.skiagraph(planned).code, 0);
     for index in [7, 2, 0] {
         room.succeed(&format!("sweep cell cells --index {index}"));
@@ -228,7 +231,8 @@ fn a_killed_sweep_of_a_program_gathers_the_same_bytes() {
     let room = room_with_program("0.01");
     sweep(&room, "whole");
     room.write("plan.sh", "");
-    let planned = ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "killed"];
+    let planned =
+        ["sweep", "plan", "tiny.toml", "--exec", "./t {until}", "until=1,2", "rig.ring.count=1,2", "--out", "killed"];
     assert_eq!(room.skiagraph(planned).code, 0);
     for attempt in 0..6 {
         room.run_and_kill("sweep run killed -j 2", Duration::from_millis(150 + 150 * attempt));

@@ -36,7 +36,8 @@ pub(in crate::cli) struct Definition {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(in crate::cli) seeds: Option<u32>,
 
-    /// Draw new noise for every seed: observation.seed counts up with the seed, and intervals are over draws of the noise
+    /// Draw new noise for every seed: observation.seed counts up with the seed, and intervals are over draws of the
+    /// noise
     #[arg(long)]
     draws: bool,
 

@@ -62,7 +62,9 @@ impl LadderCurve {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match (self.doubles_at, self.levels.last()) {
             (Some(level), _) => format!("{level:.3}{unit}"),
-            (None, Some(last)) if self.clean().is_some_and(|clean| clean > 0.0) => format!("above {}{unit}", last.level),
+            (None, Some(last)) if self.clean().is_some_and(|clean| clean > 0.0) => {
+                format!("above {}{unit}", last.level)
+            }
             _ => "-".to_owned(),
         }
     }

@@ -88,10 +88,10 @@ pub fn suite_page(results: &SuiteResults, input: &SweepPageInput) -> Result<Stri
         }
     };
     let value = |value: &StratumValue| ValueCell { mean: value.mean_text(metric), note: value.note(metric) };
-    let stratum = results.strata.iter().map(|stratum| StratumRow {
-        name: &stratum.name,
-        values: stratum.values.iter().map(value).collect(),
-    });
+    let stratum = results
+        .strata
+        .iter()
+        .map(|stratum| StratumRow { name: &stratum.name, values: stratum.values.iter().map(value).collect() });
     let page = SuitePage {
         title: &results.name,
         description: &input.description,
