@@ -145,9 +145,9 @@ fn what_does_not_fit_is_refused_before_anything_runs() {
         assert!(answer.stderr.contains(words), "{arguments:?}: no {words:?} in {}", answer.stderr);
     };
     for file in ["evil.toml", "method.toml"] {
-        for command in ["run", "check", "render"] {
-            refused(&[command, file], "a file cannot start programs");
-        }
+        refused(&["run", file], "a file cannot start programs");
+        refused(&["check", file], "a file cannot start programs");
+        refused(&["render", file, "--out", "set"], "a file cannot start programs");
     }
     let run =
         |more: &[&str]| ["run", "tiny.toml"].iter().chain(more).map(|word| (*word).to_owned()).collect::<Vec<_>>();
@@ -265,4 +265,92 @@ fn sweeps_start_only_programs_of_the_command_line() {
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let table = String::from_utf8(room.read("both/runs.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + 2 * 3, "{table}");
+}
+
+#[test]
+fn a_ladder_is_one_command_with_a_curve_per_tracker_and_axis() {
+    let room = room_with_program("0");
+    let trackers = ["--exec", "sh t.sh", "--name", "mine", "--tracker", "frozen"];
+    let axes = ["--axis", "start_mm=100,400", "--axis", "boundary_px=2", "--draws", "3", "--json"];
+    let ladder = [&["ladder", "tiny.toml"][..], &trackers, &axes].concat();
+    let answer = room.skiagraph(&ladder);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let found: Value = serde_json::from_str(&answer.stdout).unwrap();
+    let curves = found["curves"].as_array().unwrap();
+    assert_eq!((curves.len(), &found["draws"], &found["incomplete"]), (4, &json!(3), &json!(0)), "{found}");
+    let curve = |axis: &str, tracker: &str| {
+        curves.iter().find(|curve| curve["axis"] == axis && curve["tracker"] == tracker).unwrap()
+    };
+    let means = |axis: &str, tracker: &str| -> Vec<f64> {
+        curve(axis, tracker)["levels"].as_array().unwrap().iter().map(|level| number(&level["mean"])).collect()
+    };
+    for axis in ["start_mm", "boundary_px"] {
+        let (mine, frozen) = (means(axis, "mine"), means(axis, "frozen"));
+        assert!(mine.iter().zip(&frozen).all(|(a, b)| (a - b).abs() < 1e-6), "neither moves: {mine:?} {frozen:?}");
+    }
+    let start = means("start_mm", "mine");
+    assert_eq!(start[0], means("boundary_px", "mine")[0], "one clean level for all axes");
+    // the curve at the level where it doubles
+    let at = number(&curve("start_mm", "mine")["doubles_at"]);
+    let (from, to) = if start[1] >= 2.0 * start[0] { (0, 1) } else { (1, 2) };
+    let levels = [0.0, 100.0, 400.0];
+    let share = (at - levels[from]) / (levels[to] - levels[from]);
+    assert!((start[from] + share * (start[to] - start[from]) - 2.0 * start[0]).abs() < 1e-6, "{at}: {start:?}");
+    assert!(
+        curve("start_mm", "mine")["levels"][1]["ci95"].is_array()
+            && curve("boundary_px", "mine")["doubles_at"].is_null()
+    );
+    let page = String::from_utf8(room.read("ladders/tiny/ladder.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("doubles at") && page.contains("never moves"));
+    let again = room.skiagraph(&ladder);
+    assert_eq!((again.code, again.stdout), (0, answer.stdout), "nothing is run again");
+    room.succeed("report ladders/tiny");
+    for (axis, words) in [("boundry_px", "did you mean `boundary_px`?"), ("holes=7", "expected levels from 0 to 1")] {
+        let refused = room.skiagraph(["ladder", "tiny.toml", "--axis", axis]);
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_suite_has_intervals_over_clips_and_goes_on_without_a_missing_clip() {
+    let room = room_with_program("0");
+    let suite = "schema = \"skiagraph.suite/1\"\nname = \"small\"\nbase = \"tiny.toml\"\n[clips]\n\
+                 walk = []\nrun = [\"motion.clip=embedded:run\"]\njump = [\"motion.clip=embedded:jump\"]\n";
+    room.write("whole.toml", format!("{suite}[cameras]\ntwo = []\none = [\"rig.ring.count=1\"]\n"));
+    let trackers = ["--exec", "sh t.sh", "--name", "mine", "--tracker", "frozen", "--json"];
+    let answer = room.skiagraph([&["suite", "whole.toml"][..], &trackers].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let found: Value = serde_json::from_str(&answer.stdout).unwrap();
+    let names: Vec<&str> =
+        found["strata"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["all", "cameras = one", "cameras = two", "clip = jump", "clip = run", "clip = walk"], "{found}");
+    let all = &found["strata"][0]["values"];
+    assert_eq!((found["trackers"].clone(), &all[0]["clips"]), (json!(["frozen", "mine"]), &json!(3)));
+    assert!((number(&all[0]["mean"]) - number(&all[1]["mean"])).abs() < 1e-6 && all[1]["ci95"].is_array(), "{all}");
+    // the mean over clips, by another road: the runs in their folders
+    let of_run = |name: &str| {
+        number(&json_of(&room, &format!("suites/small/reports/mine/{name}/run.json"))["metrics"]["humaneva_mm"]["mean"])
+    };
+    let runs = ["one-jump", "one-run", "one-walk", "two-jump", "two-run", "two-walk"].map(of_run);
+    assert!((number(&all[1]["mean"]) - runs.iter().sum::<f64>() / 6.0).abs() < 1e-6, "{runs:?} {all}");
+    assert!(room.path("suites/small/suite.html").is_file());
+    room.succeed("compare suites/small");
+    room.succeed("baseline save mine suites/small/reports/mine");
+    // a clip is missing: the others go on
+    room.write("gap.toml", format!("{suite}gone = [\"motion.clip=gone.bvh\"]\n"));
+    let gap = room.skiagraph(["suite", "gap.toml", "--exec", "sh t.sh", "--out", "gap"]);
+    assert_eq!(gap.code, 1, "{}{}", gap.stdout, gap.stderr);
+    assert!(
+        gap.stdout.contains("INCOMPLETE: 1 without a value") && gap.stdout.contains("3 clips, 1 missing"),
+        "{}",
+        gap.stdout
+    );
+    assert!(
+        gap.stdout.find("failed").unwrap() < gap.stdout.find("condition").unwrap(),
+        "failures first: {}",
+        gap.stdout
+    );
+    room.write("bad.toml", suite.replace("walk = []", "\"a walk\" = []"));
+    let bad = room.skiagraph(["suite", "bad.toml"]);
+    assert!(bad.code == 2 && bad.stderr.contains("expected names of 1 to 15 letters"), "{}", bad.stderr);
 }

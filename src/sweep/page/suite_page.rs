@@ -76,17 +76,6 @@ impl StratumValue {
 /// [`ReportError`] if the template fails.
 pub fn suite_page(results: &SuiteResults, input: &SweepPageInput) -> Result<String, ReportError> {
     let metric = input.objective;
-    let row = |run: &'_ SuiteRun| -> RunRow<'_> {
-        RunRow {
-            state: run.state,
-            tracker: &run.tracker,
-            conditions: &run.conditions,
-            seed: run.seed,
-            value: run.value.map_or("-".to_owned(), |value| number(value, metric.unit)),
-            error: run.error.as_deref().unwrap_or_default(),
-            report: run.report.as_deref(),
-        }
-    };
     let value = |value: &StratumValue| ValueCell { mean: value.mean_text(metric), note: value.note(metric) };
     let stratum = results
         .strata
@@ -102,10 +91,22 @@ pub fn suite_page(results: &SuiteResults, input: &SweepPageInput) -> Result<Stri
         cells: results.cells,
         incomplete: results.incomplete,
         remarks: &results.remarks,
-        failures: results.failures().map(row).collect(),
+        failures: results.failures().map(|run| row(run, metric)).collect(),
         strata: stratum.collect(),
-        runs: results.runs.iter().map(row).collect(),
+        runs: results.runs.iter().map(|run| row(run, metric)).collect(),
         facts: &input.facts,
     };
     render_page(TEMPLATE, &page)
+}
+
+fn row<'a>(run: &'a SuiteRun, metric: &Metric) -> RunRow<'a> {
+    RunRow {
+        state: run.state,
+        tracker: &run.tracker,
+        conditions: &run.conditions,
+        seed: run.seed,
+        value: run.value.map_or("-".to_owned(), |value| number(value, metric.unit)),
+        error: run.error.as_deref().unwrap_or_default(),
+        report: run.report.as_deref(),
+    }
 }
