@@ -89,6 +89,11 @@ pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
         let kind = tracker.kind();
+        if let TrackerSettings::Program(_) = tracker {
+            let tracked = track(&two.blind, tracker, &[0], None, &mut Models::default(), &NoProgress)?;
+            let seconds = tracked.program.map_or(0.0, |program| program.timing.seconds);
+            track_s += frames * seeds * seconds / two.blind.frame_count as f64;
+        }
         let Some(search) = kind.search else { continue };
         let evaluations = search.filter.particles as u64 * search.filter.layers as u64;
         let work = SearchSettings { filter: FilterSettings::default(), ..search };

@@ -90,6 +90,11 @@ impl TrackerFactory<'_> {
                 Training::Motions(t) => Ok(Box::new(NearestTrainingPose::new(&beginning.body, &t.motions, truth()?))),
                 Training::Spread(_) => Err(ExperimentError::NoTraining),
             },
+            TrackerSettings::Program(program) => Err(ExperimentError::Program {
+                command: program.command.clone(),
+                what: "is another program and cannot track in this one".to_owned(),
+                errors: Vec::new(),
+            }),
             TrackerSettings::Oracle(s) => Ok(Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed))),
         }
     }

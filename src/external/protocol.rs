@@ -57,6 +57,9 @@ pub(super) struct Hello<'a> {
     pub(super) first_frame: usize,
     /// The program's last answer, after a restart.
     pub(super) last_answer: Option<&'a Value>,
+    /// The program's settings; absent without any.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) settings: BTreeMap<String, Value>,
 }
 
 #[derive(Serialize)]
@@ -149,6 +152,7 @@ impl<'a> Hello<'a> {
             time_limit_s,
             first_frame: 0,
             last_answer: None,
+            settings: BTreeMap::new(),
         }
     }
 }

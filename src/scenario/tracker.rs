@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::diagnostic::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
+use super::program::ProgramTrackerSettings;
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
 use crate::tracker::{
@@ -32,6 +33,8 @@ pub enum TrackerSettings {
     NearestTrainingPose(NoSettings),
     /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
     Oracle(OracleSettings),
+    /// Another program, which only `--exec` can name: a file cannot start programs.
+    Program(ProgramTrackerSettings),
 }
 
 /// The annealed particle filter, with its estimate refined on the silhouettes' outlines. One frame costs
@@ -114,7 +117,7 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
-    /// All trackers, with their default settings.
+    /// All built-in trackers, with their default settings.
     pub fn all() -> [Self; 8] {
         [
             Self::default(),
@@ -172,6 +175,7 @@ impl TrackerSettings {
                 needs_truth: true,
                 ..TrackerKind::named("oracle")
             },
+            Self::Program(_) => TrackerKind::named("program"),
         }
     }
 

@@ -17,6 +17,7 @@ impl TrackerSettings {
             Self::GpdmGraph(settings) => first_of_latent(table, settings),
             Self::Oracle(settings) => first_of_oracle(table, settings),
             Self::Keypoints(settings) => first_of_keypoints(table, settings),
+            Self::Program(settings) => settings.first_problem(table),
             Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
         }
     }

@@ -32,6 +32,7 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
 pub(super) fn describe_other_kind(tree: &Value) -> Option<&'static str> {
     match tree.get("schema")?.as_str()?.split_once('/')?.0 {
         "skiagraph.sweep" => Some("expected a scenario, found a sweep; use skiagraph sweep FILE"),
+        "skiagraph.suite" => Some("expected a scenario, found a suite; use skiagraph suite FILE"),
         "skiagraph.gate" => Some("expected a scenario, found rules of a gate; use skiagraph gate --rules FILE"),
         _ => None,
     }

@@ -40,6 +40,8 @@ mod resume;
 #[cfg(unix)]
 mod resume_run;
 mod robots;
+#[cfg(unix)]
+mod run_program;
 mod same_numbers;
 mod sandbox;
 mod scenarios;
