@@ -77,7 +77,7 @@ fn settings_reach_a_program_by_its_command_its_environment_and_hello() {
         assert_eq!(run["program"]["options"]["settings"], json!({"until": 2}), "{run}");
         number(&run["metrics"]["coverage"]["mean"])
     };
-    // frame 0 is given, and one of the three others is answered
+    // of the four frames after the start, one is answered
     let by_argument = coverage("sh t.sh {until}", "until=2", "a");
     assert!((by_argument - 0.25).abs() < 1e-12, "{by_argument}");
     assert_eq!(coverage("sh t.sh", "settings.until=2", "b"), by_argument);
