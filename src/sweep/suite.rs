@@ -322,13 +322,30 @@ fn runs(cells: &[Valued<'_>], trackers: &[String]) -> Vec<SuiteRun> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
+    use crate::sweep::plan::Draft;
+    use crate::sweep::plan_file::SweepCell;
     use crate::sweep::results::Status;
 
     fn cell(clip: &str, place: &str, value: Option<f64>, status: Status) -> (SettingSummary, CellSummary, Option<f64>) {
         let axes = [(CLIP, clip), ("place", place)].map(|(key, value)| (key.to_owned(), Value::from(value)));
         let setting = SettingSummary { axes: axes.into_iter().collect(), ..SettingSummary::default() };
         (setting, CellSummary { status: Some(status), ..CellSummary::default() }, value)
+    }
+
+    #[test]
+    fn every_shipped_suite_can_be_planned() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/suites");
+        for (name, cells) in [("quick", 4 * 2 * 2), ("standard", 5 * 3 * 2 * 2), ("full", 8 * 4 * 3 * 3 * 2)] {
+            let file = Suite::open(&folder.join(format!("{name}.toml"))).unwrap();
+            let draft = Draft::new(&file, None).unwrap();
+            assert_eq!((draft.record.cells, &draft.record.name), (cells, &name.to_owned()));
+            let folders: BTreeSet<&str> = draft.cells.iter().map(SweepCell::report_folder).collect();
+            assert_eq!(folders.len(), cells, "every cell has its own report");
+            assert!(draft.cells.iter().all(|cell| draft.scenario(cell).is_ok()), "{name}");
+        }
     }
 
     #[test]

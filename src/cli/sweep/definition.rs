@@ -39,18 +39,18 @@ pub(in crate::cli) struct Definition {
     /// Draw new noise for every seed: observation.seed counts up with the seed, and intervals are over draws of the
     /// noise
     #[arg(long)]
-    draws: bool,
+    pub(in crate::cli) draws: bool,
 
     #[command(flatten)]
     pub(in crate::cli) trackers: TrackerArguments,
 
     /// Pair the values of all axes one to one instead of taking every combination
     #[arg(long)]
-    zip: bool,
+    pub(in crate::cli) zip: bool,
 
     /// Keep only settings that satisfy this condition, such as "particles * layers <= 2000"; may be repeated
     #[arg(long, value_name = "CONDITION")]
-    keep: Vec<String>,
+    pub(in crate::cli) keep: Vec<String>,
 
     /// Metric to compare settings by [default: humaneva_mm]
     #[arg(long, value_name = "METRIC")]
