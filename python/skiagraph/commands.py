@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from os import fspath
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from . import bridge
 from .benchmark_set import PathName, Set
@@ -178,24 +178,20 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
+                # skiagraph ends the conversation when a time limit has passed, and records that
                 with (
+                    contextlib.suppress(ConnectionError),
                     peer,
                     peer.makefile("r", encoding="utf-8") as requests,
                     peer.makefile("w", encoding="utf-8") as answers,
                 ):
                     if requests.read(len(password)) == password:
-                        _answer(tracker, requests, answers, shown)
+                        converse(tracker, requests, answers, on_frame=shown)
             out, said = child.communicate()
         except BaseException as error:
             stop(child, error)
             raise
     return check(child.returncode, said, may=(1,)), out
-
-
-def _answer(tracker: AnyTracker, requests: IO[str], answers: IO[str], shown: Callable[[Frame], object] | None) -> None:
-    # skiagraph ends the conversation when a time limit has passed, and records that
-    with contextlib.suppress(ConnectionError):
-        converse(tracker, requests, answers, on_frame=shown)
 
 
 def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
