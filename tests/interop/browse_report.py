@@ -222,4 +222,5 @@ def main():
     sys.exit(1 if any(page["wrong"] for page in found) else 0)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""Hooks of the site: pages from all over the repository, and reference pages that are made from the program.
+
+Every page keeps its path in the repository, so a relative link means the same here and in the checkout. Pages outside `docs/` are added if
+they are linked, and so are the pictures. Links to other files lose their link and keep their text: the site has pages only.
+
+The commands are those of the program `skiagraph` on the path, or of the one that the variable SKIAGRAPH names.
+"""
+import os
+import pathlib
+import posixpath
+import re
+import shutil
+import subprocess
+
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files, InclusionLevel
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# pages and pictures outside docs/
+OTHERS = ["*.md", "scenarios/README.md", "scenarios/motions/README.md", "robots/README.md", "results/*.md", "results/*.svg", "results/*.png"]
+LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
+
+
+def on_files(files, config):
+    """The pages of `docs/` and the others at their paths in the repository, and the generated pages."""
+    # what belongs to the theme stays where it is
+    pages = Files([file for file in files if file.src_dir != config.docs_dir])
+    own = [f"docs/{file.src_uri}" for file in files if file.src_dir == config.docs_dir and file.inclusion != InclusionLevel.EXCLUDED]
+    others = [path.relative_to(ROOT).as_posix() for pattern in OTHERS for path in sorted(ROOT.glob(pattern))]
+    for path in own + others:
+        pages.append(File(path, str(ROOT), config.site_dir, config.use_directory_urls, dest_uri=address(path)))
+    for path, text in {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}.items():
+        page = File.generated(config, path, content=text)
+        page.dest_uri = address(path)
+        pages.append(page)
+    return pages
+
+
+def address(path):
+    """Where a file of the repository is on the site: `docs/` is its root."""
+    known = {"README.md": "readme.html"}
+    inside = known.get(path, path.removeprefix("docs/"))
+    if not inside.endswith(".md"):
+        return inside
+    return re.sub(r"README$", "index", inside.removesuffix(".md")) + ".html"
+
+
+def on_page_markdown(markdown, page, config, files):
+    """Removes links to files that are not on the site; a file that does not exist stays, for --strict to report."""
+    def unlinked(link):
+        text, target = link[1], link[2]
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(page.file.src_uri), target))
+        is_elsewhere = (ROOT / path).exists() and files.get_file_from_path(path) is None
+        return text if is_elsewhere else link[0]
+
+    return LINK.sub(unlinked, markdown)
+
+
+def run(*arguments):
+    """What the program prints."""
+    program = os.environ.get("SKIAGRAPH") or shutil.which("skiagraph")
+    if program is None:
+        raise PluginError("there is no program skiagraph on the path; install it, or name it: SKIAGRAPH=target/release/skiagraph mkdocs build")
+    done = subprocess.run([program, *arguments], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise PluginError(f"{program} {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
+def subcommands(help_text):
+    """Names of the subcommands in a help text, without `help`."""
+    listed = re.search(r"^Commands:\n((?:  .*\n|\n(?=  ))+)", help_text, re.MULTILINE)
+    names = re.findall(r"^  (\w[\w-]*)", listed[1], re.MULTILINE) if listed else []
+    return [name for name in names if name != "help"]
+
+
+def commands():
+    """Every command's help."""
+    top = run("--help")
+    page = ["# Commands", "", "Made from the program's own help: `skiagraph COMMAND --help` prints the same.", "", "```text", top.rstrip(), "```"]
+    for name in subcommands(top):
+        page += command([name], 2)
+    return "\n".join(page) + "\n"
+
+
+def command(names, level):
+    """The help of a command and of its subcommands, as sections."""
+    text = run(*names, "--help")
+    page = ["", f"{'#' * level} {' '.join(names)}", "", "```text", text.rstrip(), "```"]
+    for name in subcommands(text):
+        page += command([*names, name], level + 1)
+    return page
+
+
+def metrics():
+    """The metrics' table of the README, which a test compares with the registry."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    section = re.search(r"^## Metrics\n(.*?)(?=^## )", readme, re.MULTILINE | re.DOTALL)
+    if section is None:
+        raise PluginError("README.md has no section `## Metrics`")
+    # links of the README start at the root of the repository, those of this page two folders below
+    moved = LINK.sub(lambda link: f"[{link[1]}](../../{link[2]}{link[3] or ''})", section[1])
+    moved = moved.replace("(#terms)", "(../../README.md#terms)")
+    return f"# Metrics\n{moved}\nWorked examples of every metric: [Worked examples](../metrics.md).\n"
