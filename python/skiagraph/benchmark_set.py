@@ -178,8 +178,10 @@ class Set:
     ((120, 160), dtype('bool'))
     """
 
-    def __init__(self, path: PathName, *, truth_at: PathName | None = None) -> None:
+    def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
         self.path = Path(fspath(path))
+        #: The temporary folder, if the set is in one.
+        self._keep = keep
         self._truth_at = None if truth_at is None else Path(fspath(truth_at))
         try:
             text = (self.path / "set.toml").read_text(encoding="utf-8")

@@ -31,7 +31,7 @@ _BUILT_IN = "walk"
 
 def render(
     scenario: PathName | None,
-    out: PathName,
+    out: PathName | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
     key: str | None = None,
@@ -42,10 +42,11 @@ def render(
     progress: bool = False,
     **more: Any,
 ) -> Set:
-    """Makes a benchmark set in the folder `out`, as ``skiagraph render`` does; an interrupted one is resumed.
+    """Makes a benchmark set, as ``skiagraph render`` does; an interrupted one is resumed.
 
     Args:
         scenario: a scenario file; None, or "walk" if there is no such file, is the one built into the program.
+        out: folder of the set; by default a temporary one, which lives as long as the returned set.
         settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
             underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous
             (``count=2``).
@@ -60,6 +61,9 @@ def render(
     >>> short.frames
     61
     """
+    keep = None
+    if out is None:
+        out, keep = _temporary("set")
     words = options(
         out=fspath(out),
         key=key,
@@ -70,7 +74,13 @@ def render(
         json=True,
     )
     call(["render", *_scenario(scenario), *overrides({**(settings or {}), **more}), *words], progress=progress)
-    return Set(out, truth_at=truth)
+    return Set(out, truth_at=truth, keep=keep)
+
+
+def _temporary(name: str) -> tuple[Path, tempfile.TemporaryDirectory[str]]:
+    """A path in a temporary folder, and the folder, which lives as long as that object."""
+    keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
+    return Path(keep.name) / name, keep
 
 
 def _scenario(scenario: PathName | None) -> list[str]:
@@ -133,8 +143,7 @@ def track(
     of = of if isinstance(of, Set) else Set(of)
     keep = None
     if out is None:
-        keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-        out = Path(keep.name) / "run"
+        out, keep = _temporary("run")
     if settings and not isinstance(tracker, str):
         raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
     # a tracker in this process is not resumed: its code and state may have changed
@@ -279,8 +288,7 @@ def sweep(
     """
     keep = None
     if out is None:
-        keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-        out = Path(keep.name) / "sweep"
+        out, keep = _temporary("sweep")
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in axes.items()]
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
