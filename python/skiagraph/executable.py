@@ -147,7 +147,7 @@ def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
         return code
     if code in (_INTERRUPTED, -signal.SIGINT):
         raise KeyboardInterrupt
-    message = (said or "").strip().removeprefix("error: ")
+    message = (said or "").removesuffix("\nFor more information, try '--help'.\n").strip().removeprefix("error: ")
     if code < 0:
         raise ProgramError(f"skiagraph was killed by signal {-code}" + (f": {message}" if message else ""))
     message = message or f"skiagraph failed with exit code {code}; its message is above"

@@ -223,7 +223,7 @@ def evaluate(
             file = Path(fspath(estimate)).absolute()
             keep = estimate
         else:
-            file = _written(of, estimate, names, Path(room) / "estimate.npz")
+            file = _written(of, estimate, names, Path(room) / "array.npz")
             if out is None:
                 keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
                 out = Path(keep.name) / "run"
