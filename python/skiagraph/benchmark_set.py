@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,13 +38,16 @@ class Arrays(Mapping[str, NDArray[Any]]):
     """
 
     def __init__(self, *paths: Path) -> None:
-        self._files = [np.load(path, allow_pickle=False) for path in paths]
-        self._places = {name: file for file in self._files for name in file.files}
         self._read: dict[str, NDArray[Any]] = {}
+        self._places: dict[str, Path] = {}
+        for path in paths:
+            with _opened(path) as file:
+                self._places.update(dict.fromkeys(file.files, path))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._read:
-            self._read[name] = self._places[name][name]
+            with _opened(self._places[name]) as file:
+                self._read[name] = file[name]
         return self._read[name]
 
     def __getattr__(self, name: str) -> NDArray[Any]:
@@ -57,6 +63,19 @@ class Arrays(Mapping[str, NDArray[Any]]):
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._places]
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
+    try:
+        # np.load leaves a damaged file open that it opened itself
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            yield file
+    except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+        raise InputError(
+            f"{path}: expected the arrays of a set, but {error}; skiagraph verify checks the set"
+        ) from error
 
 
 class Images:
@@ -178,8 +197,10 @@ class Set:
     ((120, 160), dtype('bool'))
     """
 
-    def __init__(self, path: PathName, *, truth_at: PathName | None = None) -> None:
+    def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
         self.path = Path(fspath(path))
+        #: The temporary folder, if the set is in one.
+        self._keep = keep
         self._truth_at = None if truth_at is None else Path(fspath(truth_at))
         try:
             text = (self.path / "set.toml").read_text(encoding="utf-8")

@@ -10,19 +10,19 @@ import shlex
 import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import fspath
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from . import bridge
 from .benchmark_set import PathName, Set
 from .errors import InputError
 from .executable import call, check, options, overrides, start, stop, toml
 from .measuring import Folder, Run
+from .temporary import TemporaryFolder
 from .tracking import AnyTracker, Frame, converse, name_of
 
 #: The name of the scenario that is built into the program.
@@ -31,7 +31,7 @@ _BUILT_IN = "walk"
 
 def render(
     scenario: PathName | None,
-    out: PathName,
+    out: PathName | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
     key: str | None = None,
@@ -42,10 +42,11 @@ def render(
     progress: bool = False,
     **more: Any,
 ) -> Set:
-    """Makes a benchmark set in the folder `out`, as ``skiagraph render`` does; an interrupted one is resumed.
+    """Makes a benchmark set, as ``skiagraph render`` does; an interrupted one is resumed.
 
     Args:
         scenario: a scenario file; None, or "walk" if there is no such file, is the one built into the program.
+        out: folder of the set; by default a temporary one, which lives as long as the returned set.
         settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
             underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous
             (``count=2``).
@@ -60,6 +61,10 @@ def render(
     >>> short.frames
     61
     """
+    keep = None
+    if out is None:
+        keep = TemporaryFolder()
+        out = keep.path / "set"
     words = options(
         out=fspath(out),
         key=key,
@@ -70,7 +75,7 @@ def render(
         json=True,
     )
     call(["render", *_scenario(scenario), *overrides({**(settings or {}), **more}), *words], progress=progress)
-    return Set(out, truth_at=truth)
+    return Set(out, truth_at=truth, keep=keep)
 
 
 def _scenario(scenario: PathName | None) -> list[str]:
@@ -133,8 +138,8 @@ def track(
     of = of if isinstance(of, Set) else Set(of)
     keep = None
     if out is None:
-        keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-        out = Path(keep.name) / "run"
+        keep = TemporaryFolder()
+        out = keep.path / "run"
     if settings and not isinstance(tracker, str):
         raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
     # a tracker in this process is not resumed: its code and state may have changed
@@ -178,24 +183,20 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
+                # skiagraph ends the conversation when a time limit has passed, and records that
                 with (
+                    contextlib.suppress(ConnectionError),
                     peer,
                     peer.makefile("r", encoding="utf-8") as requests,
                     peer.makefile("w", encoding="utf-8") as answers,
                 ):
                     if requests.read(len(password)) == password:
-                        _answer(tracker, requests, answers, shown)
+                        converse(tracker, requests, answers, on_frame=shown)
             out, said = child.communicate()
         except BaseException as error:
             stop(child, error)
             raise
     return check(child.returncode, said, may=(1,)), out
-
-
-def _answer(tracker: AnyTracker, requests: IO[str], answers: IO[str], shown: Callable[[Frame], object] | None) -> None:
-    # skiagraph ends the conversation when a time limit has passed, and records that
-    with contextlib.suppress(ConnectionError):
-        converse(tracker, requests, answers, on_frame=shown)
 
 
 def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
@@ -283,8 +284,8 @@ def sweep(
     """
     keep = None
     if out is None:
-        keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-        out = Path(keep.name) / "sweep"
+        keep = TemporaryFolder()
+        out = keep.path / "sweep"
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in axes.items()]
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)

@@ -58,9 +58,9 @@ def _checked(named: str | None, path: str | None) -> Path:
 
 def _find(named: str | None, path: str | None) -> Path:
     if named:
-        if shutil.which(named) is None:
+        if (meant := shutil.which(named)) is None:
             raise ProgramError(f"${VARIABLE} is {named}, which is no program that can be run")
-        return Path(named).absolute()
+        return Path(meant).absolute()
     name = "skiagraph" + (sysconfig.get_config_var("EXE") or "")
     schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
     # pip install --target DIR puts programs into DIR/bin
@@ -147,7 +147,7 @@ def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
         return code
     if code in (_INTERRUPTED, -signal.SIGINT):
         raise KeyboardInterrupt
-    message = (said or "").strip().removeprefix("error: ")
+    message = (said or "").removesuffix("\nFor more information, try '--help'.\n").strip().removeprefix("error: ")
     if code < 0:
         raise ProgramError(f"skiagraph was killed by signal {-code}" + (f": {message}" if message else ""))
     message = message or f"skiagraph failed with exit code {code}; its message is above"

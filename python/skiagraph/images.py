@@ -45,13 +45,22 @@ def _grey_png(data: bytes) -> NDArray[np.uint8 | np.uint16]:
         raise ValueError(f"it holds {len(raw)} bytes instead of {size}")
     rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + width * step)
     filters, pixels = rows[:, 0], rows[:, 1:]
-    # every row is the difference to the row above it
     if (filters[1:] == _UP).all() and filters[0] in (0, _UP):
-        pixels = np.add.accumulate(pixels, axis=0, dtype=np.uint8)
+        pixels = _from_differences(pixels)
     elif filters.any():
         raise ValueError("its rows are filtered in another way than those of skiagraph")
     pixels = np.ascontiguousarray(pixels)
     return pixels if depth == 8 else _wide(pixels)
+
+
+def _from_differences(rows: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The pixels of rows that are differences to the rows above; quick where most columns are empty."""
+    pixels = np.zeros(rows.shape, np.uint8)
+    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
+    if len(columns):
+        body = slice(columns[0], columns[-1] + 1)
+        np.add.accumulate(rows[:, body], axis=0, dtype=np.uint8, out=pixels[:, body])
+    return pixels
 
 
 def _wide(pixels: NDArray[np.uint8]) -> NDArray[np.uint16]:

@@ -33,6 +33,14 @@ def test_a_missing_program_is_named_and_so_is_the_remedy(monkeypatch, tmp_path):
         executable._find(None, str(tmp_path))
 
 
+def test_a_program_may_be_named_as_in_a_shell(monkeypatch, tmp_path):
+    path = fake(tmp_path, "")
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    for named in ("skiagraph", path):
+        monkeypatch.setenv("SKIAGRAPH", named)
+        assert str(skiagraph.program()) == path
+
+
 def test_a_program_of_another_version_is_refused_before_anything_is_done(monkeypatch, tmp_path):
     monkeypatch.setenv("SKIAGRAPH", fake(tmp_path, "touch done"))
     monkeypatch.setattr(executable, "_package_version", lambda: "9.9.9")
@@ -68,6 +76,8 @@ def test_the_message_of_the_program_is_that_of_the_exception(monkeypatch, tmp_pa
 def test_a_wrong_setting_is_an_input_error_with_a_suggestion(tmp_path):
     with pytest.raises(ValueError, match="did you mean `particles`"):
         skiagraph.render("walk", tmp_path / "set", particels=3)
+    with pytest.raises(skiagraph.InputError, match=r"^invalid value '-3' for '--shards <N>': .*string$"):
+        skiagraph.render("walk", tmp_path / "set", shards=-3)
     with pytest.raises(
         skiagraph.InputError, match="expected a number, text, list or dictionary as a setting, found set"
     ):

@@ -163,6 +163,14 @@ def test_wrong_sets_cameras_and_files_are_named(small, tmp_path):
         skiagraph.Set(tmp_path)
 
 
+def test_a_damaged_archive_is_refused_with_its_name(small, tmp_path):
+    data = (small.path / "truth/truth.npz").read_bytes()
+    for spoiled in (b"", data[:100], data[:-100], data[: len(data) // 2] + bytes(64) + data[len(data) // 2 + 64 :]):
+        (tmp_path / "truth.npz").write_bytes(spoiled)
+        with pytest.raises(skiagraph.InputError, match=r"truth\.npz: expected the arrays of a set"):
+            dict(skiagraph.Arrays(tmp_path / "truth.npz"))
+
+
 def test_damaged_images_are_refused_with_their_name(small):
     good = (small.path / "observations/cam00/silhouette/000000.png").read_bytes()
     layers = (small.path / "truth/layers/cam00/000003.exr").read_bytes()
