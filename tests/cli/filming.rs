@@ -156,6 +156,7 @@ fn exports_contain_moving_cameras_or_are_refused() {
         ("film", "colmap", "exposed at other times"),
         ("film", "opencv", "cameras of this set move"),
         ("moving", "humaneva", "cameras of this set move"),
+        ("moving", "pose2sim", "cameras of this set move"),
         ("moving", "bodytrack", "must be static"),
         ("moving", "apng", "static cameras"),
     ] {

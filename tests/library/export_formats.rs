@@ -43,8 +43,8 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     BenchmarkSet::read(directory).unwrap()
 }
 
-/// Adds keypoints of the first frames in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In frame 1, camera 0
-/// misses keypoint 3, and camera 2 misses all.
+/// Adds keypoints of the first frames in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In
+/// frame 1, camera 0 misses keypoint 3, and camera 2 misses all.
 fn add_keypoints(directory: &Path, set: &BenchmarkSet, frames: usize) {
     let names = [
         "nose",

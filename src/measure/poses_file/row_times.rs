@@ -20,31 +20,18 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
     if points.frames.len() == frames && is_uniform {
         return Ok(points);
     }
-    let origin = if from_first { *first } else { 0.0 };
-    let frame_at = |time: &f64| {
-        let exact = (time - origin) * rate;
-        let nearest = exact.round();
-        ((exact - nearest).abs() <= NEAR && nearest >= 0.0).then_some(nearest as usize)
-    };
     // with a shift, the file may be longer than the set
-    let end = if from_first { points.frames.len().max(frames) } else { frames };
+    let (origin, end) = if from_first { (*first, points.frames.len().max(frames)) } else { (0.0, frames) };
     if end.saturating_mul(points.names.len()) > MOST_POINTS {
         return Err(format!("expected at most {MOST_POINTS} points, found {} in {end} frames", points.names.len()));
     }
-    let mut placed = vec![vec![None; points.names.len()]; end];
-    let mut taken = vec![false; end];
-    let mut unused = 0;
-    for (time, row) in points.times_s.iter().zip(&points.frames) {
-        match frame_at(time).filter(|frame| *frame < end && !taken[*frame]) {
-            Some(frame) => {
-                taken[frame] = true;
-                placed[frame].clone_from(row);
-            }
-            None => unused += 1,
-        }
+    let mut rows = vec![None; end];
+    for (row, time) in points.times_s.iter().enumerate() {
+        let at = frame_at((time - origin) * rate).and_then(|frame| rows.get_mut(frame));
+        at.map(|at| at.get_or_insert(row));
     }
-    let count = points.frames.len();
-    if unused == count {
+    let (count, used) = (points.frames.len(), rows.iter().flatten().count());
+    if used == 0 {
         return Err(format!(
             "its {count} rows are at {first} to {last} s, and none is at one of the set's {frames} frames, 0 to {} s at \
              {rate} frames a second; use --shift with the set's frame of the first row, or correct the times",
@@ -52,18 +39,23 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
         ));
     }
     let mut notes = points.notes;
-    let missing: Vec<usize> =
-        (0..frames).filter(|frame| !taken.get(*frame).is_some_and(|is_taken| *is_taken)).collect();
-    if let (Some(one), false) = (missing.first(), from_first) {
-        notes.push(format!(
-            "no row is at {} of the set's {frames} frames (the first: {one}), which are lost",
-            missing.len()
-        ));
+    if let (Some(one), false) = (rows.iter().position(Option::is_none), from_first) {
+        let lost = frames - used;
+        notes.push(format!("no row is at {lost} of the set's {frames} frames (the first: {one}), which are lost"));
     }
-    if unused > 0 {
-        notes.push(format!("{unused} of {count} rows are at no frame of the set, and were not used"));
+    if used < count {
+        notes.push(format!("{} of {count} rows are at no frame of the set, and were not used", count - used));
     }
-    Ok(PointFile { frames: placed, frames_per_second: Some(rate), times_s: Vec::new(), notes, ..points })
+    let nothing = vec![None; points.names.len()];
+    let row = |row: &Option<usize>| row.and_then(|row| points.frames.get(row)).unwrap_or(&nothing).clone();
+    let frames = rows.iter().map(row).collect();
+    Ok(PointFile { frames, frames_per_second: Some(rate), times_s: Vec::new(), notes, ..points })
+}
+
+/// The frame nearest to a time, in frames, if it is near.
+fn frame_at(time: f64) -> Option<usize> {
+    let nearest = time.round();
+    ((time - nearest).abs() <= NEAR && nearest >= 0.0).then_some(nearest as usize)
 }
 
 #[cfg(test)]

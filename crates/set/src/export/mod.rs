@@ -2,8 +2,8 @@
 //!
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
-//! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim, anipose)
-//! have nothing but the blind side.
+//! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim,
+//! anipose) have nothing but the blind side.
 
 mod anipose;
 mod bodytrack;
