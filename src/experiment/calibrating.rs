@@ -4,8 +4,8 @@ use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, MIN_CALIBRATION_FRAMES,
-    SilhouetteSettings, Tracker, calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, CameraCorrection,
+    MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
 };
 
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
@@ -58,13 +58,15 @@ pub(super) fn calibrate_body(
         }
         advance(progress)?;
     }
-    Ok(calibrate(&set.start.body, &set.rig, settings, &seen)?)
+    Ok(calibrate(&set.start.body, &set.rig, settings, &set.start.pose, &seen)?)
 }
 
 /// The body and the start pose of a tracker.
 pub(super) struct Beginning {
     pub(super) body: Humanoid,
     pub(super) pose: Pose,
+    /// Corrections of the cameras' poses, one per camera; empty if the given poses are used.
+    pub(super) cameras: Vec<CameraCorrection>,
     /// Whether the body is a calibrated one.
     pub(super) is_calibrated: bool,
 }
@@ -72,13 +74,15 @@ pub(super) struct Beginning {
 impl Beginning {
     /// The body and start pose of the set.
     pub(super) fn from_set(set: &BlindSet) -> Self {
-        Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
+        let (body, pose) = (set.start.body.clone(), set.start.pose.clone());
+        Self { body, pose, cameras: Vec::new(), is_calibrated: false }
     }
 
     /// The calibrated body and its start pose if it was kept, else those of the set.
     pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
         if calibration.report.verdict == CalibrationVerdict::Kept {
-            Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
+            let BodyCalibration { body, start, report } = calibration.clone();
+            Self { body, pose: start, cameras: report.cameras, is_calibrated: true }
         } else {
             Self::from_set(set)
         }

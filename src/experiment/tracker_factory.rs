@@ -105,7 +105,8 @@ impl TrackerFactory<'_> {
         };
         let diffusion = DiffusionSettings { prediction: settings.prediction, scale: settings.proposal_scale };
         let model = Diffusion::new(body.clone(), &scales, &diffusion)?;
-        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?;
+        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?
+            .with_corrected_cameras(&beginning.cameras);
         if search.refinement.is_some() {
             likelihood = likelihood.with_descent();
         }

@@ -73,7 +73,7 @@ impl Measures {
             .chain([&blind.start.body])
             .collect();
         let as_given = match tracked.record {
-            Some(_) => truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?,
+            Some(_) => truth_energy(tracked, blind, None, set.truth.refitted.as_ref())?,
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
         let rig = &set.truth.rig;
@@ -124,7 +124,7 @@ impl Measures {
             };
             let truth_energy = match tracked.estimates.bodies.get(index) {
                 None => as_given.clone(),
-                Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
+                Some(body) => truth_energy(tracked, blind, Some(index), Some(&refitted(body, set)))?,
             };
             let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
             let is_own = tracked.record.is_some();
@@ -300,16 +300,22 @@ fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
     refit(body, &markers, truth.frames_per_second)
 }
 
-/// The energy of the truth by the tracker's own likelihood and body; empty for trackers without a likelihood.
+/// The energy of the truth by the tracker's own likelihood, with the body and cameras as given or as calibrated by the
+/// seed at an index; empty for trackers without a likelihood.
 fn truth_energy(
     tracked: &Tracked,
     set: &BlindSet,
-    body: &Humanoid,
+    calibrated: Option<usize>,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
     let search = tracked.record.as_ref().and_then(|record| record.tracker.kind().search);
     let (Some(search), Some(refitted)) = (search, refitted) else { return Ok(Vec::new()) };
-    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?;
+    let body = calibrated.map_or(&set.start.body, |seed| tracked.estimates.body(seed, &set.start.body));
+    let calibrations = tracked.record.iter().flat_map(|record| &record.calibration);
+    let cameras =
+        calibrated.and_then(|seed| calibrations.into_iter().nth(seed)).map_or(&[][..], |report| &report.cameras);
+    let mut likelihood =
+        SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?.with_corrected_cameras(cameras);
     if let Some(plausibility) = search.plausibility {
         likelihood = likelihood.with_plausibility(plausibility)?;
     }

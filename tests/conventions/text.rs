@@ -11,7 +11,8 @@ use syn::visit::{self, Visit};
 use crate::root;
 
 /// Folders with this project's text.
-const FOLDERS: [&str; 9] = ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios"];
+const FOLDERS: [&str; 10] =
+    ["src", "crates", "tests", "benches", "examples", "docs", "results", "robots", "scenarios", "python"];
 
 #[test]
 fn no_comment_is_wider_than_code_may_be() {

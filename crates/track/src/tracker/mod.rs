@@ -48,7 +48,7 @@ pub use self::{
     annealing::{Selection, select, systematic},
     calibration::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
-        CalibrationVerdict, MIN_CALIBRATION_FRAMES, calibrate,
+        CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
     partition::Partition,
     plausibility::PlausibilitySettings,

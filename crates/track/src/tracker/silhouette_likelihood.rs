@@ -1,9 +1,9 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Isometry3};
 use rayon::prelude::*;
 
-use super::calibration::OutlineImportance;
+use super::calibration::{CameraCorrection, OutlineImportance};
 use super::descent::{
     self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineAgreement, OutlineResidual, OutlineSample,
 };
@@ -58,6 +58,8 @@ pub struct SilhouetteLikelihood {
 struct ObservedCamera {
     /// Its ideal pinhole, placed where the camera was when the image was taken.
     camera: Camera,
+    /// Motion of the scene as this camera sees it, which corrects its given pose.
+    correction: Isometry3<f64>,
     /// Whether it took an image; without one the view is ignored.
     has_image: bool,
     rectification: Option<Rectification>,
@@ -113,6 +115,15 @@ impl SilhouetteLikelihood {
         Ok(Self { plausibility: Some(Plausibility::new(&self.body, settings)?), ..self })
     }
 
+    /// Corrects the given poses of the cameras: each camera sees the scene moved by its correction.
+    pub fn with_corrected_cameras(mut self, corrections: &[CameraCorrection]) -> Self {
+        for (view, correction) in self.views.iter_mut().zip(corrections) {
+            view.correction = correction.motion();
+            view.camera.camera_from_world *= view.correction;
+        }
+        self
+    }
+
     /// Enables descent ([`Likelihood::linearise`]).
     pub fn with_descent(self) -> Self {
         Self { outline: Some(BodyOutline::new(&self.body)), ..self }
@@ -166,7 +177,7 @@ impl Likelihood for SilhouetteLikelihood {
         for (index, view) in self.views.iter_mut().enumerate() {
             view.has_image = observation.has_image(index);
             if let Some(moment) = &observation.moment {
-                view.camera.camera_from_world = moment.camera_from_world[index];
+                view.camera.camera_from_world = moment.camera_from_world[index] * view.correction;
             }
         }
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
@@ -354,7 +365,18 @@ impl ObservedCamera {
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, strategy, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
-        Self { camera, has_image: true, rectification, shown, observed, insides: None, sides: None, outline: None }
+        let correction = Isometry3::identity();
+        Self {
+            camera,
+            correction,
+            has_image: true,
+            rectification,
+            shown,
+            observed,
+            insides: None,
+            sides: None,
+            outline: None,
+        }
     }
 
     fn observe(&mut self, mask: &Mask, strategy: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {

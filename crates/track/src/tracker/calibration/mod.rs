@@ -6,6 +6,7 @@
 //! solved on the first frames and judged on later, held-out ones ([`CalibrationVerdict`]): a shape that fits only the
 //! frames it was solved on is not used, and a correct body stays unchanged.
 
+mod cameras;
 mod importance;
 mod shape;
 mod solve;
@@ -14,6 +15,8 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::cameras::CameraCorrection;
+use self::cameras::CameraModel;
 pub(super) use self::importance::OutlineImportance;
 use self::shape::ShapeModel;
 use self::solve::{CalibrationProblem, CalibrationSolution};
@@ -73,9 +76,12 @@ pub struct CalibrationReport {
     pub shares: Vec<(String, f64)>,
     /// Changes in metres: joint positions and the inflation of all radii.
     pub metres: Vec<(String, f64)>,
+    /// Corrections of the cameras' poses; empty if the given poses are used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<CameraCorrection>,
 }
 
-/// A calibration of a tracker's body.
+/// A calibration of a tracker's body and of the cameras' poses.
 #[derive(Clone, Debug)]
 pub struct BodyCalibration {
     /// The body to use: the calibrated one if it was kept, otherwise the given one.
@@ -100,8 +106,9 @@ pub enum CalibrationError {
     NoFrame,
 }
 
-/// Calibrates `body` on frames `seen` by the cameras of `rig`, each with the tracked pose, in temporal order. The last
-/// third is held out and only used to judge the result.
+/// Calibrates `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose, in temporal order; the
+/// first is that of the `start` pose. The last third is held out and only used to judge the result. The given poses of
+/// the cameras are kept unless others fit clearly better on these frames.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.
@@ -109,6 +116,7 @@ pub fn calibrate(
     body: &Humanoid,
     rig: &CameraRig,
     settings: SilhouetteSettings,
+    start: &Pose,
     seen: &[(Observation, Pose)],
 ) -> Result<BodyCalibration, CalibrationError> {
     let first = seen.first().ok_or(CalibrationError::NoFrame)?;
@@ -124,6 +132,7 @@ pub fn calibrate(
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
     }
     let model = ShapeModel::new(body);
+    let corrections = CameraModel::new(rig.cameras.len(), start.world_from_root.translation.vector.into());
     let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let importance = OutlineImportance::new(body);
     let outline_noise = outline_noise(&ideal);
@@ -134,41 +143,67 @@ pub fn calibrate(
         .collect();
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
-    let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
+    let mut problem = |frames: &[(Observation, Pose)], start| CalibrationProblem {
         model: &model,
+        corrections: &corrections,
         cameras: frames.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
         importance: &importance,
         observed: observed.by_ref().take(frames.len()).collect(),
         tracked: frames.iter().map(|(_, pose)| pose.clone()).collect(),
+        start,
         outline_noise,
         precision: &precision,
     };
-    let found = problem(solved_on).solve();
-    let calibrated = model.shaped(&found.values);
-    let judged = problem(held_back);
-    let (before, after) = (judged.solve_poses(&vec![0.0; found.values.len()]), judged.solve_poses(&found.values));
-    let energy = [
-        mean_energy(body, rig, settings, held_back, &before)?,
-        mean_energy(&calibrated, rig, settings, held_back, &after)?,
-    ];
-    let verdict = verdict([before.cost, after.cost], energy);
+    let (solving, judging) = (problem(solved_on, Some(start)), problem(held_back, None));
+    let judge = |solved: CalibrationSolution| -> Result<Candidate, CalibrationError> {
+        let refitted = judging.solve_poses(&solved.values);
+        let (shaped, cameras) = (model.shaped(&solved.values), judging.corrections_of(&solved.values));
+        let mut likelihood = SilhouetteLikelihood::new(shaped, rig, settings)?.with_corrected_cameras(&cameras);
+        let energy = mean_energy(&mut likelihood, held_back, &refitted.poses)?;
+        Ok(Candidate { solved, cost: refitted.cost, energy })
+    };
+    let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
+    let shape = judge(solving.solve())?;
+    let shape_fits = shape.fits_better_than(&given);
+    let both = judge(solving.solve_with_cameras())?;
+    let cameras_fit = both.fits_better_than(if shape_fits { &shape } else { &given });
+    let chosen = if cameras_fit { both } else { shape };
+    let verdict = if shape_fits || cameras_fit { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
+    let values = &chosen.solved.values;
     let of = |shares: bool| {
-        let both = model.numbers.iter().zip(&found.values).filter(|(number, _)| number.is_share() == shares);
+        let both = model.numbers.iter().zip(values).filter(|(number, _)| number.is_share() == shares);
         both.map(|(number, value)| (number.name.clone(), *value)).collect()
     };
     let report = CalibrationReport {
         verdict,
         frames: solved_on.len(),
         held_back: held_back.len(),
-        cost: Some([before.cost, after.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite())),
-        energy: Some(energy),
+        cost: Some([given.cost, chosen.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite())),
+        energy: Some([given.energy, chosen.energy]),
         shares: of(true),
         metres: of(false),
+        cameras: if cameras_fit { judging.corrections_of(values) } else { Vec::new() },
     };
-    Ok(match (verdict, found.poses.into_iter().next()) {
-        (CalibrationVerdict::Kept, Some(start)) => BodyCalibration { body: calibrated, start, report },
+    Ok(match (verdict, chosen.solved.poses.first()) {
+        (CalibrationVerdict::Kept, Some(start)) => {
+            BodyCalibration { body: model.shaped(values), start: start.clone(), report }
+        }
         _ => as_given(report),
     })
+}
+
+/// A body and cameras, judged on the held-out frames.
+struct Candidate {
+    solved: CalibrationSolution,
+    /// Mean weighted squared residual of the outlines.
+    cost: f64,
+    energy: f64,
+}
+
+impl Candidate {
+    fn fits_better_than(&self, other: &Self) -> bool {
+        self.cost < other.cost && self.energy < MAX_ENERGY_RATIO * other.energy
+    }
 }
 
 /// Variance of the outlines' noise, as a multiple of that in images of 480 rows: an outline is known to a fraction of a
@@ -180,25 +215,13 @@ fn outline_noise(rig: &CameraRig) -> f64 {
     rig.cameras.iter().map(of_view).sum::<f64>() / rig.cameras.len() as f64
 }
 
-/// The verdict; costs and energies are those of the body as given and of the calibrated one.
-fn verdict(cost: [f64; 2], energy: [f64; 2]) -> CalibrationVerdict {
-    if cost[1] < cost[0] && energy[1] < MAX_ENERGY_RATIO * energy[0] {
-        CalibrationVerdict::Kept
-    } else {
-        CalibrationVerdict::NoBetter
-    }
-}
-
 fn mean_energy(
-    body: &Humanoid,
-    rig: &CameraRig,
-    settings: SilhouetteSettings,
+    likelihood: &mut SilhouetteLikelihood,
     seen: &[(Observation, Pose)],
-    solution: &CalibrationSolution,
+    poses: &[Pose],
 ) -> Result<f64, CalibrationError> {
-    let mut likelihood = SilhouetteLikelihood::new(body.clone(), rig, settings)?;
     let mut sum = 0.0;
-    for ((observation, _), pose) in seen.iter().zip(&solution.poses) {
+    for ((observation, _), pose) in seen.iter().zip(poses) {
         likelihood.prepare(observation)?;
         sum += likelihood.energy(pose, &mut likelihood.scratch());
     }
@@ -207,14 +230,26 @@ fn mean_energy(
 
 impl CalibrationReport {
     fn not_calibrated(verdict: CalibrationVerdict) -> Self {
-        let (shares, metres) = (Vec::new(), Vec::new());
-        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres }
+        let (shares, metres, cameras) = (Vec::new(), Vec::new(), Vec::new());
+        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres, cameras }
     }
 
     /// The verdict and its reason, in one sentence.
     pub fn describe(&self) -> String {
         match self.verdict {
-            CalibrationVerdict::Kept => format!("the calibrated body is used: {}", self.describe_test()),
+            CalibrationVerdict::Kept if self.cameras.is_empty() => {
+                format!("the calibrated body is used: {}", self.describe_test())
+            }
+            CalibrationVerdict::Kept => {
+                let most = |of: fn(&CameraCorrection) -> f64| self.cameras.iter().map(of).fold(0.0, f64::max);
+                format!(
+                    "the calibrated body is used, with cameras moved by up to {:.0} mm and turned by up to {:.1} \
+                     degrees about the body: {}",
+                    most(CameraCorrection::moved_mm),
+                    most(CameraCorrection::turned_deg),
+                    self.describe_test()
+                )
+            }
             CalibrationVerdict::NoBetter => format!("the uncalibrated body is used: {}", self.describe_test()),
             CalibrationVerdict::TooFewViews => "the uncalibrated body is used: fewer than two cameras see an outline, \
                                                 and one camera cannot tell size from distance"

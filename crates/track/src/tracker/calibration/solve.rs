@@ -9,7 +9,8 @@ use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::OutlineImportance;
-use super::shape::ShapeModel;
+use super::cameras::{CameraCorrection, CameraModel, NUMBERS_PER_CAMERA};
+use super::shape::{ShapeModel, ShapeNumber};
 use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
@@ -24,6 +25,9 @@ const STEPS: usize = 16;
 const WIDTHS: [f64; 2] = [5.0, 2.0];
 /// Levenberg-Marquardt damping: the share of the diagonal that is added to it.
 const DAMPING: f64 = 0.01;
+/// Standard deviations of the start pose's position, metres, and orientation, radians.
+const START_DEVIATION_M: f64 = 0.015;
+const START_DEVIATION_RAD: f64 = 0.03;
 /// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
 const MAX_TRANSLATION_M: f64 = 0.1;
 const MAX_ROTATION_RAD: f64 = 0.3;
@@ -33,7 +37,9 @@ const DIFFERENCE: f64 = 0.01;
 /// The data of the joint problem.
 pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
-    /// `[frame][view]`: the cameras at the time of the image.
+    /// Corrections of the cameras' poses.
+    pub(super) corrections: &'a CameraModel,
+    /// `[frame][view]`: the cameras at the time of the image, as given.
     pub(super) cameras: Vec<Vec<Camera>>,
     /// Weights of the body's parts.
     pub(super) importance: &'a OutlineImportance,
@@ -41,6 +47,8 @@ pub(super) struct CalibrationProblem<'a> {
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
     /// The initial poses, one per frame.
     pub(super) tracked: Vec<Pose>,
+    /// The start pose, if the first frame is the start: it places the world when the cameras are corrected, too.
+    pub(super) start: Option<&'a Pose>,
     /// Factor on the precision of the shape's prior: the noise of the outlines, as a variance relative to that in
     /// images of 480 rows or more.
     pub(super) outline_noise: f64,
@@ -51,7 +59,7 @@ pub(super) struct CalibrationProblem<'a> {
 /// Poses and a shape.
 #[derive(Clone, Debug)]
 pub(super) struct CalibrationSolution {
-    /// One value per shape parameter.
+    /// One value per shape parameter, followed by those of the cameras' corrections.
     pub(super) values: Vec<f64>,
     pub(super) poses: Vec<Pose>,
     /// Mean weighted squared residual, squared lengths; NaN without residuals.
@@ -81,17 +89,29 @@ struct Eliminated {
 }
 
 impl CalibrationProblem<'_> {
-    /// The best shape and poses.
-    pub(super) fn solve(&self) -> CalibrationSolution {
-        self.solve_from(vec![0.0; self.model.numbers.len()], self.model.numbers.len())
+    /// The parameters of the body as given and the cameras as given.
+    pub(super) fn as_given(&self) -> Vec<f64> {
+        vec![0.0; self.model.numbers.len() + self.corrections.numbers()]
     }
 
-    /// The best poses for the shape `values`.
+    /// The best shape and poses.
+    pub(super) fn solve(&self) -> CalibrationSolution {
+        self.solve_from(self.as_given(), self.model.numbers.len())
+    }
+
+    /// The best shape, cameras and poses.
+    pub(super) fn solve_with_cameras(&self) -> CalibrationSolution {
+        let given = self.as_given();
+        let count = given.len();
+        self.solve_from(given, count)
+    }
+
+    /// The best poses for the shape and cameras of `values`.
     pub(super) fn solve_poses(&self, values: &[f64]) -> CalibrationSolution {
         self.solve_from(values.to_vec(), 0)
     }
 
-    /// Solves from a shape whose first `count` parameters are free.
+    /// Solves from parameters of which the first `count` are free.
     fn solve_from(&self, mut values: Vec<f64>, count: usize) -> CalibrationSolution {
         let mut poses = self.tracked.clone();
         for step in 0..STEPS {
@@ -123,37 +143,55 @@ impl CalibrationProblem<'_> {
             values[number] += self.difference(number);
             variant(&values)
         };
-        let variants: Vec<Variant> = (0..count).map(varied).collect();
+        let variants: Vec<Variant> = (0..count.min(self.model.numbers.len())).map(varied).collect();
+        let corrections = self.corrections_of(values);
         let frames = (0..poses.len()).into_par_iter();
         let buffers = || DescentScratch::new(self.cameras.first().into_iter().flatten());
         frames
-            .map_init(buffers, |scratch, frame| self.frame(&base, &variants, &poses[frame], frame, width, scratch))
+            .map_init(buffers, |scratch, frame| {
+                let cameras: Vec<Camera> = corrected(&self.cameras[frame], &corrections).collect();
+                self.frame(&base, &variants, &poses[frame], frame, &cameras, count, width, scratch)
+            })
             .collect()
     }
 
-    fn difference(&self, number: usize) -> f64 {
-        DIFFERENCE * self.model.numbers[number].deviation()
+    /// The cameras' corrections from all parameters, one per camera.
+    pub(super) fn corrections_of(&self, values: &[f64]) -> Vec<CameraCorrection> {
+        let names = self.cameras.first().into_iter().flatten().map(|camera| camera.name.as_str());
+        self.corrections.corrections(names, &values[self.model.numbers.len()..]).collect()
     }
 
+    fn difference(&self, number: usize) -> f64 {
+        DIFFERENCE * self.deviation(number)
+    }
+
+    /// Standard deviation of the prior of a parameter.
+    fn deviation(&self, number: usize) -> f64 {
+        let shape = self.model.numbers.get(number).map(ShapeNumber::deviation);
+        shape.unwrap_or_else(|| CameraModel::deviation(number - self.model.numbers.len()))
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one frame's data, the free parameters and scratch buffers")]
     fn frame(
         &self,
         base: &Variant,
         variants: &[Variant],
         pose: &Pose,
         frame: usize,
+        cameras: &[Camera],
+        count: usize,
         width: f64,
         scratch: &mut DescentScratch,
     ) -> FrameEquations {
         let body = &base.body;
         let frames = body.link_frames(pose);
         let shape = ShapeDerivatives::new(self, base, &frames, variants, pose);
-        let count = variants.len();
         let about: Point3<f64> = pose.world_from_root.translation.vector.into();
         let mut links = Accumulator::new(body.links.len(), about);
         let mut cross = vec![DMatrix::<f64>::zeros(6, count); body.links.len()];
         let (mut square, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
         let mut moves: Vec<(usize, f64)> = Vec::new();
-        for (view, (camera, observed)) in self.cameras[frame].iter().zip(&self.observed[frame]).enumerate() {
+        for (view, (camera, observed)) in cameras.iter().zip(&self.observed[frame]).enumerate() {
             let Some(observed) = observed else { continue };
             let length = length_px(camera);
             descent::each_residual(
@@ -175,6 +213,11 @@ impl CalibrationProblem<'_> {
                     let place = camera.camera_from_world.inverse_transform_point(&sample.point);
                     let row = wrench(&slide, &(place - about));
                     shape.derivatives(sample, camera, &slide, &mut moves);
+                    if count > variants.len() {
+                        let seen = wrench(&slide, &(place - self.corrections.about));
+                        let first = variants.len() + view * NUMBERS_PER_CAMERA;
+                        moves.extend((first..).zip(seen.iter().copied()));
+                    }
                     for (i, (number, along)) in moves.iter().enumerate() {
                         let weighted = weight * along;
                         gradient[*number] += weighted * residual.value;
@@ -208,9 +251,13 @@ impl CalibrationProblem<'_> {
         equations: &[FrameEquations],
         count: usize,
     ) -> Option<(DVector<f64>, Vec<DVector<f64>>)> {
-        let both = equations.iter().zip(poses).zip(&self.tracked);
+        let with_cameras = count > self.model.numbers.len();
+        let eliminate = |(index, (frame, pose)): (usize, (&FrameEquations, &Pose))| {
+            let start = self.start.filter(|_| with_cameras && index == 0);
+            self.eliminate(body, frame, pose, &self.tracked[index], start)
+        };
         let eliminated: Vec<Eliminated> =
-            both.map(|((frame, pose), anchor)| self.eliminate(body, frame, pose, anchor)).collect::<Option<_>>()?;
+            equations.iter().zip(poses).enumerate().map(eliminate).collect::<Option<_>>()?;
         let frames = equations.len() as f64;
         let mut square = DMatrix::zeros(count, count);
         let mut gradient = DVector::zeros(count);
@@ -220,14 +267,14 @@ impl CalibrationProblem<'_> {
         }
         for number in 0..count {
             // The prior scales with the number of frames, like the evidence: neighbouring frames are correlated.
-            let precision = self.outline_noise * frames / self.model.numbers[number].deviation().powi(2);
+            let precision = self.outline_noise * frames / self.deviation(number).powi(2);
             square[(number, number)] += precision;
             gradient[number] += precision * values[number];
             square[(number, number)] *= 1.0 + DAMPING;
         }
         let mut shape_step = -square.cholesky()?.solve(&gradient);
         for (number, step) in shape_step.iter_mut().enumerate() {
-            let deviation = self.model.numbers[number].deviation();
+            let deviation = self.deviation(number);
             *step = step.clamp(-deviation, deviation);
         }
         let pose_step = |gone: &Eliminated| {
@@ -243,13 +290,30 @@ impl CalibrationProblem<'_> {
         finite.then_some((shape_step, pose_steps))
     }
 
-    /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step.
-    /// Angles pushed against their limits are fixed.
-    fn eliminate(&self, body: &Humanoid, frame: &FrameEquations, pose: &Pose, anchor: &Pose) -> Option<Eliminated> {
+    /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step; with
+    /// a `start` pose also that of the root towards the start. Angles pushed against their limits are fixed.
+    fn eliminate(
+        &self,
+        body: &Humanoid,
+        frame: &FrameEquations,
+        pose: &Pose,
+        anchor: &Pose,
+        start: Option<&Pose>,
+    ) -> Option<Eliminated> {
         let mut towards = vec![0.0; body.step_len()];
-        body.difference(pose, anchor, &mut towards);
         let (mut matrix, mut gradient) = (frame.pose.matrix.clone(), frame.pose.gradient.clone());
         let mut cross = frame.cross.clone();
+        if let Some(start) = start {
+            body.difference(pose, start, &mut towards);
+            for number in 0..ROOT_STEP {
+                let deviation = if number < 3 { START_DEVIATION_M } else { START_DEVIATION_RAD };
+                // scaled with the number of frames, as the priors of shape and cameras are
+                let precision = self.outline_noise * self.tracked.len() as f64 / (deviation * deviation);
+                matrix[(number, number)] += precision;
+                gradient[number] -= precision * towards[number];
+            }
+        }
+        body.difference(pose, anchor, &mut towards);
         for (number, (towards, precision)) in towards.iter().zip(self.precision).enumerate() {
             matrix[(number, number)] = (matrix[(number, number)] + precision) * (1.0 + DAMPING);
             gradient[number] -= precision * towards;
@@ -271,6 +335,11 @@ impl CalibrationProblem<'_> {
         let solver = matrix.cholesky()?;
         Some(Eliminated { by_shape: solver.solve(&cross), alone: solver.solve(&gradient) })
     }
+}
+
+/// The cameras of one frame with their corrections.
+fn corrected<'a>(cameras: &'a [Camera], corrections: &'a [CameraCorrection]) -> impl Iterator<Item = Camera> + 'a {
+    cameras.iter().zip(corrections).map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion()))
 }
 
 /// World positions of a skin's vertices, for the body and for each variant.
@@ -402,10 +471,12 @@ mod tests {
         };
         let problem = CalibrationProblem {
             model: &model,
+            corrections: &CameraModel::new(1, Point3::origin()),
             cameras: vec![vec![camera.clone()]],
             importance: &OutlineImportance::default(),
             observed: Vec::new(),
             tracked: Vec::new(),
+            start: None,
             outline_noise: 1.0,
             precision: &[],
         };

@@ -1,5 +1,7 @@
 //! Recovers planted bodies, and leaves correct ones unchanged.
 
+use nalgebra::{Isometry3, Point3, Vector3};
+
 use super::*;
 use crate::body::BodyShape;
 use crate::raster::Mask;
@@ -24,7 +26,7 @@ fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, P
 }
 
 fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> BodyCalibration {
-    calibrate(body, rig, SilhouetteSettings::default(), seen).unwrap()
+    calibrate(body, rig, SilhouetteSettings::default(), &seen[0].1, seen).unwrap()
 }
 
 #[test]
@@ -56,6 +58,36 @@ fn a_planted_body_is_recovered_from_its_silhouettes() {
     assert!(after < 6.0 && after < before, "{before:.1} to {after:.1} mm");
     let energy = found.report.energy.unwrap();
     assert!(energy[1] < energy[0], "{energy:?}");
+    assert_eq!(found.report.cameras, [], "correct cameras stay where they are");
+}
+
+#[test]
+fn cameras_at_wrong_places_are_corrected() {
+    let body = Humanoid::tracker25().unwrap();
+    let rig = rig(4);
+    let seen = seen(&body, &rig, 9);
+    let mut given = rig.clone();
+    for (number, camera) in (0..).zip(&mut given.cameras) {
+        // a different error for each camera: 45 mm, and 0.7 degrees about its centre
+        let [x, y] = [f64::cos(f64::from(number)), f64::sin(f64::from(number))];
+        let error = Isometry3::new(Vector3::new(x, y, 0.0) * 0.045, Vector3::new(y, x, 0.0) * 0.012);
+        camera.camera_from_world = error * camera.camera_from_world;
+    }
+    let found = calibrated(&body, &given, &seen);
+    assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
+    assert_eq!(found.report.cameras.len(), 4);
+    for ((given, correction), exact) in given.cameras.iter().zip(&found.report.cameras).zip(&rig.cameras) {
+        let corrected = given.placed(given.camera_from_world * correction.motion());
+        let points = [Point3::new(0.0, 0.0, 1.0), Point3::new(0.3, 0.2, 0.2), Point3::new(-0.2, 0.3, 1.6)];
+        let off = |camera: &Camera| {
+            let of_point = |point| (camera.project(point).unwrap() - exact.project(point).unwrap()).norm();
+            points.iter().map(of_point).fold(0.0, f64::max)
+        };
+        assert!(off(given) > 3.0 && off(&corrected) < 1.0, "{}: {} px", given.name, off(&corrected));
+    }
+    let truth = (&body, &seen[0].1);
+    assert!(apart_mm(truth, (&found.body, &found.start)) < 6.0);
+    assert!(found.report.describe().contains("cameras moved by up to"), "{}", found.report.describe());
 }
 
 #[test]
@@ -138,8 +170,13 @@ fn results_are_bit_identical_for_any_number_of_threads() {
 fn no_frames_and_a_different_rig_are_errors() {
     let body = Humanoid::tracker25().unwrap();
     let settings = SilhouetteSettings::default();
-    let error = calibrate(&body, &rig(2), settings, &[]).unwrap_err().to_string();
+    let error = calibrate(&body, &rig(2), settings, &marching(&body, 0), &[]).unwrap_err().to_string();
     assert_eq!(error, "calibration of the tracker's body: expected at least one frame, found none");
     let seen = seen(&body, &rig(2), 1);
-    assert!(calibrate(&body, &rig(3), settings, &seen).unwrap_err().to_string().contains("expected 3 silhouettes"));
+    assert!(
+        calibrate(&body, &rig(3), settings, &seen[0].1, &seen)
+            .unwrap_err()
+            .to_string()
+            .contains("expected 3 silhouettes")
+    );
 }

@@ -1,0 +1,58 @@
+"""Exact synthetic truth for markerless human motion trackers, from Python.
+
+>>> import skiagraph
+>>> walk = skiagraph.Set("sets/walk")
+>>> def stay(frame):
+...     return frame.info.start.markers
+>>> result = walk.evaluate(skiagraph.track(walk, stay))
+>>> result.metrics["humaneva_mm"] > 50
+True
+
+Units are metres, radians and seconds, in a world with Z up; metrics state theirs in their names. docs/python.md
+describes the package. Nothing is printed unless ``progress=True``.
+"""
+
+from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth
+from .camera import Camera
+from .commands import Cell, Program, Sweep, render, sweep, track
+from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
+from .executable import program
+from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
+from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
+
+__all__ = [
+    "Arrays",
+    "Camera",
+    "Cell",
+    "Comparison",
+    "Frame",
+    "Gate",
+    "Images",
+    "InputError",
+    "Keypoints",
+    "NoTruthError",
+    "Program",
+    "ProgramError",
+    "Result",
+    "Run",
+    "Set",
+    "SetInfo",
+    "SkiagraphError",
+    "Start",
+    "StartPose",
+    "Sweep",
+    "Tracker",
+    "TrackerError",
+    "Truth",
+    "Verdict",
+    "View",
+    "compare",
+    "evaluate",
+    "gate",
+    "program",
+    "render",
+    "save_baseline",
+    "serve",
+    "sweep",
+    "track",
+]

@@ -1,0 +1,443 @@
+"""A benchmark set on disk: what trackers may see, and the truth where the set has it."""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .camera import Camera
+from .errors import InputError, NoTruthError
+from .images import exr, grey_png
+
+if TYPE_CHECKING:
+    from .measuring import Result
+
+#: A path as text or as a :class:`pathlib.Path`.
+PathName = str | PathLike[str]
+
+
+class Arrays(Mapping[str, NDArray[Any]]):
+    """The arrays of an ``.npz`` file of a set, by name and as attributes; each is read when it is first asked for.
+
+    >>> truth = Set("sets/walk").truth
+    >>> truth.markers.shape[1:] == (len(truth["marker_names"]), 3)
+    True
+    """
+
+    def __init__(self, *paths: Path) -> None:
+        self._read: dict[str, NDArray[Any]] = {}
+        self._places: dict[str, Path] = {}
+        for path in paths:
+            with _opened(path) as file:
+                self._places.update(dict.fromkeys(file.files, path))
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._read:
+            with _opened(self._places[name]) as file:
+                self._read[name] = file[name]
+        return self._read[name]
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        if name.startswith("_") or name not in self._places:
+            raise AttributeError(f"no array {name!r}; there are {', '.join(self.__dict__.get('_places', ()))}")
+        return self[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._places]
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            yield file
+    except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+        raise InputError(
+            f"{path}: expected the arrays of a set, but {error}; skiagraph verify checks the set"
+        ) from error
+
+
+class Images:
+    """The images of one camera, one for every frame of the set; each is read when it is asked for.
+
+    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` is the
+    stack (frames, height, width), which needs every image. Negative frames count from the end.
+    """
+
+    def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
+        self._files, self._paths, self._decode = files, paths, decode
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    @overload
+    def __getitem__(self, frame: int) -> NDArray[Any] | None: ...
+    @overload
+    def __getitem__(self, frame: slice) -> NDArray[Any]: ...
+    def __getitem__(self, frame: int | slice) -> NDArray[Any] | None:
+        if not isinstance(frame, slice):
+            return self._one(self._paths[frame])
+        # unpacking runs outside of the interpreter's lock
+        with ThreadPoolExecutor() as pool:
+            images = list(pool.map(self._one, self._paths[frame]))
+        for index, image in zip(range(len(self))[frame], images, strict=True):
+            if image is None:
+                raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
+        return np.stack([image for image in images if image is not None])
+
+    def __iter__(self) -> Iterator[NDArray[Any] | None]:
+        return (self._one(path) for path in self._paths)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return self[:].astype(dtype, copy=False) if dtype is not None else self[:]
+
+    def _one(self, path: str | None) -> NDArray[Any] | None:
+        return None if path is None else self._decode(self._files.read(path), path)
+
+
+class _Files:
+    """Files of a set by their path in a set without shards."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def read(self, path: str) -> bytes:
+        try:
+            return (self.root / path).read_bytes()
+        except FileNotFoundError:
+            if (place := self._packed.get(path)) is None:
+                raise InputError(
+                    f"{self.root / path} is missing; skiagraph verify {self.root} checks the set"
+                ) from None
+        shard, offset, size = place
+        with shard.open("rb") as file:
+            file.seek(offset)
+            return file.read(size)
+
+    def has(self, path: str) -> bool:
+        return (self.root / path).exists() or path in self._packed
+
+    @cached_property
+    def _packed(self) -> dict[str, tuple[Path, int, int]]:
+        import tarfile
+
+        places = {}
+        for side in ("observations", "truth"):
+            for shard in sorted((self.root / side / "shards").glob("*.tar")):
+                with tarfile.open(shard, "r:") as tar:
+                    places.update({_whole(m.name): (shard, m.offset_data, m.size) for m in tar})
+        return places
+
+
+def _whole(name: str) -> str:
+    """The path in a set without shards of a truth image in a shard; other names are paths already."""
+    if (found := re.fullmatch(r"(\d{6})_(cam\d+)\.(layers\.exr|depth\.png)", name)) is None:
+        return name
+    frame, camera, kind = found.groups()
+    return f"truth/layers/{camera}/{frame}" + {"layers.exr": ".exr", "depth.png": "-depth.png"}[kind]
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What a tracker is given of frame 0: the pose of its own body."""
+
+    #: x y z qw qx qy qz of the root in the world, metres (7,).
+    root: NDArray[np.float64]
+    #: Radians (n,), in the order of ``angle_names``.
+    angles: NDArray[np.float64]
+    angle_names: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Keypoints:
+    """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints."""
+
+    names: list[str]
+    cameras: list[str]
+    #: Pixels (F, C, K, 2), pixel centres at integers; NaN without detection.
+    points: NDArray[np.float64]
+    #: 0 to 1 (F, C, K).
+    confidence: NDArray[np.float64]
+
+
+class Set:
+    """A benchmark set, as ``skiagraph render`` makes it. Nothing is read before it is needed.
+
+    Units are metres, radians and seconds; the world has Z up. ``truth_at`` is the folder of the complete set if this
+    one was rendered without its truth (``render(..., truth=...)``).
+
+    Raises:
+        InputError: the folder is no benchmark set.
+
+    >>> walk = Set("sets/walk")
+    >>> walk.frames, walk.fps, [camera.name for camera in walk.cameras]
+    (19, 60.0, ['cam00', 'cam01', 'cam02', 'cam03'])
+    >>> walk.masks("cam00")[0].shape, walk.masks("cam00")[0].dtype
+    ((120, 160), dtype('bool'))
+    """
+
+    def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
+        self.path = Path(fspath(path))
+        #: The temporary folder, if the set is in one.
+        self._keep = keep
+        self._truth_at = None if truth_at is None else Path(fspath(truth_at))
+        try:
+            text = (self.path / "set.toml").read_text(encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                f"{self.path}: expected the folder of a benchmark set, but it has no set.toml ({error})"
+            ) from None
+        found = dict(re.findall(r"^(\w+) = (.+)$", text, re.MULTILINE))
+        try:
+            self.name: str = json.loads(found["name"])
+            #: Number of frames.
+            self.frames: int = int(found["frames"])
+            #: Frames per second.
+            self.fps: float = float(found["frames_per_second"])
+            self.schema: str = json.loads(found["schema"])
+        except (KeyError, ValueError) as error:
+            raise InputError(
+                f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}"
+            ) from None
+
+    def __repr__(self) -> str:
+        facts = f"{self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras"
+        return f"Set({str(self.path)!r}: {self.name}, {facts})"
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    @cached_property
+    def _files(self) -> _Files:
+        return _Files(self.path)
+
+    @cached_property
+    def cameras(self) -> list[Camera]:
+        """The cameras as trackers are given them; those that move as they are in frame 0 (:meth:`cameras_at`)."""
+        moments = self._moments
+        delays = [0.0] * len(self._camera_records) if moments is None else moments.line_delay_s.tolist()
+        pairs = zip(self._camera_records, delays, strict=True)
+        return [replace(Camera.from_record(record), line_delay=delay) for record, delay in pairs]
+
+    def cameras_at(self, frame: int) -> list[Camera]:
+        """The cameras when each exposed the first row of its image of this frame."""
+        if self._moments is None:
+            return self.cameras
+        poses = self._moments.camera_from_world[frame]
+        return [
+            replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in zip(self.cameras, poses, strict=True)
+        ]
+
+    @cached_property
+    def times(self) -> NDArray[np.float64]:
+        """When every camera exposed the first row of its images, seconds (frames, cameras); NaN where it took none."""
+        if self._moments is not None:
+            return self._moments.time_s
+        return np.repeat(np.arange(self.frames)[:, None] / self.fps, len(self.cameras), axis=1)
+
+    def camera(self, name: str | int) -> Camera:
+        """A camera by name or index.
+
+        Raises:
+            InputError: there is no such camera.
+        """
+        return self.cameras[self._index(name)]
+
+    def masks(self, camera: str | int) -> Images:
+        """The silhouettes that a camera saw, bool (height, width), one for every frame."""
+        index = self._index(camera)
+        folder = self._camera_records[index]["observations"]
+        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), _mask)
+
+    @cached_property
+    def keypoints(self) -> Keypoints | None:
+        """2-D keypoints of the observations; None if the set has none."""
+        path = self.path / "observations" / "keypoints.npz"
+        if not path.exists():
+            return None
+        found = Arrays(path)
+        names, cameras = found["keypoint_names"].tolist(), found["cameras"].tolist()
+        return Keypoints(names, cameras, found["keypoints"], found["confidence"])
+
+    @cached_property
+    def start(self) -> Start:
+        """The pose of the tracker's body in frame 0."""
+        found = self._json("start/start.json")
+        root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
+        return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
+
+    @cached_property
+    def body(self) -> dict[str, Any]:
+        """The tracker's body, as in ``start/body.json`` (FORMATS.txt of the set describes it)."""
+        return self._json("start/body.json")
+
+    @property
+    def joint_names(self) -> list[str]:
+        """The joints of the tracker's body."""
+        return [joint["name"] for joint in self.body["joints"]]
+
+    @cached_property
+    def training(self) -> Arrays | None:
+        """Motions to learn from, which are never those of the set; None if it has none."""
+        path = self.path / "start" / "training.npz"
+        return Arrays(path) if path.exists() else None
+
+    @cached_property
+    def truth(self) -> Truth:
+        """The ground truth, which trackers must not use.
+
+        Raises:
+            NoTruthError: the set has none, so ``hasattr(set, "truth")`` is False.
+        """
+        root = self._truth_at or self.path
+        if not (root / "truth" / "truth.npz").exists():
+            raise NoTruthError(
+                f"{root} has no ground truth; give the folder of the complete set: Set({fspath(self)!r}, truth_at=...)"
+            )
+        return Truth(self, root)
+
+    def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Any) -> Result:
+        """Measures an estimate against the truth; see :func:`skiagraph.evaluate`."""
+        from .measuring import evaluate
+
+        return evaluate(self, estimate, names, **options)
+
+    @cached_property
+    def _camera_records(self) -> list[dict[str, Any]]:
+        records: list[dict[str, Any]] = self._json("cameras.json")["cameras"]
+        return records
+
+    @cached_property
+    def _moments(self) -> Arrays | None:
+        path = self.path / "cameras.npz"
+        return Arrays(path) if path.exists() else None
+
+    def _index(self, camera: str | int) -> int:
+        names = [record["name"] for record in self._camera_records]
+        if isinstance(camera, str) and camera in names:
+            return names.index(camera)
+        if isinstance(camera, (int, np.integer)) and -len(names) <= camera < len(names):
+            return int(camera) % len(names)
+        raise InputError(f"{self.path} has no camera {camera!r}; its cameras are {', '.join(names)}")
+
+    def _paths(self, camera: int, pattern: str) -> list[str | None]:
+        has_image = np.isfinite(self.times[:, camera])
+        return [pattern.format(frame) if has_image[frame] else None for frame in range(self.frames)]
+
+    def _json(self, path: str) -> dict[str, Any]:
+        try:
+            found: dict[str, Any] = json.loads(self._files.read(path))
+        except ValueError as error:
+            raise InputError(
+                f"{self.path / path}: expected JSON, but {error}; skiagraph verify checks the set"
+            ) from None
+        return found
+
+
+class Truth(Arrays):
+    """The ground truth of a set: the arrays of ``truth.npz`` and ``views.npz``, and the truth images.
+
+    For T frames, J joints and C cameras: ``joints`` (T, J, 3), ``markers`` (T, 15, 3), ``root`` (T, 7),
+    ``angles`` (T, n), ``joints_2d`` (T, C, J, 2) and so on; ``list(truth)`` names all, README.txt of the set
+    describes them.
+
+    >>> truth = Set("sets/walk").truth
+    >>> depth = truth.depth("cam00")[0]
+    >>> depth.shape, bool(np.isfinite(depth[truth.parts("cam00")[0] > 0]).all())
+    ((120, 160), True)
+    """
+
+    def __init__(self, of: Set, root: Path) -> None:
+        found = [root / "truth" / name for name in ("truth.npz", "views.npz")]
+        super().__init__(*(path for path in found if path.exists()))
+        self._set, self._root, self._images = of, root, _Files(root)
+
+    @cached_property
+    def contact(self) -> Arrays | None:
+        """Gaps, contacts, slips and support (``contact.npz``); None if the actor's feet have no geometry."""
+        return self._more("contact.npz")
+
+    @cached_property
+    def keypoints(self) -> Arrays | None:
+        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints."""
+        return self._more("keypoints.npz")
+
+    def _more(self, name: str) -> Arrays | None:
+        path = self._root / "truth" / name
+        return Arrays(path) if path.exists() else None
+
+    @cached_property
+    def cameras(self) -> list[Camera]:
+        """The cameras that saw the actor, in frame 0; others than :attr:`Set.cameras` if trackers are given errors."""
+        path = self._root / "truth" / "cameras.json"
+        if not path.exists():
+            return self._set.cameras
+        return [Camera.from_record(record) for record in json.loads(path.read_text(encoding="utf-8"))["cameras"]]
+
+    def depth(self, camera: str | int) -> Images:
+        """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
+        return self.layer("depth.Z", camera, empty=np.inf)
+
+    def parts(self, camera: str | int) -> Images:
+        """Index of the visible link in ``link_names`` plus 1, 0 without body; needs the layer ``parts``."""
+        return self.layer("id.part", camera)
+
+    def layer(self, channel: str, camera: str | int, *, empty: float = 0) -> Images:
+        """A channel of the truth images by its name in the files; pixels outside of their data windows are `empty`.
+
+        Raises:
+            InputError: the set has no truth images, or no such channel; the message lists those it has.
+        """
+        index = self._set._index(camera)
+        paths = self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}.exr")
+        first = next((path for path in paths if path is not None), None)
+        if first is None or not self._images.has(first):
+            raise InputError(
+                f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
+            )
+
+        def decode(data: bytes, path: object) -> NDArray[Any]:
+            channels, place, size = exr(data, path)
+            if channel not in channels:
+                raise InputError(f"{path} has no channel {channel!r}; it has {', '.join(channels)}")
+            image = np.full(size, empty, channels[channel].dtype)
+            image[place] = channels[channel]
+            return image
+
+        return Images(self._images, paths, decode)
+
+
+def _mask(data: bytes, path: object) -> NDArray[np.bool_]:
+    return grey_png(data, path) > 127
+
+
+def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:
+    """The rotation matrix of a unit quaternion w x y z."""
+    w, x, y, z = np.asarray(quaternion, np.float64)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

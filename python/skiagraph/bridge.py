@@ -1,0 +1,37 @@
+"""Stands for a tracker that runs in another process: passes lines between skiagraph and that process.
+
+skiagraph starts this file as the tracker's program. It uses the standard library alone, so that it starts quickly.
+"""
+
+import os
+import socket
+import sys
+import threading
+
+#: Variable with port and password of the process that has the tracker.
+VARIABLE = "_SKIAGRAPH_TRACKER"
+
+
+def main() -> None:
+    """Passes lines both ways until either side ends."""
+    port, _, password = os.environ[VARIABLE].partition(":")
+    with socket.create_connection(("127.0.0.1", int(port))) as peer:
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        peer.sendall(password.encode())
+        threading.Thread(target=_send, args=(peer,), daemon=True).start()
+        while chunk := peer.recv(1 << 16):
+            while chunk:
+                chunk = chunk[os.write(1, chunk) :]
+
+
+def _send(peer: socket.socket) -> None:
+    while chunk := os.read(0, 1 << 16):
+        peer.sendall(chunk)
+    peer.shutdown(socket.SHUT_WR)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except OSError as error:
+        sys.exit(f"the process with the tracker has gone: {error}")

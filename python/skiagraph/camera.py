@@ -1,0 +1,83 @@
+"""Cameras in OpenCV's convention."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A pinhole camera with a lens: ``x_camera = R x_world + t``, metres; x right, y down, z forward.
+
+    ``K`` (3, 3) and ``distortion`` (k1 k2 p1 p2 k3) are as OpenCV takes them, with pixel centres at integers. A
+    camera that moves is described as it was for one image.
+    """
+
+    name: str
+    width: int
+    height: int
+    K: NDArray[np.float64]
+    R: NDArray[np.float64]
+    t: NDArray[np.float64]
+    distortion: NDArray[np.float64]
+    #: Distance of the near plane, metres; what is nearer is not seen.
+    near: float = 0.0
+    #: Delay of every row of the image after the row above it, seconds.
+    line_delay: float = 0.0
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Camera:
+        """A camera as ``cameras.json`` and the protocol of trackers write it."""
+        K, R, t, distortion = (np.array(record[key], np.float64) for key in ("K", "R", "t", "distortion"))
+        near, delay = record.get("near", 0.0), record.get("line_delay_s", 0.0)
+        return cls(record["name"], record["width"], record["height"], K, R, t, distortion, near, delay)
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Where the camera is in the world (3,), metres."""
+        place: NDArray[np.float64] = -self.R.T @ self.t
+        return place
+
+    @property
+    def P(self) -> NDArray[np.float64]:
+        """The projection matrix ``K [R | t]`` (3, 4), without the lens."""
+        matrix: NDArray[np.float64] = self.K @ np.column_stack([self.R, self.t])
+        return matrix
+
+    def project(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN before the near plane.
+
+        Raises:
+            InputError: the last axis of `points` is not 3 long.
+
+        >>> camera = Set("sets/walk").cameras[0]
+        >>> seen = camera.project([[0.0, 0.0, 1.0], [0.2, 0.0, 1.0]])
+        >>> seen.shape
+        (2, 2)
+        """
+        world = np.asarray(points, np.float64)
+        if world.ndim == 0 or world.shape[-1] != 3:
+            raise InputError(f"expected points of shape (..., 3) in metres, found shape {world.shape}")
+        local = world @ self.R.T + self.t
+        z = np.where(local[..., 2] >= max(self.near, np.finfo(float).tiny), local[..., 2], np.nan)
+        x, y = local[..., 0] / z, local[..., 1] / z
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        lens = np.stack(
+            [
+                x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+                np.ones_like(x),
+            ],
+            axis=-1,
+        )
+        pixels: NDArray[np.float64] = (lens @ self.K.T)[..., :2]
+        return pixels

@@ -1,0 +1,299 @@
+"""Rendering sets, tracking them, and sweeps of settings."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import shlex
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from os import fspath
+from pathlib import Path
+from typing import Any
+
+from . import bridge
+from .benchmark_set import PathName, Set
+from .errors import InputError
+from .executable import call, check, options, overrides, start, stop, toml
+from .measuring import Folder, Run
+from .tracking import AnyTracker, Frame, converse, name_of
+
+#: The name of the scenario that is built into the program.
+_BUILT_IN = "walk"
+
+
+def render(
+    scenario: PathName | None,
+    out: PathName | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    key: str | None = None,
+    truth: PathName | None = None,
+    shards: int | None = None,
+    mocap_dir: PathName | None = None,
+    force: bool = False,
+    progress: bool = False,
+    **more: Any,
+) -> Set:
+    """Makes a benchmark set, as ``skiagraph render`` does; an interrupted one is resumed.
+
+    Args:
+        scenario: a scenario file; None, or "walk" if there is no such file, is the one built into the program.
+        out: folder of the set; by default a temporary one, which lives as long as the returned set.
+        settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
+            underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous
+            (``count=2``).
+        key: key of the random numbers; "default" gives everybody the same bytes.
+        truth: folder for the complete set; `out` is then the set without its truth.
+        force: replace an existing set.
+
+    Raises:
+        InputError: the scenario or a setting is wrong, or `out` exists; the message is the program's.
+
+    >>> short = render("walk", "sets/short", {"rig.ring.count": 2}, loop_to_s=1.0, size_px=[96, 72])
+    >>> short.frames
+    61
+    """
+    keep = None
+    if out is None:
+        out, keep = _temporary("set")
+    words = options(
+        out=fspath(out),
+        key=key,
+        truth=None if truth is None else fspath(truth),
+        shards=shards,
+        mocap_dir=None if mocap_dir is None else fspath(mocap_dir),
+        force=force,
+        json=True,
+    )
+    call(["render", *_scenario(scenario), *overrides({**(settings or {}), **more}), *words], progress=progress)
+    return Set(out, truth_at=truth, keep=keep)
+
+
+def _temporary(name: str) -> tuple[Path, tempfile.TemporaryDirectory[str]]:
+    """A path in a temporary folder, and the folder, which lives as long as that object."""
+    keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
+    return Path(keep.name) / name, keep
+
+
+def _scenario(scenario: PathName | None) -> list[str]:
+    if scenario is None or (scenario == _BUILT_IN and not Path(_BUILT_IN).exists()):
+        return []
+    return [fspath(scenario)]
+
+
+@dataclass(frozen=True)
+class Program:
+    """A tracker that is a program of its own, in any language (docs/protocol.md): ``Program("python3 my_tracker.py")``.
+
+    With ``sandbox`` it sees neither the truth nor the network, and only what ``readable`` grants (Linux, bubblewrap).
+    """
+
+    command: str
+    inline: bool = False
+    sandbox: bool = False
+    readable: Sequence[PathName] = ()
+
+
+def track(
+    of: Set | PathName,
+    tracker: AnyTracker | Program | str,
+    *,
+    out: PathName | None = None,
+    seeds: int = 1,
+    seed: int = 0,
+    settings: Mapping[str, Any] | None = None,
+    frame_limit: float | None = None,
+    start_limit: float | None = None,
+    restarts: int | None = None,
+    force: bool = False,
+    progress: bool = False,
+) -> Run:
+    """Runs a tracker on a set, as ``skiagraph track`` does, frame by frame and without the truth.
+
+    Args:
+        tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``,
+            called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
+        out: folder of the run; by default a temporary one, which lives as long as the returned run.
+        seeds, seed: how often the tracker is run, and the first seed (``info.seed``). A tracker without random numbers
+            gives the same answers every time.
+        frame_limit, start_limit: seconds for a frame and until the tracker is ready.
+        restarts: how often a program is started again after a crash.
+        force: move output of another command in `out` aside.
+        progress: show a line of progress on standard error.
+
+    Raises:
+        TrackerError: the tracker, in this process, raised an exception or answered something that is no estimate.
+        InputError: no frame was answered, or an argument is wrong.
+
+    >>> walk = Set("sets/walk")
+    >>> def stay(frame):
+    ...     return frame.info.start.markers
+    >>> run = track(walk, stay)
+    >>> run.program["answers"]["poses"], run.measure().grade
+    (19, 'lost')
+    """
+    of = of if isinstance(of, Set) else Set(of)
+    keep = None
+    if out is None:
+        out, keep = _temporary("run")
+    if settings and not isinstance(tracker, str):
+        raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
+    # a tracker in this process is not resumed: its code and state may have changed
+    in_process = not isinstance(tracker, (str, Program))
+    force = force or (in_process and Path(fspath(out) + ".partial").exists())
+    words = options(
+        out=fspath(out),
+        seeds=seeds,
+        seed=seed,
+        frame_limit=frame_limit,
+        start_limit=start_limit,
+        restarts=restarts,
+        force=force,
+    )
+    words = ["track", fspath(of), *words]
+    if isinstance(tracker, str):
+        call([*words, "--tracker", tracker, *overrides(settings or {})], progress=progress)
+    elif isinstance(tracker, Program):
+        readable = [word for path in tracker.readable for word in ("--readable", fspath(path))]
+        words += options(exec=tracker.command, inline=tracker.inline, sandbox=tracker.sandbox) + readable
+        _expect_answers(call(words, progress=progress, may=(1,)))
+    else:
+        shown = _Progress(seeds * of.frames) if progress else None
+        _expect_answers(_track_here(words, tracker, shown))
+    return Run(out, of, keep)
+
+
+def _expect_answers(done: tuple[int, str]) -> None:
+    code, text = done
+    if code == 1:
+        raise InputError(text.strip(), code)
+
+
+def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], object] | None) -> tuple[int, str]:
+    """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
+    password = os.urandom(16).hex()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        environment = {bridge.VARIABLE: f"{server.getsockname()[1]}:{password}"}
+        words_of_shell = subprocess.list2cmdline if sys.platform == "win32" else shlex.join
+        command = words_of_shell([sys.executable, "-I", "-S", bridge.__file__, name_of(tracker)])
+        child = start([*words, f"--exec={command}"], environment=environment)
+        try:
+            while (peer := _accepted(server, child)) is not None:
+                # skiagraph ends the conversation when a time limit has passed, and records that
+                with (
+                    contextlib.suppress(ConnectionError),
+                    peer,
+                    peer.makefile("r", encoding="utf-8") as requests,
+                    peer.makefile("w", encoding="utf-8") as answers,
+                ):
+                    if requests.read(len(password)) == password:
+                        converse(tracker, requests, answers, on_frame=shown)
+            out, said = child.communicate()
+        except BaseException as error:
+            stop(child, error)
+            raise
+    return check(child.returncode, said, may=(1,)), out
+
+
+def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
+    """The next connection; None if the program has ended."""
+    while True:
+        ended = child.poll() is not None
+        if select.select([server], [], [], 0 if ended else 0.02)[0]:
+            peer, _ = server.accept()
+            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return peer
+        if ended:
+            return None
+
+
+class _Progress:
+    """A line on standard error."""
+
+    def __init__(self, frames: int) -> None:
+        self.frames, self.done = frames, 0
+
+    def __call__(self, frame: Frame) -> None:
+        self.done += 1
+        if self.done % max(1, self.frames // 100) == 0 or self.done == self.frames:
+            end = "\n" if self.done == self.frames else ""
+            print(f"\rseed {frame.info.seed}: {100 * self.done // self.frames} %", end=end, file=sys.stderr, flush=True)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One setting of a sweep with one seed."""
+
+    #: The values of the axes.
+    axes: dict[str, Any]
+    seed: int
+    #: ``ok``, ``diverged`` (the tracker lost the body) or ``failed``.
+    status: str
+    #: The mean of every metric.
+    metrics: dict[str, float]
+    #: Everything, as in ``runs.jsonl``.
+    record: dict[str, Any]
+
+
+class Sweep(Folder):
+    """A finished sweep: its cells one after another; ``print(sweep)`` is the program's table."""
+
+    def __init__(self, path: PathName, text: str, keep: object = None) -> None:
+        super().__init__(path, keep)
+        self._text = text
+
+    def __iter__(self) -> Iterator[Cell]:
+        return iter(self._cells)
+
+    def __len__(self) -> int:
+        return len(self._cells)
+
+    def __str__(self) -> str:
+        return self._text
+
+    @cached_property
+    def _cells(self) -> list[Cell]:
+        lines = (self.path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
+        records = [json.loads(line) for line in lines]
+        return [Cell(cell["axes"], cell["seed"], cell["status"], cell["metrics"], cell) for cell in records]
+
+
+def sweep(
+    scenario: PathName | None,
+    axes: Mapping[str, Sequence[Any]],
+    settings: Mapping[str, Any] | None = None,
+    *,
+    out: PathName | None = None,
+    seeds: int | None = None,
+    pair: bool = False,
+    jobs: int | None = None,
+    mocap_dir: PathName | None = None,
+    progress: bool = False,
+) -> Sweep:
+    """Runs skiagraph's trackers with every combination of settings, as ``skiagraph sweep`` does; cells with results in
+    `out` are not run again.
+
+    Args:
+        axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``.
+        settings: keys that all cells share.
+        pair: pair the values of the axes one to one instead.
+    """
+    keep = None
+    if out is None:
+        out, keep = _temporary("sweep")
+    varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in axes.items()]
+    words = options(
+        out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
+    )
+    _, text = call(
+        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
+    )
+    return Sweep(out, text.rstrip(), keep)

@@ -1,0 +1,199 @@
+"""The program ``skiagraph``: where it is, whether it fits this package, and how it is called."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError, ProgramError, SkiagraphError
+
+#: Variable that names the program to use instead of the one that came with this package.
+VARIABLE = "SKIAGRAPH"
+
+#: Seconds that an interrupted program gets to end by itself; it needs 0.6 at most.
+_GRACE_S = 1.5
+
+_INTERRUPTED, _BAD_INPUT = 130, 2
+
+
+def program() -> Path:
+    """The program's path: ``$SKIAGRAPH`` if set, else the one of the wheel, else that on the ``PATH``.
+
+    Its version is compared with the package's once per process.
+
+    Raises:
+        ProgramError: it is missing, cannot be started, or is of another version.
+
+    >>> program().name.startswith("skiagraph")
+    True
+    """
+    return _checked(os.environ.get(VARIABLE), os.environ.get("PATH"))
+
+
+@lru_cache
+def _checked(named: str | None, path: str | None) -> Path:
+    found = _find(named, path)
+    try:
+        said = subprocess.run([found, "--version"], capture_output=True, text=True, timeout=60, check=True).stdout
+    except (OSError, subprocess.SubprocessError) as error:
+        raise ProgramError(f"cannot start {found}: {error}") from error
+    ours, theirs = _package_version(), said.split()[-1] if said.split() else "unknown"
+    if ours not in (None, theirs):
+        raise ProgramError(
+            f"{found} is version {theirs}, but this package is version {ours}; "
+            f"install both from one wheel, or name a program of version {ours} in ${VARIABLE}"
+        )
+    return found
+
+
+def _find(named: str | None, path: str | None) -> Path:
+    if named:
+        if shutil.which(named) is None:
+            raise ProgramError(f"${VARIABLE} is {named}, which is no program that can be run")
+        return Path(named).absolute()
+    name = "skiagraph" + (sysconfig.get_config_var("EXE") or "")
+    schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
+    # pip install --target DIR puts programs into DIR/bin
+    schemes.append(str(Path(__file__).parents[1] / "bin"))
+    for folder in schemes:
+        if folder and shutil.which(name, path=folder):
+            return Path(folder) / name
+    if (elsewhere := shutil.which(name, path=path)) is not None:
+        return Path(elsewhere)
+    raise ProgramError(
+        "the program skiagraph was not found: it is neither in the environment of this Python "
+        f"({sysconfig.get_path('scripts')}) nor on the PATH; install the wheel with pip, or name the program in "
+        f"${VARIABLE}"
+    )
+
+
+def _package_version() -> str | None:
+    """None in a checkout that is not installed."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("skiagraph")
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def call(
+    arguments: Iterable[object], *, progress: bool = False, may: Iterable[int] = (), cwd: str | None = None
+) -> tuple[int, str]:
+    """Runs the program; returns its exit code (0 or one of `may`) and its standard output.
+
+    With `progress` it writes progress and notes to standard error, else nothing is printed.
+    """
+    child = start(arguments, progress=progress, cwd=cwd)
+    try:
+        out, said = child.communicate()
+    except BaseException as error:
+        stop(child, error)
+        raise
+    return check(child.returncode, said, may=may), out
+
+
+def start(
+    arguments: Iterable[object],
+    *,
+    progress: bool = False,
+    environment: Mapping[str, str] | None = None,
+    cwd: str | None = None,
+) -> subprocess.Popen[str]:
+    """Starts the program with its output captured; standard error only without `progress`."""
+    command = [str(program()), *map(str, arguments), *([] if progress else ["--quiet"])]
+    return subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=None if progress else subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        cwd=cwd,
+        env={**os.environ, **(environment or {})},
+    )
+
+
+def stop(child: subprocess.Popen[str], reason: BaseException) -> None:
+    """Interrupts the program, which keeps finished work, and waits for its end.
+
+    At Ctrl-C the terminal has interrupted it already, and a second signal would end it before it has tidied up.
+    """
+    interrupt = child.terminate if sys.platform == "win32" else lambda: child.send_signal(signal.SIGINT)
+    steps = [interrupt, child.kill]
+    if not isinstance(reason, KeyboardInterrupt):
+        steps.pop(0)()
+    for step in steps:
+        with suppress(subprocess.TimeoutExpired):
+            child.communicate(timeout=_GRACE_S)
+            return
+        step()
+    child.communicate()
+
+
+def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
+    """Raises the exception of an exit code other than 0 and those of `may`."""
+    if code == 0 or code in may:
+        return code
+    if code in (_INTERRUPTED, -signal.SIGINT):
+        raise KeyboardInterrupt
+    message = (said or "").removesuffix("\nFor more information, try '--help'.\n").strip().removeprefix("error: ")
+    if code < 0:
+        raise ProgramError(f"skiagraph was killed by signal {-code}" + (f": {message}" if message else ""))
+    message = message or f"skiagraph failed with exit code {code}; its message is above"
+    raise (InputError if code == _BAD_INPUT else SkiagraphError)(message, code)
+
+
+def option(name: str, value: object) -> list[str]:
+    """The words of an option; none for None and False, the name alone for True."""
+    flag = "--" + name.replace("_", "-")
+    if value is None or value is False:
+        return []
+    return [flag] if value is True else [f"{flag}={value}"]
+
+
+def options(**values: object) -> list[str]:
+    """The words of several options.
+
+    >>> options(seeds=3, frame_limit=None, force=True)
+    ['--seeds=3', '--force']
+    """
+    return [word for name, value in values.items() for word in option(name, value)]
+
+
+def overrides(settings: Mapping[str, Any]) -> list[str]:
+    """``KEY=VALUE`` arguments of settings; two underscores in a key stand for a dot.
+
+    >>> overrides({"rig.ring.count": 2, "observation__silhouette": "segmented", "layers": ["depth"]})
+    ['rig.ring.count=2', 'observation.silhouette="segmented"', 'layers=["depth"]']
+    """
+    return [f"{key.replace('__', '.')}={toml(value)}" for key, value in settings.items()]
+
+
+def toml(value: Any) -> str:
+    """A value in TOML's notation.
+
+    >>> toml({"population": "adults", "seed": 3, "on": True})
+    '{population = "adults", seed = 3, on = true}'
+    """
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    if isinstance(value, (bool, int, float, str)):
+        return json.dumps(value)
+    raise InputError(
+        f"expected a number, text, list or dictionary as a setting, found {type(value).__name__}: {value!r}"
+    )

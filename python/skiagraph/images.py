@@ -1,0 +1,180 @@
+"""Readers of the images of a set: grey PNG and OpenEXR as the program writes them, without further libraries."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+#: Greatest width and height that is read.
+_MOST_PIXELS = 16_384
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_UP = 2
+
+
+def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
+    """The pixels (height, width) of a grey PNG of 8 or 16 bits.
+
+    Raises:
+        InputError: the bytes are no such file, or are damaged; the message names `path`.
+    """
+    try:
+        return _grey_png(data)
+    except (ValueError, struct.error, zlib.error) as error:
+        raise InputError(f"{path}: expected a grey PNG of a set, but {error}; skiagraph verify checks a set") from error
+
+
+def _grey_png(data: bytes) -> NDArray[np.uint8 | np.uint16]:
+    if data[:8] != _PNG or data[12:16] != b"IHDR":
+        raise ValueError("it does not begin as a PNG")
+    width, height, depth, *kind = struct.unpack_from(">IIBBBBB", data, 16)
+    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or depth not in (8, 16) or any(kind):
+        raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {kind}")
+    step = depth // 8
+    size = height * (1 + width * step)
+    # a damaged file must not unpack to more than its header says
+    inflate = zlib.decompressobj()
+    raw = inflate.decompress(_image_data(data), size)
+    if len(raw) != size:
+        raise ValueError(f"it holds {len(raw)} bytes instead of {size}")
+    rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + width * step)
+    filters, pixels = rows[:, 0], rows[:, 1:]
+    if (filters[1:] == _UP).all() and filters[0] in (0, _UP):
+        pixels = _from_differences(pixels)
+    elif filters.any():
+        raise ValueError("its rows are filtered in another way than those of skiagraph")
+    pixels = np.ascontiguousarray(pixels)
+    return pixels if depth == 8 else _wide(pixels)
+
+
+def _from_differences(rows: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The pixels of rows that are differences to the rows above; quick where most columns are empty."""
+    pixels = np.zeros(rows.shape, np.uint8)
+    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
+    if len(columns):
+        body = slice(columns[0], columns[-1] + 1)
+        np.add.accumulate(rows[:, body], axis=0, dtype=np.uint8, out=pixels[:, body])
+    return pixels
+
+
+def _wide(pixels: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    wide: NDArray[np.uint16] = pixels.view(">u2").astype(np.uint16)
+    return wide
+
+
+def _image_data(data: bytes) -> bytes:
+    parts, at = [], 8
+    while at + 8 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        if kind == b"IDAT":
+            parts.append(data[at + 8 : at + 8 + length])
+        at += 12 + length
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+_EXR_TYPES: dict[int, np.dtype[Any]] = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
+_NO_COMPRESSION, _RLE = range(2)
+
+
+def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
+    """The channels of an OpenEXR file by name, their place in the image (rows, columns), and its (height, width).
+
+    Raises:
+        InputError: the bytes are no such file, or are damaged; the message names `path`.
+    """
+    try:
+        return _exr(data)
+    except (ValueError, KeyError, IndexError, OverflowError, struct.error) as error:
+        raise InputError(
+            f"{path}: expected an OpenEXR image of a set, but {error!r}; skiagraph verify checks a set"
+        ) from error
+
+
+def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
+    magic, version = struct.unpack_from("<II", data)
+    if magic != 20000630 or version & ~0xFF & ~0x400:
+        raise ValueError("it is no OpenEXR file of one image in rows")
+    attributes, at = _exr_header(data)
+    channels = _exr_channels(attributes["channels"])
+    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
+    x0, y0, x1, y1 = struct.unpack("<4i", attributes["displayWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    compression = attributes["compression"][0]
+    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or compression not in (_NO_COMPRESSION, _RLE):
+        raise ValueError(f"its data window has {width} x {height} pixels, its compression is {compression}")
+    row_bytes = width * sum(dtype.itemsize for _, dtype in channels)
+    # two bytes hold a run of at most 128
+    if height * row_bytes > 64 * len(data):
+        raise ValueError("it is too short for its data window")
+    table = np.empty((height, row_bytes), np.uint8)
+    for offset in struct.unpack_from(f"<{height}Q", data, at):
+        y, size = struct.unpack_from("<iI", data, offset)
+        if not 0 <= y - top < height:
+            raise ValueError(f"it has a row {y} outside of its data window")
+        table[y - top] = _exr_row(data[offset + 8 : offset + 8 + size], row_bytes)
+    found: dict[str, NDArray[Any]] = {}
+    column = 0
+    for name, dtype in channels:
+        end = column + width * dtype.itemsize
+        found[name] = np.ascontiguousarray(table[:, column:end]).view(dtype)
+        column = end
+    place = (slice(top - y0, bottom - y0 + 1), slice(left - x0, right - x0 + 1))
+    return found, place, (y1 - y0 + 1, x1 - x0 + 1)
+
+
+def _exr_header(data: bytes) -> tuple[dict[str, bytes], int]:
+    attributes: dict[str, bytes] = {}
+    at = 8
+    while data[at] != 0:
+        name, kind, _ = data[at : at + 1024].split(b"\0", 2)
+        at += len(name) + len(kind) + 2
+        (size,) = struct.unpack_from("<I", data, at)
+        attributes[name.decode()] = data[at + 4 : at + 4 + size]
+        at += 4 + size
+    return attributes, at + 1
+
+
+def _exr_channels(packed: bytes) -> list[tuple[str, np.dtype[Any]]]:
+    channels: list[tuple[str, np.dtype[Any]]] = []
+    at = 0
+    while packed[at] != 0:
+        end = packed.index(b"\0", at)
+        (kind,) = struct.unpack_from("<I", packed, end + 1)
+        channels.append((packed[at:end].decode(), _EXR_TYPES[kind]))
+        at = end + 17
+    return channels
+
+
+def _exr_row(packed: bytes, size: int) -> NDArray[np.uint8]:
+    """A row; one that compression would not shorten is stored as it is."""
+    if len(packed) == size:
+        return np.frombuffer(packed, np.uint8)
+    shuffled = _run_lengths(packed, size)
+    if len(shuffled) != size:
+        raise ValueError(f"a row has {len(shuffled)} bytes instead of {size}")
+    # every byte is stored as its difference to the one before, plus 128; then even and odd bytes are apart
+    steps = np.frombuffer(shuffled, np.uint8).copy()
+    steps[1:] += 128
+    values = np.add.accumulate(steps, dtype=np.uint8)
+    out = np.empty(size, np.uint8)
+    out[0::2], out[1::2] = values[: (size + 1) // 2], values[(size + 1) // 2 :]
+    return out
+
+
+def _run_lengths(packed: bytes, size: int) -> bytes:
+    out, at = bytearray(), 0
+    while at < len(packed) and len(out) <= size:
+        count = packed[at]
+        if count < 128:
+            out += packed[at + 1 : at + 2] * (count + 1)
+            at += 2
+        else:
+            out += packed[at + 1 : at + 257 - count]
+            at += 257 - count
+    return bytes(out)

@@ -1,0 +1,48 @@
+"""Every example that users read runs: docstrings, docs/python.md and the section of README.md."""
+
+import doctest
+import importlib
+import pkgutil
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+import skiagraph
+
+MODULES = [f"skiagraph.{module.name}" for module in pkgutil.iter_modules(skiagraph.__path__)]
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def with_set(small, tmp_path, monkeypatch):
+    """A folder that has sets/walk and the scenarios."""
+    shutil.copytree(small.path, tmp_path / "sets" / "walk")
+    shutil.copytree(ROOT / "scenarios" / "smoke", tmp_path / "scenarios" / "smoke")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("with_set")
+@pytest.mark.parametrize("name", ["skiagraph", *MODULES])
+def test_examples_in_docstrings_run(name):
+    names = {name: getattr(skiagraph, name) for name in skiagraph.__all__}
+    module = importlib.import_module(name)
+    found = doctest.testmod(module, extraglobs=names)
+    assert found.failed == 0, "the output above says what differs"
+
+
+def test_there_are_examples_of_every_main_function():
+    for used in ("render", "track", "evaluate", "Set", "gate", "compare", "sweep"):
+        assert any(used in (path.read_text()) for path in (ROOT / "docs").glob("python.md")), used
+
+
+@pytest.mark.usefixtures("with_set")
+@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
+def test_python_of_the_pages_runs(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "skiagraph" in block]
+    assert blocks
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, page, "exec"), names)

@@ -1,0 +1,203 @@
+"""Measuring estimates, comparing runs, and the gate."""
+
+import sys
+
+import numpy as np
+import pytest
+from conftest import SMALL
+
+import skiagraph
+
+
+@pytest.fixture(scope="module")
+def draws(tmp_path_factory):
+    """Runs of a tracker that does not move, on five draws of the noise, a bit worse and much worse."""
+    root = tmp_path_factory.mktemp("draws")
+
+    def runs(shift):
+        return [skiagraph.track(each, lambda frame: moved(frame, shift)) for each in sets]
+
+    def moved(frame, shift):
+        return {name: place + [0, shift, 0] for name, place in frame.info.start.markers.items()}
+
+    noise = {**SMALL, "observation.silhouette": "corrupted", "boundary_px": 1.0, "start_mm": 5.0}
+    sets = [skiagraph.render("walk", root / str(n), noise, observation__seed=n, key="default") for n in range(5)]
+    return {shift: runs(shift) for shift in (0.0, 0.0001, 0.3)}
+
+
+def test_an_array_is_measured_as_computed_by_hand(small):
+    truth = small.truth.markers
+    estimate = truth + np.random.default_rng(5).normal(0, 0.03, truth.shape)
+    result = small.evaluate(estimate)
+    errors = 1000 * np.linalg.norm(estimate - truth, axis=-1)[1:]
+    assert result.metrics["mpjpe_mm"] == pytest.approx(errors.mean())
+    assert result.per_frame["humaneva_mm"].shape == (1, small.frames)
+    assert np.isnan(result.per_frame["humaneva_mm"][0, 0])
+    assert np.allclose(result.per_frame["humaneva_mm"][0, 1:], errors.mean(axis=1))
+    assert result.hint is None
+    assert "HumanEva 3-D error (mm)" in str(result)
+    assert "protocol:" in str(result)
+    assert result.report.exists()
+
+
+def test_several_seeds_names_in_another_order_and_single_precision(small):
+    truth, names = small.truth.markers, small.truth.marker_names.tolist()
+    order = np.random.default_rng(6).permutation(15)[:12]
+    estimate = np.stack([truth[:, order] + shift for shift in (0.01, 0.02, 0.04)]).astype(np.float32)
+    result = small.evaluate(estimate, names=[names[index] for index in order])
+    assert result.record["metrics"]["mpjpe_mm"]["per_run"] == pytest.approx(
+        [10 * 3**0.5, 20 * 3**0.5, 40 * 3**0.5], rel=1e-4
+    )
+    assert set(result.intervals) <= set(result.metrics)
+    assert result.metrics["coverage"] == pytest.approx(12 / 15)
+    assert result.absent["energy_gap"].startswith("needs ")
+
+
+def test_points_by_name_and_arrays_of_an_npz(small):
+    truth, names = small.truth.markers, small.truth.marker_names.tolist()
+    by_name = {name: truth[:, index] + 0.01 for index, name in enumerate(names)}
+    poses = {"estimate_root": small.truth.refitted_root, "estimate_angles": small.truth.refitted_angles}
+    assert small.evaluate(by_name).metrics["mpjpe_mm"] == pytest.approx(10 * 3**0.5)
+    assert "silhouette_iou" in small.evaluate(poses).metrics
+    joints = {name: small.truth.joints[:, index] for index, name in enumerate(small.truth.joint_names.tolist())}
+    ours = {name: points for name, points in joints.items() if name in small.joint_names}
+    assert len(ours) > 5
+    assert small.evaluate(ours).metrics["mpjpe_mm"] < 100
+
+
+@pytest.mark.parametrize(
+    ("estimate", "names", "message"),
+    [
+        (lambda t: t.astype(object), None, "expected numbers of 32 or 64 bits, shape .*, found dtype object"),
+        (lambda t: t.astype(np.float16), None, "found dtype float16"),
+        (lambda t: t[:, :14], None, r"with 15 points \(thorax, pelvis, .*\), here .*, found shape \(\d+, 14, 3\)"),
+        (lambda t: t[..., :2], None, r"found shape \(\d+, 15, 2\)"),
+        (lambda t: t, ["nose"] * 2, r"with 2 points \(nose, nose\)"),
+        (lambda t: t[:-2], None, "it has 17 frames, the set 19"),
+        (lambda t: t[:, :2], ["left_nose", "tail"], "is not a marker"),
+        (lambda t: {"pelvis": t[:, 0], "thorax": t[:3, 1]}, None, "found 'thorax' of shape"),
+        (lambda t: {}, None, "empty dictionary"),
+        (lambda t: t * 1000, None, r"seems to be in millimetres \(--units mm\), expected metres"),
+    ],
+)
+def test_a_wrong_estimate_says_what_came_and_what_is_expected(small, estimate, names, message):
+    with pytest.raises(skiagraph.InputError, match=message):
+        small.evaluate(estimate(small.truth.markers), names)
+
+
+def test_declared_units_axes_and_names_are_passed_on(small):
+    truth, names = small.truth.markers, small.truth.marker_names.tolist()
+    other = 1000 * truth[..., [1, 2, 0]]
+    theirs = [f"my {name}" for name in names]
+    result = small.evaluate(other, theirs, units="mm", axes="y,z,x", joint_map=dict(zip(theirs, names, strict=True)))
+    assert result.metrics["mpjpe_mm"] < 1e-6
+    shifted = small.evaluate(np.roll(truth, 2, axis=0)[2:], shift=0, offset=(0.0, 0.0, 0.5))
+    assert shifted.metrics["mpjpe_mm"] > 400
+    exchanged = small.evaluate(truth[..., [1, 0, 2]] * [1, 1, 1])
+    assert exchanged.hint is not None
+
+
+def test_results_of_an_array_in_a_folder_are_replaced_by_the_same_call_alone(small, tmp_path):
+    first = small.evaluate(small.truth.markers + 0.01, out=tmp_path / "mine")
+    again = small.evaluate(small.truth.markers + 0.02, out=tmp_path / "mine")
+    assert again.path == first.path == tmp_path / "mine"
+    assert again.metrics["mpjpe_mm"] == pytest.approx(20 * 3**0.5)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "precious").write_text("")
+    with pytest.raises(skiagraph.InputError, match="other"):
+        small.evaluate(small.truth.markers, out=tmp_path / "other")
+
+
+def test_a_file_is_measured_beside_itself_and_not_changed(small, tmp_path):
+    file = tmp_path / "mine.npz"
+    np.savez(file, fps=small.fps, estimate_markers=small.truth.markers, marker_names=small.truth.marker_names)
+    before = file.read_bytes()
+    result = small.evaluate(file)
+    assert result.path == tmp_path / "mine.npz-evaluation"
+    assert file.read_bytes() == before
+    assert skiagraph.Result(result.path).metrics == result.metrics
+
+
+def test_results_for_notebooks(small):
+    result = small.evaluate(small.truth.markers + 0.01)
+    html = result._repr_html_()
+    assert html.startswith("<pre>")
+    assert "data:image/png;base64," in html
+    assert "protocol" not in repr(result)
+
+
+def test_a_table_for_pandas(small):
+    pytest.importorskip("pandas")
+    table = small.evaluate(small.truth.markers + 0.01).to_frame()
+    assert table.loc["mpjpe_mm", "mean"] == pytest.approx(10 * 3**0.5)
+    assert table.loc["mpjpe_mm", "unit"] == "mm"
+
+
+def test_a_plot(small):
+    pytest.importorskip("matplotlib").use("Agg")
+    axes = small.evaluate(small.truth.markers + 0.01).plot()
+    assert len(axes.lines) == 1
+    assert axes.get_ylabel() == "humaneva_mm"
+    with pytest.raises(skiagraph.InputError, match="'nothing' has no values by frame"):
+        small.evaluate(small.truth.markers).plot("nothing")
+
+
+def test_without_pandas_and_matplotlib_the_rest_works(small, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    result = small.evaluate(small.truth.markers)
+    assert result.metrics
+    with pytest.raises(ImportError):
+        result.to_frame()
+
+
+def test_comparing_runs(draws):
+    found = skiagraph.compare(draws[0.0], draws[0.3])
+    assert "HumanEva 3-D error, mm" in str(found)
+    assert found.record
+    assert "<pre>" in found._repr_html_()
+
+
+def test_the_gate_passes_fails_and_is_inconclusive(draws, tmp_path):
+    path = skiagraph.save_baseline("mine", draws[0.0], baselines=tmp_path)
+    assert path == tmp_path / "mine.json"
+    same = skiagraph.gate(draws[0.0], "mine", 2, baselines=tmp_path)
+    assert same
+    assert same.verdict is skiagraph.Verdict.PASS
+    assert str(same).startswith("PASS")
+    worse = skiagraph.gate(draws[0.3], path, margin_mm=2)
+    assert worse.verdict is skiagraph.Verdict.FAIL
+    assert not worse
+    assert "humaneva_mm" in str(worse)
+    with pytest.raises(skiagraph.InputError, match=r"absent\.json: no baseline has this name"):
+        skiagraph.gate(draws[0.0], "absent", 2, baselines=tmp_path)
+    with pytest.raises(skiagraph.InputError, match="no margin is given"):
+        skiagraph.gate(draws[0.0], "mine", baselines=tmp_path)
+    with pytest.raises(skiagraph.InputError, match="at least one run"):
+        skiagraph.gate([], "mine", 2)
+
+
+def test_an_inconclusive_gate(small, tmp_path):
+    def noisy(scale):
+        class Noisy:
+            def start(self, info):
+                self.shift = np.random.default_rng(info.seed + int(1000 * scale)).normal(0, scale)
+
+            def track(self, frame):
+                return {name: place + [self.shift, 0, 0] for name, place in frame.info.start.markers.items()}
+
+        return skiagraph.track(small, Noisy, seeds=5)
+
+    skiagraph.save_baseline("noisy", noisy(0.1), baselines=tmp_path)
+    found = skiagraph.gate(noisy(0.101), "noisy", margin_mm=2, baselines=tmp_path)
+    assert found.verdict is skiagraph.Verdict.INCONCLUSIVE
+    assert "more" in str(found)
+
+
+def test_a_sweep_yields_its_cells(shipped, tmp_path):
+    scenario = shipped / "smoke" / "matched.toml"
+    cells = list(skiagraph.sweep(scenario, {"particles": [5, 10]}, {"layers": 2}, seeds=3, out=tmp_path / "sweep"))
+    assert [(cell.axes["particles"], cell.seed) for cell in cells] == [(n, seed) for n in (5, 10) for seed in range(3)]
+    assert all(cell.status == "ok" and cell.metrics["humaneva_mm"] > 0 for cell in cells)
+    again = skiagraph.sweep(scenario, {"particles": [5, 10]}, {"layers": 2}, seeds=3, out=tmp_path / "sweep")
+    assert len(again) == 6
+    assert "particles=5" in str(again)

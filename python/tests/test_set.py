@@ -1,0 +1,205 @@
+"""Reading sets: every image and array by two roads."""
+
+import json
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+import pytest
+from conftest import SMALL
+
+import skiagraph
+from skiagraph.images import exr, grey_png
+
+
+def test_masks_are_those_that_the_program_sends_to_trackers(small):
+    seen = []
+
+    class Watch:
+        def track(self, frame):
+            seen.append([view.mask for view in frame.views])
+            return frame.info.start.markers
+
+    skiagraph.track(small, Watch())
+    # the program's run lengths instead of its files
+    code = """
+import sys, numpy, skiagraph
+seen = []
+def watch(frame):
+    seen.append([view.mask for view in frame.views])
+    if frame.index == frame.info.frames - 1:
+        numpy.save("inline.npy", seen)
+    return frame.info.start.markers
+skiagraph.serve(watch)
+"""
+    (small.path.parent / "watch.py").write_text(code)
+    place = small.path.parent / "inline.npy"
+    command = f"cd {small.path.parent} && {sys.executable} watch.py"
+    skiagraph.track(small, skiagraph.Program(command, inline=True))
+    of_set = np.stack([small.masks(camera.name)[:] for camera in small.cameras], axis=1)
+    assert of_set.shape == (small.frames, 4, 120, 160)
+    assert of_set.any()
+    assert np.array_equal(of_set, seen)
+    assert np.array_equal(of_set, np.load(place))
+    assert np.array_equal(np.asarray(small.masks(2)), of_set[:, 2])
+
+
+def test_projection_agrees_with_the_truth_of_the_program(small):
+    for index, camera in enumerate(small.cameras):
+        pixels = camera.project(small.truth.markers)
+        assert np.allclose(pixels, small.truth.markers_2d[:, index], atol=1e-9, equal_nan=True)
+        assert np.allclose(camera.R @ camera.centre + camera.t, 0)
+    with pytest.raises(skiagraph.InputError, match=r"shape \(\.\.\., 3\) in metres, found shape \(2,\)"):
+        small.cameras[0].project([1.0, 2.0])
+
+
+def test_a_lens_bends_as_opencv_has_it():
+    cv2 = pytest.importorskip("cv2")
+    K, R, t = np.array([[300.0, 0, 160], [0, 310, 120], [0, 0, 1]]), np.eye(3), np.array([0.1, -0.2, 3.0])
+    distortion = np.array([-0.2, 0.05, 0.001, -0.002, 0.01])
+    points = np.random.default_rng(1).uniform(-1, 1, (50, 3))
+    expected = cv2.projectPoints(points, R, t, K, distortion)[0][:, 0]
+    assert np.allclose(skiagraph.Camera("c", 320, 240, K, R, t, distortion).project(points), expected, atol=1e-9)
+
+
+def test_depth_agrees_with_the_rounded_images_and_with_the_parts(small):
+    for frame in (0, 7, small.frames - 1):
+        depth, parts = small.truth.depth("cam01")[frame], small.truth.parts("cam01")[frame]
+        data = (small.path / f"truth/layers/cam01/{frame:06}-depth.png").read_bytes()
+        millimetres = grey_png(data, "depth")
+        body = parts > 0
+        assert np.array_equal(body, np.isfinite(depth))
+        assert np.array_equal(body, millimetres > 0)
+        assert np.abs(millimetres[body] - 1000 * depth[body].astype(float)).max() <= 0.5
+        assert parts.max() <= len(small.truth.link_names)
+        # the silhouette is exact
+        assert np.mean(body != small.masks("cam01")[frame]) < 1e-3
+    with pytest.raises(skiagraph.InputError, match=r"no channel 'normal.X'; it has depth.Z, id.part"):
+        small.truth.layer("normal.X", 0)[0]
+
+
+def test_shards_hold_the_same_images(small, tmp_path):
+    settings = {**SMALL, "layers": ["depth", "parts"]}
+    sharded = skiagraph.render("walk", tmp_path / "sharded", settings, shards=3)
+    assert not (sharded.path / "observations" / "cam00").exists()
+    for camera in (0, 3):
+        assert np.array_equal(sharded.masks(camera)[:], small.masks(camera)[:])
+        assert np.array_equal(sharded.truth.depth(camera)[5], small.truth.depth(camera)[5])
+
+
+def test_the_truth_exists_only_where_the_set_has_it(tmp_path):
+    public = skiagraph.render("walk", tmp_path / "public", SMALL, truth=tmp_path / "secret")
+    assert not hasattr(skiagraph.Set(tmp_path / "public"), "truth")
+    with pytest.raises(skiagraph.NoTruthError, match="truth_at="):
+        skiagraph.Set(tmp_path / "public").truth  # noqa: B018
+    assert public.truth.markers.shape == (public.frames, 15, 3)
+    run = skiagraph.track(public, lambda frame: frame.info.start.markers)
+    assert run.measure().metrics["humaneva_mm"] > 0
+
+
+def test_cameras_that_move_and_lack_images(shipped, tmp_path):
+    filmed = skiagraph.render(shipped / "smoke" / "filming.toml", tmp_path / "filmed", key="default")
+    missing = [frame for frame in range(filmed.frames) if filmed.masks("cam02")[frame] is None]
+    assert missing == np.flatnonzero(np.isnan(filmed.times[:, 2])).tolist() != []
+    with pytest.raises(skiagraph.InputError, match=f"no image of frame {missing[0]}"):
+        filmed.masks("cam02")[:]
+    assert not np.array_equal(filmed.cameras_at(30)[0].t, filmed.cameras[0].t)
+    told = []
+
+    def watch(frame):
+        told.append([(view.camera.R, view.camera.t, view.exposed, view.mask is None) for view in frame.views])
+        return frame.info.start.markers
+
+    skiagraph.track(filmed, watch)
+    for frame, views in enumerate(told):
+        for index, (camera, (R, t, exposed, lacks)) in enumerate(zip(filmed.cameras_at(frame), views, strict=True)):
+            assert np.allclose(camera.R, R, atol=1e-12)
+            assert np.allclose(camera.t, t, atol=1e-12)
+            assert lacks == np.isnan(filmed.times[frame, index])
+            assert exposed is None or abs(exposed - filmed.times[frame, index]) < 1e-12
+
+
+def test_keypoints_are_read_where_the_set_has_them(small, tmp_path):
+    import shutil
+
+    assert small.keypoints is None
+    assert small.truth.keypoints is None
+    assert small.truth.contact.gap.shape[0] == small.frames
+    shutil.copytree(small.path, tmp_path / "set")
+    points = np.zeros((small.frames, 4, 2, 2))
+    np.savez(
+        tmp_path / "set/observations/keypoints.npz",
+        keypoint_names=np.array(["nose", "left_knee"]),
+        keypoints=points,
+        confidence=np.ones(points.shape[:3]),
+        cameras=np.array([camera.name for camera in small.cameras]),
+    )
+    keypoints = skiagraph.Set(tmp_path / "set").keypoints
+    assert keypoints.names == ["nose", "left_knee"]
+    assert keypoints.points.shape == points.shape
+    assert keypoints.confidence.shape == points.shape[:3]
+    assert keypoints.cameras == ["cam00", "cam01", "cam02", "cam03"]
+
+
+def test_the_start_is_that_of_the_files(small):
+    record = json.loads((small.path / "start/start.json").read_text())
+    assert small.start.angle_names == record["angle_names"]
+    assert small.start.angles.tolist() == record["angles"]
+    assert small.start.root.shape == (7,)
+    assert len(small.joint_names) == len(small.body["joints"])
+
+
+def test_wrong_sets_cameras_and_files_are_named(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"nowhere: expected the folder of a benchmark set"):
+        skiagraph.Set("nowhere")
+    with pytest.raises(skiagraph.InputError, match="no camera 'cam9'; its cameras are cam00, cam01"):
+        small.masks("cam9")
+    with pytest.raises(AttributeError, match="no array 'marker'; there are"):
+        small.truth.marker  # noqa: B018
+    (tmp_path / "set.toml").write_text("name = 3")
+    with pytest.raises(skiagraph.InputError, match=r"set.toml: expected name, schema, frames"):
+        skiagraph.Set(tmp_path)
+
+
+def test_a_damaged_archive_is_refused_with_its_name(small, tmp_path):
+    data = (small.path / "truth/truth.npz").read_bytes()
+    for spoiled in (b"", data[:100], data[:-100], data[: len(data) // 2] + bytes(64) + data[len(data) // 2 + 64 :]):
+        (tmp_path / "truth.npz").write_bytes(spoiled)
+        with pytest.raises(skiagraph.InputError, match=r"truth\.npz: expected the arrays of a set"):
+            dict(skiagraph.Arrays(tmp_path / "truth.npz"))
+
+
+def test_damaged_images_are_refused_with_their_name(small):
+    good = (small.path / "observations/cam00/silhouette/000000.png").read_bytes()
+    layers = (small.path / "truth/layers/cam00/000003.exr").read_bytes()
+    random = np.random.default_rng(3)
+    for read, data in ((grey_png, good), (exr, layers)):
+        for _ in range(300):
+            spoiled = bytearray(data)
+            for at in random.integers(0, len(data), 3):
+                spoiled[at] = random.integers(256)
+            try:
+                read(bytes(spoiled[: random.integers(len(data) // 2, len(data) + 1)]), "my.png")
+            except skiagraph.InputError as error:
+                assert str(error).startswith("my.png: expected")  # noqa: PT017
+
+
+def test_a_png_cannot_unpack_to_more_than_it_says():
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + bytes(4)
+
+    header = struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)
+    pixels = zlib.compress(bytes([0, 1, 2, 2, 3, 4]) + bytes(10_000_000))
+    data = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    assert grey_png(data, "x").tolist() == [[1, 2], [4, 6]]
+
+
+def test_the_program_agrees_on_the_names(small):
+    said = subprocess.run(
+        [skiagraph.program(), "inspect", small.path, "--json"], capture_output=True, text=True, check=True
+    ).stdout
+    found = json.loads(said)
+    assert (small.name, small.frames, small.fps) == (found["name"], found["frames"], found["frames_per_second"])
+    assert [camera.name for camera in small.cameras] == [camera["name"] for camera in found["cameras"]]

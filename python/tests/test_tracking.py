@@ -1,0 +1,266 @@
+"""Trackers in Python: what they see, what they may answer, and how they fail."""
+
+import sys
+import textwrap
+import time
+import traceback
+
+import numpy as np
+import pytest
+
+import skiagraph
+
+
+def stay(frame):
+    return frame.info.start.markers
+
+
+class Walker:
+    """Moves the start pose on along x, by an amount that depends on the seed."""
+
+    def start(self, info):
+        self.info, self.done = info, 0
+        self.points = np.array(list(info.start.markers.values()))
+
+    def track(self, frame):
+        assert frame.index == self.done
+        self.done += 1
+        return self.points + [0.001 * frame.index * (1 + self.info.seed), 0, 0]
+
+
+def program(folder, text):
+    """A tracker in a file of its own, as users write it."""
+    (folder / "mine.py").write_text(textwrap.dedent(text))
+    return skiagraph.Program(f"{sys.executable} {folder / 'mine.py'}")
+
+
+@pytest.mark.parametrize("tracker", [Walker, Walker()], ids=["class", "object"])
+def test_every_seed_starts_anew(small, tracker):
+    run = skiagraph.track(small, tracker, seeds=3, seed=4)
+    markers = run.estimate["estimate_markers"]
+    assert markers.shape == (3, small.frames, 15, 3)
+    assert run.estimate["seeds"].tolist() == [4, 5, 6]
+    moved = markers[:, -1, :, 0] - markers[:, 0, :, 0]
+    assert np.allclose(moved, 0.001 * (small.frames - 1) * np.array([[5], [6], [7]]))
+    assert len(run.measure().intervals) > 3
+
+
+def test_a_program_gives_what_the_same_tracker_gives_in_this_process(small, tmp_path):
+    here = skiagraph.track(small, Walker, seeds=2)
+    there = program(
+        tmp_path,
+        f"""
+        import sys
+        sys.path.insert(0, {str(__file__.rpartition("/")[0])!r})
+        import skiagraph
+        from test_tracking import Walker
+        print("this is no answer")
+        skiagraph.serve(Walker)
+        """.replace('print("this is no answer")', ""),
+    )
+    apart = skiagraph.track(small, there, seeds=2)
+    assert (here.path / "poses.npz").read_bytes() == (apart.path / "poses.npz").read_bytes()
+    assert apart.program["name"] == "Walker"
+    assert not apart.incidents
+
+
+def test_what_a_served_tracker_prints_does_not_disturb(small, tmp_path):
+    run = skiagraph.track(
+        small,
+        program(
+            tmp_path,
+            """
+            import skiagraph
+            def stay(frame):
+                print("frame", frame.index)
+                return frame.info.start.markers
+            skiagraph.serve(stay)
+            """,
+        ),
+    )
+    assert run.program["answers"] == {"poses": small.frames, "lost": 0, "failed": 0}
+
+
+def answers(info):
+    """The start pose in every form that a tracker may answer."""
+    start = info.start
+    joints = np.array([start.joints[name] for name in info.joints])
+    return {
+        "markers by name": start.markers,
+        "array of markers": np.array([start.markers[name] for name in info.markers], np.float32),
+        "joints by name": dict(zip(info.joints, joints.tolist(), strict=True)),
+        "array of joints": joints,
+        "pose": {"root": start.root, "angles": start.angles},
+        "with confidence": {"markers": start.markers, "confidence": np.float64(0.5)},
+    }
+
+
+def test_every_form_of_answer_says_the_same(small):
+    errors, forms = {}, []
+
+    def first(frame):
+        forms.extend(answers(frame.info))
+        return frame.info.start.markers
+
+    skiagraph.track(small, first)
+    for form in dict.fromkeys(forms):
+        run = skiagraph.track(small, lambda frame, form=form: answers(frame.info)[form])
+        errors[form] = run.measure().metrics["mpjpe_mm"]
+    assert len(errors) == 6
+    of_markers = errors["markers by name"]
+    assert of_markers > 1
+    assert errors["array of markers"] == pytest.approx(of_markers, rel=1e-4)
+    assert errors["pose"] == pytest.approx(of_markers)
+    assert errors["with confidence"] == pytest.approx(of_markers)
+    assert errors["joints by name"] == pytest.approx(errors["array of joints"])
+
+
+def test_keypoints_are_arrays_with_nan_for_what_was_missed(small):
+    hello = []
+    skiagraph.track(small, lambda frame: hello.append(frame.info) or frame.info.start.markers)
+    message = {**hello[0].message, "keypoints": {"layout": "coco17", "names": ["nose", "left_eye"]}}
+    assert hello[0].keypoints == []
+    assert skiagraph.SetInfo(message).keypoints == ["nose", "left_eye"]
+    view = skiagraph.View({"camera": "cam00", "keypoints": [[320.1, 97.4, 0.93], None]}, small.cameras[0])
+    assert view.keypoints.shape == (2, 3)
+    assert view.keypoints[0].tolist() == [320.1, 97.4, 0.93]
+    assert np.isnan(view.keypoints[1]).all()
+    assert skiagraph.View({"camera": "cam00"}, small.cameras[0]).keypoints is None
+
+
+def test_lost_frames_and_missing_points(small):
+    def partly(frame):
+        if frame.index % 2:
+            return None
+        return {**frame.info.start.markers, "head_top": np.full(3, np.nan)}
+
+    run = skiagraph.track(small, partly)
+    assert run.program["answers"]["lost"] == small.frames // 2
+    estimate = run.estimate["estimate_markers"].reshape(small.frames, 15, 3)
+    head = run.estimate["marker_names"].tolist().index("head_top")
+    assert np.isnan(estimate[1]).all()
+    assert np.isnan(estimate[0, head]).all()
+    assert np.isfinite(np.delete(estimate[0], head, axis=0)).all()
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (
+            np.zeros((14, 3)),
+            r"shape \(15, 3\) of markers or \(\d+, 3\) of joints, in metres, found float64 of shape \(14, 3\)",
+        ),
+        (np.zeros((15, 3), complex), r"found complex128 of shape \(15, 3\)"),
+        ("somewhere", r"found str 'somewhere'"),
+        ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
+        ({"pelvis": [0, 0, 0], "left_knee_flexion": [0, 0, 0]}, "found names of both"),
+    ],
+)
+def test_an_answer_of_the_wrong_kind_says_what_is_expected(small, answer, message):
+    with pytest.raises(skiagraph.TrackerError, match=message):
+        skiagraph.track(small, lambda frame: answer)
+
+
+def test_what_is_no_tracker_is_refused(small):
+    with pytest.raises(
+        skiagraph.TrackerError, match=r"a function of a frame, or an object or class with a method track"
+    ):
+        skiagraph.track(small, 3)
+    with pytest.raises(skiagraph.InputError, match="annealed_particle_filter"):
+        skiagraph.track(small, "aneled_particle_filter")
+
+
+def test_an_exception_keeps_its_traceback_and_leaves_no_run(small, tmp_path):
+    def fails(frame):
+        if frame.index == 3:
+            raise LookupError("no such limb")
+        return frame.info.start.markers
+
+    with pytest.raises(skiagraph.TrackerError, match="raised LookupError in frame 3 of seed 0: no such limb") as raised:
+        skiagraph.track(small, fails, out=tmp_path / "run")
+    cause = raised.value.__cause__
+    assert isinstance(cause, LookupError)
+    assert "fails" in [entry.name for entry in traceback.extract_tb(cause.__traceback__)]
+    assert not (tmp_path / "run").exists()
+
+    class NeverReady:
+        def start(self, info):
+            raise OSError("no model")
+
+        def track(self, frame):
+            return None
+
+    with pytest.raises(skiagraph.TrackerError, match="raised OSError before the first frame of seed 0: no model"):
+        skiagraph.track(small, NeverReady)
+
+
+def test_an_exception_in_a_program_is_in_the_run_with_its_traceback(small, tmp_path):
+    tracker = program(
+        tmp_path,
+        """
+        import skiagraph
+        def fails(frame):
+            if frame.index == 3:
+                raise LookupError("no such limb")
+            return frame.info.start.markers
+        skiagraph.serve(fails)
+        """,
+    )
+    run = skiagraph.track(small, tracker)
+    assert run.program["answers"]["failed"] == 1
+    said = str(run.incidents)
+    assert "no such limb" in said
+    assert "Traceback" in said or "LookupError" in said
+
+
+def test_a_tracker_that_is_too_slow_loses_its_frame_and_the_run_goes_on(small):
+    def slow(frame):
+        if frame.index == 2:
+            time.sleep(1.0)
+        return frame.info.start.markers
+
+    run = skiagraph.track(small, slow, frame_limit=0.3)
+    assert run.program["answers"] == {"poses": small.frames - 1, "lost": 0, "failed": 1}
+    assert run.incidents[0]["frame"] == 2
+
+
+def test_a_tracker_that_never_answers_is_an_error_that_says_so(small):
+    with pytest.raises(skiagraph.InputError, match="no frame was answered with a pose"):
+        skiagraph.track(small, lambda frame: None)
+
+
+def test_a_run_in_a_folder_is_replaced_only_by_its_own_command(small, tmp_path):
+    skiagraph.track(small, stay, out=tmp_path / "run")
+    skiagraph.track(small, stay, out=tmp_path / "run")
+    with pytest.raises(skiagraph.InputError, match="run"):
+        skiagraph.track(small, Walker, out=tmp_path / "run")
+    skiagraph.track(small, Walker, out=tmp_path / "run", force=True)
+    assert (tmp_path / "run~").exists()
+
+
+def test_a_tracker_of_skiagraph_with_settings(small):
+    run = skiagraph.track(small, "annealed_particle_filter", settings={"particles": 10, "layers": 2}, seeds=3)
+    result = run.measure()
+    assert result.metrics["humaneva_mm"] < 200
+    low, high = result.intervals["humaneva_mm"]
+    assert low <= result.metrics["humaneva_mm"] <= high
+    with pytest.raises(skiagraph.InputError, match="settings are those of skiagraph's own trackers"):
+        skiagraph.track(small, stay, settings={"particles": 3})
+
+
+def test_a_tracker_sees_no_truth(small):
+    found = []
+
+    def look(frame):
+        found.extend(path.name for path in frame.info.folder.rglob("*"))
+        return frame.info.start.markers
+
+    skiagraph.track(small, look)
+    assert "start.json" in found
+    assert "truth.npz" not in found
+
+
+def test_calling_a_tracker_costs_little(small):
+    run = skiagraph.track(small, stay, seeds=3)
+    # 0.3 ms a frame on an idle machine; this one may be busy
+    assert run.program["timing"]["frames_per_second"] > 300
