@@ -5,6 +5,7 @@ they are linked, and so are the pictures. Links to other files lose their link a
 
 The commands are those of the program `skiagraph` on the path, or of the one that the variable SKIAGRAPH names.
 """
+import json
 import os
 import pathlib
 import posixpath
@@ -29,7 +30,10 @@ def on_files(files, config):
     others = [path.relative_to(ROOT).as_posix() for pattern in OTHERS for path in sorted(ROOT.glob(pattern))]
     for path in own + others:
         pages.append(File(path, str(ROOT), config.site_dir, config.use_directory_urls, dest_uri=address(path)))
-    for path, text in {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}.items():
+    generated = {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}
+    for path in (path for path in own if path.endswith(".ipynb")):
+        generated[f"{path.removesuffix('.ipynb')}.md"] = notebook(ROOT / path)
+    for path, text in generated.items():
         page = File.generated(config, path, content=text)
         page.dest_uri = address(path)
         pages.append(page)
@@ -90,6 +94,20 @@ def command(names, level):
     for name in subcommands(text):
         page += command([*names, name], level + 1)
     return page
+
+
+def notebook(path):
+    """The cells of a notebook and what they print."""
+    page = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        text = "".join(cell["source"])
+        if cell["cell_type"] != "code":
+            page.append(text)
+            continue
+        page.append(f"```python\n{text}\n```")
+        printed = "".join("".join(output.get("text", [])) for output in cell["outputs"]).rstrip()
+        page += [f"```text\n{printed}\n```"] if printed else []
+    return "\n\n".join(page) + "\n"
 
 
 def metrics():
