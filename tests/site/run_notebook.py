@@ -1,9 +1,12 @@
 """Runs the notebook of docs/tutorials in an empty folder, and compares what it prints with what it shows.
 
-python tests/site/run_notebook.py [--write]     needs nbclient, ipykernel, the package skiagraph and its program; --write stores the output
+python tests/site/run_notebook.py [--write]
+
+It needs nbclient, ipykernel, the package skiagraph and its program. --write stores the output.
 
 Only printed text is stored: pictures differ from computer to computer.
 """
+
 import pathlib
 import sys
 import tempfile
