@@ -69,7 +69,8 @@ class Arrays(Mapping[str, NDArray[Any]]):
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # np.load leaves a damaged file open that it opened itself
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             yield file
     except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(

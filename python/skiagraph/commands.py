@@ -10,7 +10,6 @@ import shlex
 import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +22,7 @@ from .benchmark_set import PathName, Set
 from .errors import InputError
 from .executable import call, check, options, overrides, start, stop, toml
 from .measuring import Folder, Run
+from .temporary import TemporaryFolder
 from .tracking import AnyTracker, Frame, converse, name_of
 
 #: The name of the scenario that is built into the program.
@@ -63,7 +63,8 @@ def render(
     """
     keep = None
     if out is None:
-        out, keep = _temporary("set")
+        keep = TemporaryFolder()
+        out = keep.path / "set"
     words = options(
         out=fspath(out),
         key=key,
@@ -75,12 +76,6 @@ def render(
     )
     call(["render", *_scenario(scenario), *overrides({**(settings or {}), **more}), *words], progress=progress)
     return Set(out, truth_at=truth, keep=keep)
-
-
-def _temporary(name: str) -> tuple[Path, tempfile.TemporaryDirectory[str]]:
-    """A path in a temporary folder, and the folder, which lives as long as that object."""
-    keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-    return Path(keep.name) / name, keep
 
 
 def _scenario(scenario: PathName | None) -> list[str]:
@@ -143,7 +138,8 @@ def track(
     of = of if isinstance(of, Set) else Set(of)
     keep = None
     if out is None:
-        out, keep = _temporary("run")
+        keep = TemporaryFolder()
+        out = keep.path / "run"
     if settings and not isinstance(tracker, str):
         raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
     # a tracker in this process is not resumed: its code and state may have changed
@@ -288,7 +284,8 @@ def sweep(
     """
     keep = None
     if out is None:
-        out, keep = _temporary("sweep")
+        keep = TemporaryFolder()
+        out = keep.path / "sweep"
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in axes.items()]
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)

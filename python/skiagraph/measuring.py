@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from .benchmark_set import PathName, Set
 from .errors import InputError, ProgramError
 from .executable import call, options, toml
+from .temporary import TemporaryFolder
 
 if TYPE_CHECKING:
     import pandas
@@ -225,8 +226,8 @@ def evaluate(
         else:
             file = _written(of, estimate, names, Path(room) / "array.npz")
             if out is None:
-                keep = tempfile.TemporaryDirectory(prefix="skiagraph-")
-                out = Path(keep.name) / "run"
+                keep = TemporaryFolder()
+                out = keep.path / "run"
         if isinstance(joint_map, Mapping):
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
             joint_map = Path(room) / "joints.toml"
