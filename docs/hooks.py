@@ -1,10 +1,13 @@
 """Hooks of the site: pages from all over the repository, and reference pages that are made from the program.
 
-Every page keeps its path in the repository, so a relative link means the same here and in the checkout. Pages outside `docs/` are added if
-they are linked, and so are the pictures. Links to other files lose their link and keep their text: the site has pages only.
+Every page keeps its path in the repository, so a relative link means the same here and in the checkout. Pages outside
+`docs/` that are named here are added, and their pictures. Links to other files lose their link and keep their text:
+the site has pages only.
 
 The commands are those of the program `skiagraph` on the path, or of the one that the variable SKIAGRAPH names.
 """
+
+import json
 import os
 import pathlib
 import posixpath
@@ -17,7 +20,15 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # pages and pictures outside docs/
-OTHERS = ["*.md", "scenarios/README.md", "scenarios/motions/README.md", "robots/README.md", "results/*.md", "results/*.svg", "results/*.png"]
+OTHERS = [
+    "*.md",
+    "scenarios/README.md",
+    "scenarios/motions/README.md",
+    "robots/README.md",
+    "results/*.md",
+    "results/*.svg",
+    "results/*.png",
+]
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 
@@ -25,11 +36,18 @@ def on_files(files, config):
     """The pages of `docs/` and the others at their paths in the repository, and the generated pages."""
     # what belongs to the theme stays where it is
     pages = Files([file for file in files if file.src_dir != config.docs_dir])
-    own = [f"docs/{file.src_uri}" for file in files if file.src_dir == config.docs_dir and file.inclusion != InclusionLevel.EXCLUDED]
+    own = [
+        f"docs/{file.src_uri}"
+        for file in files
+        if file.src_dir == config.docs_dir and file.inclusion != InclusionLevel.EXCLUDED
+    ]
     others = [path.relative_to(ROOT).as_posix() for pattern in OTHERS for path in sorted(ROOT.glob(pattern))]
     for path in own + others:
         pages.append(File(path, str(ROOT), config.site_dir, config.use_directory_urls, dest_uri=address(path)))
-    for path, text in {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}.items():
+    generated = {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}
+    for path in (path for path in own if path.endswith(".ipynb")):
+        generated[f"{path.removesuffix('.ipynb')}.md"] = notebook(ROOT / path)
+    for path, text in generated.items():
         page = File.generated(config, path, content=text)
         page.dest_uri = address(path)
         pages.append(page)
@@ -47,6 +65,7 @@ def address(path):
 
 def on_page_markdown(markdown, page, config, files):
     """Removes links to files that are not on the site; a file that does not exist stays, for --strict to report."""
+
     def unlinked(link):
         text, target = link[1], link[2]
         path = posixpath.normpath(posixpath.join(posixpath.dirname(page.file.src_uri), target))
@@ -60,7 +79,7 @@ def run(*arguments):
     """What the program prints."""
     program = os.environ.get("SKIAGRAPH") or shutil.which("skiagraph")
     if program is None:
-        raise PluginError("there is no program skiagraph on the path; install it, or name it: SKIAGRAPH=target/release/skiagraph mkdocs build")
+        raise PluginError("there is no program skiagraph on the path; install it, or name it in the variable SKIAGRAPH")
     done = subprocess.run([program, *arguments], capture_output=True, text=True)
     if done.returncode != 0:
         raise PluginError(f"{program} {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
@@ -77,7 +96,15 @@ def subcommands(help_text):
 def commands():
     """Every command's help."""
     top = run("--help")
-    page = ["# Commands", "", "Made from the program's own help: `skiagraph COMMAND --help` prints the same.", "", "```text", top.rstrip(), "```"]
+    page = [
+        "# Commands",
+        "",
+        "Made from the program's own help: `skiagraph COMMAND --help` prints the same.",
+        "",
+        "```text",
+        top.rstrip(),
+        "```",
+    ]
     for name in subcommands(top):
         page += command([name], 2)
     return "\n".join(page) + "\n"
@@ -90,6 +117,20 @@ def command(names, level):
     for name in subcommands(text):
         page += command([*names, name], level + 1)
     return page
+
+
+def notebook(path):
+    """The cells of a notebook and what they print."""
+    page = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        text = "".join(cell["source"])
+        if cell["cell_type"] != "code":
+            page.append(text)
+            continue
+        page.append(f"```python\n{text}\n```")
+        printed = "".join("".join(output.get("text", [])) for output in cell["outputs"]).rstrip()
+        page += [f"```text\n{printed}\n```"] if printed else []
+    return "\n\n".join(page) + "\n"
 
 
 def metrics():

@@ -18,6 +18,7 @@ from .commands import Cell, Program, Sweep, render, sweep, track
 from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
 from .executable import program
 from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
+from .rerun import to_rerun
 from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
 
 __all__ = [
@@ -54,5 +55,6 @@ __all__ = [
     "save_baseline",
     "serve",
     "sweep",
+    "to_rerun",
     "track",
 ]

@@ -80,7 +80,8 @@ class SetInfo:
         """The pose of the tracker's body in frame 0."""
         found = self.message["start"]
         numbers = {key: np.array(found[key], np.float64) for key in ("root", "angles")}
-        return StartPose(**numbers, markers=_points(found["markers"]), joints=_points(found["joints"]))
+        markers, joints = _points(found["markers"], self.markers), _points(found["joints"], self.joints)
+        return StartPose(**numbers, markers=markers, joints=joints)
 
 
 class View:
@@ -293,5 +294,7 @@ def _plain(value: Any) -> Any:
     return [_plain(row) for row in array]
 
 
-def _points(named: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
-    return {name: np.full(3, np.nan) if place is None else np.array(place, np.float64) for name, place in named.items()}
+def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:
+    """Points in this order, so that their values are an array as trackers answer it."""
+    places = {name: named.get(name) for name in order}
+    return {name: np.full(3, np.nan) if at is None else np.array(at, np.float64) for name, at in places.items()}

@@ -2,9 +2,10 @@
 
 python tests/site/open_pages.py CHROMIUM SITE      exit code 1 if something is wrong, 3 without Playwright
 
-A page must not scroll sideways, report an error, lack a picture or ask another computer for anything, and the search must find a page. With
-SKIAGRAPH_SCREENSHOTS=DIR it saves screenshots.
+A page must not scroll sideways, report an error, lack a picture or ask another computer for anything, and the search
+must find a page. With SKIAGRAPH_SCREENSHOTS=DIR it saves screenshots.
 """
+
 import functools
 import http.server
 import os
@@ -54,7 +55,12 @@ def main():
             at = [""]
             page.on("console", lambda message: message.type == "error" and wrong.append(f"{at[0]}: {message.text}"))
             page.on("pageerror", lambda error: wrong.append(f"{at[0]}: {error}"))
-            page.on("request", lambda request: request.url.startswith((address, "data:", "blob:")) or wrong.append(f"{at[0]}: asks {request.url}"))
+            page.on(
+                "request",
+                lambda request: (
+                    request.url.startswith((address, "data:", "blob:")) or wrong.append(f"{at[0]}: asks {request.url}")
+                ),
+            )
             for at[0] in pages:
                 page.goto(address + at[0], wait_until="load")
                 found = too_wide(page) + page.evaluate(BROKEN)

@@ -2,8 +2,9 @@
 
 python tests/site/run_action.py PROGRAM
 
-Steps that use other actions are left out. Needs PyYAML, and NumPy for the tracker of docs/tutorials/judge-my-tracker.md.
+Steps that use other actions are left out. Needs PyYAML, and NumPy for the tracker of the first tutorial.
 """
+
 import os
 import pathlib
 import re
@@ -40,7 +41,10 @@ class Job:
         values = {f"inputs.{name}": value for name, value in (known | given).items()}
         assert None not in values.values(), "a required input is missing"
         values |= {"github.action_path": str(ROOT), "runner.temp": str(self.temporary)}
-        printed, files = "", {name: self.temporary / name for name in ("GITHUB_OUTPUT", "GITHUB_PATH", "GITHUB_STEP_SUMMARY")}
+        printed, files = (
+            "",
+            {name: self.temporary / name for name in ("GITHUB_OUTPUT", "GITHUB_PATH", "GITHUB_STEP_SUMMARY")},
+        )
         for file in files.values():
             file.write_text("")
         code = 0
@@ -50,11 +54,21 @@ class Job:
                 continue
             # an expression within a script would run what an input contains
             assert step["shell"] == "bash" and "${{" not in step["run"], step["name"]
-            environment = {name: EXPRESSION.sub(lambda found: values[found[1]], text) for name, text in step["env"].items()}
+            environment = {
+                name: EXPRESSION.sub(lambda found: values[found[1]], text) for name, text in step["env"].items()
+            }
             done = subprocess.run(
                 ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]],
-                cwd=self.workspace, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                env={"HOME": os.environ.get("HOME", "/"), "PATH": self.path, **{name: str(file) for name, file in files.items()}, **environment},
+                cwd=self.workspace,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                env={
+                    "HOME": os.environ.get("HOME", "/"),
+                    "PATH": self.path,
+                    **{name: str(file) for name, file in files.items()},
+                    **environment,
+                },
             )
             printed, code = printed + done.stdout, done.returncode
             if code != 0:
@@ -74,7 +88,9 @@ def wheel(folder: pathlib.Path, program: pathlib.Path) -> pathlib.Path:
         script.external_attr = 0o100755 << 16
         archive.writestr(script, f"#!/bin/sh\nexec '{program}' \"$@\"\n")
         archive.writestr("skiagraph-0.dist-info/METADATA", "Metadata-Version: 2.1\nName: skiagraph\nVersion: 0\n")
-        archive.writestr("skiagraph-0.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        archive.writestr(
+            "skiagraph-0.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        )
         archive.writestr("skiagraph-0.dist-info/RECORD", "")
     return path
 
@@ -92,9 +108,13 @@ def main() -> None:
         mine = {"tracker": "python3 mine.py", "baseline": "mine", "scenario": "walk.toml", "settings": SETTINGS}
 
         code, printed, _, _ = job.use(**mine, package=str(wheel(folder, program)))
-        assert code == 2 and "::error title=skiagraph gate::" in printed and "no baseline has this name" in printed, printed
+        assert code == 2 and "::error title=skiagraph gate::" in printed and "no baseline has this name" in printed, (
+            printed
+        )
         code, printed, summary, _ = job.use(**mine, save="true")
-        assert code == 0 and "commit it" in summary and (job.workspace / "results/baselines/mine.json").is_file(), printed
+        assert code == 0 and "commit it" in summary and (job.workspace / "results/baselines/mine.json").is_file(), (
+            printed
+        )
         code, printed, summary, outputs = job.use(**mine)
         assert code == 0 and summary.startswith("### PASS") and outputs["verdict"] == "PASS", printed
         assert (pathlib.Path(outputs["runs"]) / "1" / "report.html").is_file(), outputs
@@ -106,10 +126,16 @@ def main() -> None:
         assert code == 1 and summary.startswith("### FAIL") and outputs["verdict"] == "FAIL", printed
         assert "::error title=FAIL humaneva_mm::" in printed, printed
 
-        for wrong, words in [({"repeat": "both"}, "expected draws or seeds"), ({"scenario": "none.toml"}, "none.toml"), ({"tracker": "false"}, "false")]:
+        for wrong, words in [
+            ({"repeat": "both"}, "expected draws or seeds"),
+            ({"scenario": "none.toml"}, "none.toml"),
+            ({"tracker": "false"}, "false"),
+        ]:
             code, printed, _, _ = job.use(**{**mine, **wrong})
             assert code != 0 and words in printed and "::error title=skiagraph::" in printed, printed
-        code, printed, _, _ = job.use(**{**mine, "settings": "motion.last_frame=5", "repeat": "seeds", "baseline": "seeds"})
+        code, printed, _, _ = job.use(
+            **{**mine, "settings": "motion.last_frame=5", "repeat": "seeds", "baseline": "seeds"}
+        )
         assert code == 2 and "no baseline has this name" in printed, printed
     print("the action passes, fails, saves baselines and explains mistakes")
 

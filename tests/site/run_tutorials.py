@@ -1,11 +1,14 @@
 """Runs every tutorial of docs/tutorials as its reader would, in an empty folder, and checks the outputs that it shows.
 
-python tests/site/run_tutorials.py PROGRAM [PAGE...]    --write replaces shown lines that are no longer printed by the most similar ones
+python tests/site/run_tutorials.py PROGRAM [PAGE...]
 
-A fenced block with `title="NAME"` is a file of that name; `<!-- files of PAGE -->` writes those of another page. Blocks of bash and python are
-run; they must succeed. A block of text behind one shows what it prints: its lines must appear there in this order, where … stands for
-anything. Other blocks are not run.
+--write replaces shown lines that are no longer printed by the most similar ones.
+
+A fenced block with `title="NAME"` is a file of that name; `<!-- files of PAGE -->` writes those of another page.
+Blocks of bash and python are run; they must succeed. A block of text behind one shows what it prints: its lines must
+appear there in this order, where … stands for anything. Other blocks are not run.
 """
+
 import argparse
 import concurrent.futures
 import dataclasses
@@ -34,7 +37,9 @@ class Block:
 
 
 def blocks(page: str) -> list[Block]:
-    return [Block(found[1], found[2], found[3], page.count("\n", 0, found.start()) + 1) for found in FENCE.finditer(page)]
+    return [
+        Block(found[1], found[2], found[3], page.count("\n", 0, found.start()) + 1) for found in FENCE.finditer(page)
+    ]
 
 
 def put(block: Block, folder: pathlib.Path) -> None:
@@ -48,7 +53,13 @@ def run(block: Block, folder: pathlib.Path, environment: dict[str, str]) -> tupl
     """Exit code and everything that is printed."""
     command = {"bash": ["bash", "-euo", "pipefail", "-c"], "python": ["python3", "-c"]}[block.language]
     done = subprocess.run(
-        [*command, block.text], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [*command, block.text],
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
     return done.returncode, done.stdout
 
@@ -140,7 +151,9 @@ def main() -> int:
         install(pathlib.Path(programs), arguments.program)
         pages = arguments.pages or sorted(PAGES.glob("*.md"))
         with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
-            for found in pool.map(check, pages, itertools.repeat(pathlib.Path(programs)), itertools.repeat(arguments.write)):
+            for found in pool.map(
+                check, pages, itertools.repeat(pathlib.Path(programs)), itertools.repeat(arguments.write)
+            ):
                 wrong += found
     print(*wrong, sep="\n")
     return 1 if wrong else 0
