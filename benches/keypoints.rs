@@ -1,4 +1,5 @@
-//! Time of the keypoints of a frame of eight cameras, with all errors: 10,000 frames in 10 s are 1 ms a frame on one core.
+//! Time of the keypoints of 256 frames of eight cameras, with all errors, on one core: 0.256 s are 10,000 frames in
+//! 10 s.
 
 use divan::{Bencher, black_box};
 use nalgebra::Point3;

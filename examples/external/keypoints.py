@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Triangulates the keypoints of a 2D detector and answers with markers: weighted direct linear transform, no model of a body.
+"""Triangulates the keypoints of a 2D detector: weighted direct linear transform, no model of a body; answers markers.
 
     skiagraph render scenarios/walk.toml observation.keypoints.layout=halpe26 --out SET
     skiagraph track SET --exec "python examples/external/keypoints.py" --out runs/keypoints
@@ -31,10 +31,12 @@ def undistorted(pixel, camera):
 
 
 def triangulate(seen):
-    """The point that projects nearest to all (projection, x, y, weight), in the algebraic sense; None from fewer than two."""
+    """The point that projects nearest to all (projection, x, y, weight), in the algebraic sense; None without two."""
     if len(seen) < 2:
         return None
-    rows = [weight * (at * projection[2] - projection[axis]) for projection, x, y, weight in seen for axis, at in enumerate((x, y))]
+    rows = []
+    for projection, x, y, weight in seen:
+        rows += [weight * (x * projection[2] - projection[0]), weight * (y * projection[2] - projection[1])]
     point = np.linalg.svd(np.array(rows))[2][-1]
     return point[:3] / point[3] if abs(point[3]) > 1e-12 else None
 

@@ -310,6 +310,7 @@ impl ExperimentError {
             Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::TooFewFrames(_) => false,
             Self::Learning(_)
             | Self::NoTraining
+            | Self::NoKeypoints
             | Self::Track(_)
             | Self::Calibration(_)
             | Self::Evaluation(_)

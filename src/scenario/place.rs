@@ -14,8 +14,8 @@ fn text_of(place: PlacePreset) -> &'static str {
 }
 
 /// Replaces `observation.preset` in a scenario's tree by the settings of the place that it names. Keys that are given
-/// win, also in what is written of the scenario: a key of 0 is not written, and must not be set again when it is read. A
-/// word that names no place is left for the error about it.
+/// win. The preset is removed, because a key of 0 is not written with a scenario and must not be set again when that is
+/// read. A word that names no place is left for the error about it.
 pub(super) fn resolve_preset(tree: &mut Value) {
     let Some(Value::Object(observation)) = tree.get_mut("observation") else { return };
     let named = observation.get("preset").cloned().and_then(|name| serde_json::from_value(name).ok());

@@ -13,6 +13,7 @@ mod forward_kinematics;
 mod glb;
 mod heel_strikes;
 mod joint_map_keys;
+mod keypoints;
 mod kinematics_agree_with_rapier;
 mod layers_agree_with_rays;
 #[path = "../support/made_up_set.rs"]

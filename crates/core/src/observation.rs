@@ -1,4 +1,5 @@
-//! The input of a tracker for one frame: an [`Observation`], one silhouette per camera, and keypoints if the set has any.
+//! The input of a tracker for one frame: an [`Observation`], one silhouette per camera, and keypoints if the set has
+//! any.
 
 use std::borrow::Cow;
 

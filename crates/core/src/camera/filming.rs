@@ -199,8 +199,8 @@ impl TimedRig {
         late
     }
 
-    /// The same rig with clocks that run apart: in every second, a camera's images come this much later, in seconds; one
-    /// entry per camera.
+    /// The same rig with clocks that run apart: in every second, the images of a camera come this much later, in
+    /// seconds; one entry per camera.
     pub fn drifting(self, drifts: Vec<f64>) -> Self {
         Self { drifts, ..self }
     }

@@ -9,7 +9,8 @@
 //! let body = shipped("tracker25")?;
 //! let mut tracker = Frozen::default();
 //! tracker.start(&body.zero_pose());
-//! let estimate = tracker.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None })?;
+//! let nothing = Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None };
+//! let estimate = tracker.track(&nothing)?;
 //! assert_eq!(estimate.pose, body.zero_pose());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -40,7 +40,7 @@ pub struct KeypointTrackerSettings {
 
 impl Default for KeypointTrackerSettings {
     fn default() -> Self {
-        Self { least_confidence: 0.1, inlier_px: 15.0, angle_weight_m: 0.01, acceleration_m_s2: 0.0, point_mm: 20.0 }
+        Self { least_confidence: 0.1, inlier_px: 10.0, angle_weight_m: 0.01, acceleration_m_s2: 0.0, point_mm: 20.0 }
     }
 }
 
@@ -186,7 +186,7 @@ mod tests {
             let mut observation = seen(&body, &pose, &rig, frame);
             if frame % 3 == 2 {
                 let views = &mut observation.keypoints.as_mut().unwrap().views;
-                views[frame % 4].swap(13, 14);
+                views[frame % 4][13].as_mut().unwrap().pixel[0] += 100.0;
                 views[(frame + 1) % 4][10] = None;
             }
             let found = tracker.track(&observation).unwrap();

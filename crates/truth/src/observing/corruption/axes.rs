@@ -100,8 +100,8 @@ pub const AXES: [CorruptionAxis; 18] = [
     CorruptionAxis {
         name: "boundary_s",
         unit: "s",
-        formula: "the field of boundary_px is fixed in the image, drawn anew every s seconds, and between these moments \
-                  interpolated linearly and scaled to variance 1; no effect without boundary_px",
+        formula: "the field of boundary_px is fixed in the image, drawn anew every s seconds, and between these \
+                  moments interpolated linearly and scaled to variance 1; no effect without boundary_px",
         levels: [0.05, 0.1, 0.2, 0.5, 1.0],
         greatest: 3600.0,
         of_masks: true,

@@ -42,8 +42,8 @@ impl Field {
         Self { left: window.left, top: window.top, columns, values }
     }
 
-    /// A field over the image of a mask at a time between two moments, which `random` draws: `share` of the way from the
-    /// first to the second.
+    /// A field over the image of a mask at a time between two moments, each drawn from its own stream: `share` of the
+    /// way from the first to the second.
     pub(super) fn between(mask: &Mask, [first, second]: [&mut ChaCha8Rng; 2], share: f64) -> Self {
         let image = PixelBounds { left: 0, top: 0, right: mask.width(), bottom: mask.height() };
         let (mut field, second) = (Self::new(&image, first), Self::new(&image, second));

@@ -153,6 +153,20 @@ impl KeypointAxis {
     }
 }
 
+impl KeypointSettings {
+    /// Description for reports: `keypoints coco17: slow_percent 1 %`.
+    pub fn describe(&self) -> String {
+        let named = format!("keypoints {}", self.layout.name());
+        if !self.is_drawn() {
+            return named;
+        }
+        let exact = Self::exact(self.layout);
+        let differing = KEYPOINT_AXES.iter().filter(|axis| (axis.strength)(self) != (axis.strength)(&exact));
+        let words = differing.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
+        format!("{named}: {}", words.map(|words| words.trim_end().to_owned()).collect::<Vec<_>>().join(", "))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

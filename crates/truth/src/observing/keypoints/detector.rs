@@ -306,9 +306,8 @@ fn places_of<'p>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{KeypointLayout, shipped, shipped_skin};
+    use crate::body::KeypointLayout;
     use crate::camera::CameraTiming;
-    use crate::retarget::with_skin;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
 
@@ -368,29 +367,6 @@ mod tests {
             }
         }
         assert!(inside > 200, "{inside}");
-    }
-
-    #[test]
-    fn the_face_is_hidden_from_behind_and_seen_from_in_front_on_solids_and_on_a_skin() {
-        let mut pose = shipped("actor").unwrap().zero_pose();
-        pose.world_from_root.translation.z = 0.95;
-        let bare = shipped("actor").unwrap();
-        let skinned = ["person", "woman"].map(|name| with_skin(&bare, &shipped_skin(name).unwrap()).unwrap());
-        for body in [bare].into_iter().chain(skinned) {
-            let motion = crate::body::Motion { frames_per_second: 60.0, poses: vec![pose.clone()] };
-            let truth = GroundTruth::from_motion(body, &motion, &rig()).unwrap();
-            let seen = detect(&truth, exact(), Corruption::default());
-            let at = |point: Keypoint| Point3::from(seen.places[point as usize]);
-            for face in [Keypoint::Nose, Keypoint::LeftEye, Keypoint::RightEye] {
-                // the first camera stands in front of the body, the third behind it
-                let sights = [0, 2].map(|camera| seen.views[camera * POINTS + face as usize].sight);
-                assert_eq!(sights, [Sight::InView, Sight::SelfOccluded], "{face:?} {}", truth.actor.skin.is_some());
-                assert!(at(face).x > at(Keypoint::LeftEar).x + 0.04, "{} {}", at(face), at(Keypoint::LeftEar));
-            }
-            let (heel, big, small) = (at(Keypoint::LeftHeel), at(Keypoint::LeftBigToe), at(Keypoint::LeftSmallToe));
-            assert!(big.x - heel.x > 0.18 && small.y > big.y + 0.03 && small.x > heel.x + 0.1, "{heel} {big} {small}");
-            assert!(heel.x < at(Keypoint::LeftAnkle).x && heel.z < 0.1 + big.z, "{heel} {big}");
-        }
     }
 
     #[test]

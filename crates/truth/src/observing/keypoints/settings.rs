@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::KEYPOINT_AXES;
 use crate::body::KeypointLayout;
 
 /// Layout of the keypoints and strength of the detector's errors by axis; zero changes nothing. For the formulas, see
@@ -108,17 +107,5 @@ impl KeypointSettings {
         [self.slow_percent, self.white_percent, self.gross, self.missing, self.inversion, self.bias_mm]
             .iter()
             .any(|strength| *strength != 0.0)
-    }
-
-    /// Description for reports: `keypoints coco17: slow_percent 1 %`.
-    pub fn describe(&self) -> String {
-        let named = format!("keypoints {}", self.layout.name());
-        if !self.is_drawn() {
-            return named;
-        }
-        let exact = Self::exact(self.layout);
-        let differing = KEYPOINT_AXES.iter().filter(|axis| (axis.strength)(self) != (axis.strength)(&exact));
-        let words = differing.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
-        format!("{named}: {}", words.map(|words| words.trim_end().to_owned()).collect::<Vec<_>>().join(", "))
     }
 }
