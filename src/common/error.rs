@@ -315,7 +315,7 @@ impl ExperimentError {
             | Self::Calibration(_)
             | Self::Evaluation(_)
             | Self::Report(_) => false,
-            Self::OracleNeedsTruth | Self::NoKeypoints => false,
+            Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
             Self::Scenario(_)
             | Self::AnotherSet { .. }
