@@ -51,7 +51,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("body", &["raster", "camera", "rng", "input"]),
     ("contact", &["body", "raster", "simd", "parallel", "input"]),
     ("dynamics", &["contact", "body", "parallel", "input"]),
-    ("observation", &["camera", "raster"]),
+    ("observation", &["camera", "raster", "body"]),
     ("mocap", &[]),
     ("retarget", &["mocap"]),
     ("editing", &[]),
