@@ -22,3 +22,8 @@ pub(crate) use provenance::{ArtefactKind, LISTING, Listing, is_signed, is_unlist
 pub(crate) use resumable::{Resumable, ResumableKind, difference};
 pub use unfinished::abandon;
 pub(crate) use unfinished::{Unfinished, remove};
+
+/// The plan in the folder of a sweep.
+pub(crate) const PLAN_FILE: &str = "plan.json";
+/// The folder of all reports in that of a sweep.
+pub(crate) const REPORTS: &str = "reports";

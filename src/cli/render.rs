@@ -73,7 +73,7 @@ pub(super) struct Arguments {
 }
 
 /// What `--ladder` varies.
-struct LadderAxis {
+struct RenderedLadder {
     name: String,
     unit: &'static str,
     levels: [f64; 5],
@@ -91,7 +91,7 @@ fn ladder_names() -> Vec<&'static str> {
     AXES.iter().map(|axis| axis.name).chain(keypoints).collect()
 }
 
-impl LadderAxis {
+impl RenderedLadder {
     fn named(name: &str) -> Option<Self> {
         let named = |unit, levels, key: String, needs| Self { name: name.to_owned(), unit, levels, key, needs };
         if let Some(key) = name.strip_prefix(OF_KEYPOINTS) {
@@ -115,7 +115,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if let Some(truth) = &arguments.truth {
         check_apart(&arguments.out, truth)?;
     }
-    match arguments.ladder.as_deref().and_then(LadderAxis::named) {
+    match arguments.ladder.as_deref().and_then(RenderedLadder::named) {
         None => {
             let (_, made) =
                 one_set(arguments, (&arguments.scenario.open()?, &arguments.out), source(arguments), volume)?;
@@ -148,7 +148,7 @@ fn check_apart(out: &Path, truth: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Makes one set per level. All scenarios are read before the first set is made.
-fn ladder(arguments: &Arguments, axis: &LadderAxis, volume: Volume) -> Result<(), CommandError> {
+fn ladder(arguments: &Arguments, axis: &RenderedLadder, volume: Volume) -> Result<(), CommandError> {
     let levels = if arguments.levels.is_empty() { &axis.levels[..] } else { &arguments.levels };
     let of_level = |level: &f64| {
         let strength = format!("{}={level:?}", axis.key);

@@ -9,13 +9,13 @@ use clap::Args;
 use super::folders::{expect_run, is_run};
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::{Destination, put_file};
+use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
 use crate::experiment::{COMPARISON_FILE, run_picture, stored_figures, write_figures};
 use crate::measure::REPORT_FILE;
 use crate::report::FigureFile;
+use crate::sweep::PlannedSweep;
 use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
-use crate::sweep::{PLAN_FILE, PlannedSweep};
 
 /// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run
 /// or sweep

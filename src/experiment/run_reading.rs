@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::COMPARISON_FILE;
-use crate::artefacts::{LISTING, is_unlisted, parent_of};
+use crate::artefacts::{LISTING, PLAN_FILE, REPORTS, is_unlisted, parent_of};
 use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 use crate::external::{EXTERNAL_FILE, ExternalRecord};
@@ -15,7 +15,6 @@ use crate::measure::results::RUN_SCHEMA;
 use crate::measure::tracked::TRACK_FILE;
 use crate::measure::{RUN_FILE, RunRecord};
 use crate::scenario::json_tree;
-use crate::sweep::{PLAN_FILE, REPORTS};
 
 /// Depth to which runs are searched below a folder.
 const DEPTH: usize = 3;

@@ -41,6 +41,7 @@ mod tracker;
 mod tracker_kind;
 mod tracker_ranges;
 mod tree;
+mod value_text;
 
 pub use bodies::{
     ActorSettings, ContactMode, DistractorSettings, Mismatch, MismatchBy, PopulationName, PushSettings, ShapeSettings,
@@ -55,7 +56,6 @@ pub use latent::{
 pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
-pub(crate) use overrides::{parse_value, split_at_commas};
 pub use program::ProgramTrackerSettings;
 pub(crate) use program::{REFUSED, command_with, exec_arguments, setting_text};
 pub use props::{PropSettings, PropShape};
@@ -69,6 +69,7 @@ pub use template::ScenarioTemplate;
 pub use tracker::{AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings};
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 pub(crate) use tree::{settings_of, tree_of};
+pub(crate) use value_text::{parse_value, split_at_commas};
 
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::overrides::{parse_value, split_at_commas};
+use super::value_text::{parse_value, split_at_commas};
 use crate::input::AllowedFolders;
 
 /// The user's arguments: assignments (`key=value` or `key=value,value`), a folder of recordings, and whether all files

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::diagnostic::did_you_mean;
-use super::overrides::parse_value;
 use super::range_checks::{RangeCheck, at_most, require, within};
+use super::value_text::parse_value;
 use crate::input::{excerpt, shell_word};
 
 /// Greatest number of settings of a program.

@@ -6,10 +6,11 @@ use serde_json::{Map, Value};
 
 use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
 use super::named_on_command_line::NamedOnCommandLine;
-use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending, parse_value};
+use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending};
 use super::program::{REFUSED, program_in};
 use super::similar_file::suggestion_for;
 use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
+use super::value_text::parse_value;
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 

@@ -5,9 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use super::overrides::{full_key, keys_of, keys_with_same_ending, parse_value};
+use super::overrides::{full_key, keys_of, keys_with_same_ending};
 use super::read::set;
 use super::tree::{settings_or_error, tree_of};
+use super::value_text::parse_value;
 use super::{Scenario, ScenarioError, ScenarioFile};
 use crate::input::AllowedFolders;
 

@@ -10,7 +10,7 @@ use super::identity::DIGITS;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
-use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, REPORTS};
 use crate::benchmark_set::{BenchmarkSet, Estimates, is_set};
 use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
 use crate::experiment::program_tracking::ProgramRun;
@@ -25,8 +25,6 @@ use crate::report::Grade;
 use crate::scenario::ScenarioFile;
 use crate::train::Models;
 
-/// The folder of all reports.
-pub(crate) const REPORTS: &str = "reports";
 /// The folder of all sets.
 const SETS: &str = "sets";
 /// The folder of all learned motion models.

@@ -10,8 +10,6 @@ use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
 
-/// The name of a plan.
-pub const PLAN_FILE: &str = "plan.json";
 /// The name of the list of cells.
 pub const CELLS_FILE: &str = "cells.jsonl";
 /// The version of the format of plans.

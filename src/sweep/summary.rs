@@ -1,20 +1,15 @@
 //! The results of a sweep: every setting over its seeds.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
 
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::cell::REPORTS;
-use super::ignored::remarks;
-use super::plan::PlannedSweep;
-use super::plan_file::{SweepCell, describe_axes, table_text, without};
-use super::results::{CellRecord, Environment, Status, SweepResults};
-use crate::common::ExperimentError;
+use super::plan_file::{describe_axes, table_text, without};
+use super::results::{Environment, Status};
+use crate::artefacts::REPORTS;
 use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::measure::REPORT_FILE;
-use crate::parallel;
 
 /// The axis of the trackers of a scenario with methods.
 const METHOD: &str = "method";
@@ -103,37 +98,6 @@ pub struct CellSummary {
 }
 
 impl SweepSummary {
-    /// Summarises all existing results.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the plan cannot be read.
-    pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
-        let (plan, cells) = (&sweep.plan, sweep.cells()?);
-        let mut summary = Self {
-            schema: "skiagraph.sweep_summary/1",
-            name: plan.name.clone(),
-            objective: plan.objective.clone(),
-            axes: plan.axes.clone(),
-            seeds: plan.seeds.clone(),
-            cells: cells.len(),
-            missing: 0,
-            remarks: Vec::new(),
-            settings: Vec::new(),
-        };
-        let reader = SettingReader {
-            results: SweepResults::new(sweep),
-            objective: &plan.objective,
-            range: summary.range(),
-            reports: Some(sweep.root.join(REPORTS)).filter(|reports| reports.is_dir()),
-        };
-        let of_settings: Vec<&[SweepCell]> = cells.chunk_by(|a, b| a.setting == b.setting).collect();
-        let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
-        summary.settings = parallel::map(of_settings.len(), read);
-        summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
-        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
-        Ok(summary)
-    }
-
     /// All cells with their settings.
     pub fn all_cells(&self) -> impl Iterator<Item = (&SettingSummary, &CellSummary)> {
         self.settings.iter().flat_map(|setting| setting.cells.iter().map(move |cell| (setting, cell)))
@@ -170,7 +134,7 @@ impl SweepSummary {
         find_metric(&self.objective)
     }
 
-    fn range(&self) -> ValueRange {
+    pub(super) fn range(&self) -> ValueRange {
         self.metric().map_or(ValueRange::Any, Metric::value_range)
     }
 
@@ -213,14 +177,14 @@ impl SettingSummary {
         if has_intervals { self.ci95.map(|interval| [interval.low, interval.high]) } else { self.range_over_seeds() }
     }
 
-    fn with_values(self, values: Vec<Option<f64>>, range: ValueRange) -> Self {
+    pub(super) fn with_values(self, values: Vec<Option<f64>>, range: ValueRange) -> Self {
         let with = Self { values, ..self };
         let present = with.present();
         let ci95 = mean_interval(std::slice::from_ref(&present), range).map(|(interval, _)| interval);
         Self { mean: mean(&present), ci95, ..with }
     }
 
-    fn labelled(self, axes: &[String]) -> Self {
+    pub(super) fn labelled(self, axes: &[String]) -> Self {
         let label = |axis: &String| self.axes.get(axis).map(table_text).unwrap_or_default();
         Self { labels: axes.iter().map(label).collect(), ..self }
     }
@@ -272,57 +236,6 @@ fn merge_settings(axes: Map<String, Value>, members: &[&SettingSummary], range: 
         ..SettingSummary::default()
     };
     one.with_values((0..seeds).map(of_seed).collect(), range)
-}
-
-/// Reads the results of settings.
-struct SettingReader<'a> {
-    results: SweepResults<'a>,
-    objective: &'a str,
-    range: ValueRange,
-    /// The folder of reports, if it exists.
-    reports: Option<PathBuf>,
-}
-
-impl SettingReader<'_> {
-    /// Summarises the setting of these cells, at least one.
-    fn read(&self, cells: &[SweepCell]) -> SettingSummary {
-        let records: Vec<Option<CellRecord>> = cells.iter().map(|cell| self.results.get(&cell.cell)).collect();
-        let measured = || records.iter().flatten().filter(|record| record.status != Status::Failed);
-        let per_frame = |of: fn(&CellRecord) -> f64| {
-            let with_frames = measured().filter(|record| record.frames > 0);
-            mean(&with_frames.map(|record| of(record) / record.frames as f64).collect::<Vec<f64>>())
-        };
-        let axes = cells.first().map(|cell| cell.axes.clone()).unwrap_or_default();
-        let setting = SettingSummary {
-            setting: cells.first().map_or(0, |cell| cell.setting),
-            words: describe_axes(&axes),
-            axes,
-            evaluations_per_frame: per_frame(|record| record.likelihood_evaluations as f64),
-            processor_ms_per_frame: per_frame(|record| 1e3 * record.env.track_processor_s),
-            frozen: mean(&measured().filter_map(|record| record.frozen).collect::<Vec<f64>>()),
-            diverged: records.iter().flatten().filter(|record| record.status == Status::Diverged).count(),
-            cells: cells.iter().zip(&records).map(|(cell, record)| self.cell(cell, record.as_ref())).collect(),
-            ..SettingSummary::default()
-        };
-        let value = |record: &Option<CellRecord>| record.as_ref()?.metrics.get(self.objective).copied();
-        setting.with_values(records.iter().map(value).collect(), self.range)
-    }
-
-    fn cell(&self, cell: &SweepCell, record: Option<&CellRecord>) -> CellSummary {
-        let has_report = |reports: &PathBuf| reports.join(cell.report_folder()).join(REPORT_FILE).is_file();
-        CellSummary {
-            index: cell.index,
-            cell: cell.cell.clone(),
-            seed: cell.seed,
-            status: record.map(|record| record.status),
-            error: record.and_then(|record| record.error.clone()),
-            report: self.reports.as_ref().is_some_and(has_report),
-            report_folder: cell.report_folder().to_owned(),
-            estimates: record.and_then(|record| record.estimates.clone()),
-            set: cell.set.clone(),
-            env: record.map(|record| record.env.clone()).unwrap_or_default(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::camera_toml;
 use super::folder::{Folder, camera_files};
-use super::keypoints::SetKeypoints;
+use super::keypoints::ExportedKeypoints;
 use crate::npz::{Array, Npz};
 use crate::{BenchmarkSet, SetError};
 
@@ -24,7 +24,7 @@ skiagraph evaluate SET FILE --from anipose.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Cameras and keypoints for anipose", README)?;
-    let keypoints = SetKeypoints::read(set, "anipose")?;
+    let keypoints = ExportedKeypoints::read(set, "anipose")?;
     folder.write("calibration.toml", camera_toml::text(set, &camera_files(set)).as_bytes())?;
     let (frames, cameras, count) = (set.blind.frame_count, set.blind.rig.cameras.len(), keypoints.names.len());
     let images = (0..cameras).flat_map(|camera| (0..frames).map(move |frame| (frame, camera)));

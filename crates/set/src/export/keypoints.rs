@@ -8,7 +8,7 @@ const PATH: &str = "observations/keypoints.npz";
 const MODELS: [(usize, &str); 3] = [(17, "COCO_17"), (25, "BODY_25"), (26, "HALPE_26")];
 
 /// The keypoints of every frame and camera.
-pub(super) struct SetKeypoints {
+pub(super) struct ExportedKeypoints {
     pub(super) names: Vec<String>,
     /// Pose2Sim's name of the layout.
     pub(super) model: &'static str,
@@ -18,7 +18,7 @@ pub(super) struct SetKeypoints {
     pub(super) confidence: Vec<f64>,
 }
 
-impl SetKeypoints {
+impl ExportedKeypoints {
     /// Reads the keypoints of a set for an export to `format`.
     pub(super) fn read(set: &BenchmarkSet, format: &str) -> Result<Self, SetError> {
         let files = set.blind.files();

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::folder::{Folder, camera_files};
-use super::keypoints::SetKeypoints;
+use super::keypoints::ExportedKeypoints;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
@@ -15,7 +15,7 @@ any has no people. x, y are pixels, (0, 0) is the centre of the top-left pixel, 
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Keypoints as OpenPose writes them", README)?;
-    let keypoints = SetKeypoints::read(set, "openpose")?;
+    let keypoints = ExportedKeypoints::read(set, "openpose")?;
     folder.write("keypoints.txt", (keypoints.names.join("\n") + "\n").as_bytes())?;
     write_people(set, folder, &keypoints, "", &camera_files(set))
 }
@@ -24,7 +24,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 pub(super) fn write_people(
     set: &BenchmarkSet,
     folder: &Folder<'_>,
-    keypoints: &SetKeypoints,
+    keypoints: &ExportedKeypoints,
     place: &str,
     cameras: &[String],
 ) -> Result<(), SetError> {
@@ -48,7 +48,7 @@ struct OpenPosePerson {
     pose_keypoints_2d: Vec<f32>,
 }
 
-fn image(keypoints: &SetKeypoints, frame: usize, camera: usize) -> OpenPoseImage {
+fn image(keypoints: &ExportedKeypoints, frame: usize, camera: usize) -> OpenPoseImage {
     let found: Vec<_> = keypoints.in_image(frame, camera).collect();
     let is_seen = found.iter().any(Option::is_some);
     let pose_keypoints_2d = found.into_iter().flat_map(Option::unwrap_or_default).collect();

@@ -106,9 +106,9 @@ pub enum CalibrationError {
     NoFrame,
 }
 
-/// Calibrates `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose, in temporal order; the
-/// first is that of the `start` pose. The last third is held out and only used to judge the result. The given poses of
-/// the cameras are kept unless others fit clearly better on these frames.
+/// Calibrates `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose, in temporal order;
+/// the first is that of the `start` pose. The last third is held out and only used to judge the result. The given poses
+/// of the cameras are kept unless others fit clearly better on these frames.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.
@@ -155,12 +155,12 @@ pub fn calibrate(
         precision: &precision,
     };
     let (solving, judging) = (problem(solved_on, Some(start)), problem(held_back, None));
-    let judge = |solved: CalibrationSolution| -> Result<Candidate, CalibrationError> {
+    let judge = |solved: CalibrationSolution| -> Result<JudgedCalibration, CalibrationError> {
         let refitted = judging.solve_poses(&solved.values);
         let (shaped, cameras) = (model.shaped(&solved.values), judging.corrections_of(&solved.values));
         let mut likelihood = SilhouetteLikelihood::new(shaped, rig, settings)?.with_corrected_cameras(&cameras);
         let energy = mean_energy(&mut likelihood, held_back, &refitted.poses)?;
-        Ok(Candidate { solved, cost: refitted.cost, energy })
+        Ok(JudgedCalibration { solved, cost: refitted.cost, energy })
     };
     let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
     let shape = judge(solving.solve())?;
@@ -193,14 +193,14 @@ pub fn calibrate(
 }
 
 /// A body and cameras, judged on the held-out frames.
-struct Candidate {
+struct JudgedCalibration {
     solved: CalibrationSolution,
     /// Mean weighted squared residual of the outlines.
     cost: f64,
     energy: f64,
 }
 
-impl Candidate {
+impl JudgedCalibration {
     fn fits_better_than(&self, other: &Self) -> bool {
         self.cost < other.cost && self.energy < MAX_ENERGY_RATIO * other.energy
     }

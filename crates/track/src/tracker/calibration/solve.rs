@@ -290,8 +290,8 @@ impl CalibrationProblem<'_> {
         finite.then_some((shape_step, pose_steps))
     }
 
-    /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step; with
-    /// a `start` pose also that of the root towards the start. Angles pushed against their limits are fixed.
+    /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step.
+    /// With a `start` pose, the root has a prior towards it, too. Angles pushed against their limits are fixed.
     fn eliminate(
         &self,
         body: &Humanoid,
